@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include "analysis/compare/compare_field.h"
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "portion/event.h"
 

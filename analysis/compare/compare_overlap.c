@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/mesh/bundle_pack.h"
 
 static bool same_digest(struct rmap_digest a, struct rmap_digest b)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Verdicts of comparisons, as loops without a branch per ray.
+ * Verdicts from what a test found of each ray, without a branch per ray.
  */
 #include "analysis/criterion/criterion_compare.h"
 

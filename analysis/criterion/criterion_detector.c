@@ -7,6 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 
 enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,

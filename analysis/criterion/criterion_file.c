@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * A file of definitions: read, looked up.
+ * Named criteria: a text of `let NAME = CRITERION`, one after another, used as @NAME. A '#' begins
+ * a comment up to the line's end.
  */
 #include "analysis/criterion/criterion_file.h"
 

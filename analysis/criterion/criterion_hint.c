@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What can be said of a criterion that nothing matched.
+ * Why no ray matches a criterion, where a test that must hold cannot, or reads like another.
  */
 #include "analysis/criterion/criterion_hint.h"
 
@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_tree.h"
 
 enum { SHOWN = 160 };

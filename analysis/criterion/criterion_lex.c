@@ -1,14 +1,206 @@
 /* SPDX-License-Identifier: MIT
  *
- * Text to tokens.
+ * Words of a criterion text, and the message that points at one of them.
  */
-#include "analysis/criterion/criterion_lex.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "analysis/criterion/criterion_lex.h"
+
+/* Messages that point into a criterion's text. */
+
+/* Code points of a line that are shown: a terminal's width, and within the error's room even
+ * when each takes four bytes. */
+enum { SHOWN = 96, SHOWN_BEFORE = 60 };
+
+/* Bytes of the code point at s; 0 when it is not UTF-8 (overlong, surrogate or beyond U+10FFFF
+ * included). */
+static size_t code_point_nbytes(const char *s)
+{
+    static const struct {
+        uint8_t lead_mask, lead;
+        uint32_t least;
+    } form[] = {{0x80, 0x00, 0}, {0xe0, 0xc0, 0x80}, {0xf0, 0xe0, 0x800}, {0xf8, 0xf0, 0x10000}};
+    const unsigned char *byte = (const unsigned char *)s;
+    for (size_t n = 1; n <= 4; n++) {
+        if ((byte[0] & form[n - 1].lead_mask) != form[n - 1].lead)
+            continue;
+        uint32_t value = byte[0] & (uint8_t)~form[n - 1].lead_mask;
+        for (size_t i = 1; i < n; i++) {
+            if ((byte[i] & 0xc0) != 0x80)
+                return 0;
+            value = value << 6 | (byte[i] & 0x3f);
+        }
+        bool surrogate = value >= 0xd800 && value <= 0xdfff;
+        return value < form[n - 1].least || value > 0x10ffff || surrogate ? 0 : n;
+    }
+    return 0;
+}
+
+enum rmap_status rmap_criterion_check_utf8(const char *text, struct rmap_error *err)
+{
+    for (size_t at = 0; text[at];) {
+        size_t nbytes = code_point_nbytes(text + at);
+        if (!nbytes)
+            return rmap_criterion_fail(text, at, at + 1, err, "this is not UTF-8 text");
+        at += nbytes;
+    }
+    return RMAP_OK;
+}
+
+void rmap_criterion_shorten(const char *word, char shown[RMAP_SHOWN_NBYTES])
+{
+    enum { ROOM = RMAP_SHOWN_NBYTES - 4 };
+    size_t len = strlen(word);
+    const char *dots = len > ROOM ? "..." : "";
+    if (len > ROOM)
+        for (len = ROOM; len > 0 && ((unsigned char)word[len] & 0xc0) == 0x80;)
+            len--;
+    (void)snprintf(shown, RMAP_SHOWN_NBYTES, "%.*s%s", (int)len, word, dots);
+}
+
+void rmap_token_shorten(const char *text, const struct rmap_token *token,
+                        char shown[RMAP_SHOWN_NBYTES])
+{
+    char written[RMAP_SHOWN_NBYTES + 8];
+    size_t len = token->end - token->begin;
+    if (len > sizeof written - 1)
+        len = sizeof written - 1;
+    memcpy(written, text + token->begin, len);
+    written[len] = 0;
+    written[strcspn(written, "\r\n")] = 0;
+    rmap_criterion_shorten(written, shown);
+}
+
+/* Where a line stands, and what of it is shown: code points [first, last), from 0. */
+struct view {
+    const char *line;
+    size_t nbytes;
+    size_t first, last, n_code_point;
+    size_t mark, n_mark; /* code points under the caret and its tail */
+};
+
+static size_t step_nbytes(const char *s)
+{
+    size_t nbytes = code_point_nbytes(s);
+    return nbytes ? nbytes : 1;
+}
+
+static size_t count_code_points(const char *s, size_t nbytes)
+{
+    size_t n = 0;
+    for (size_t at = 0; at < nbytes; at += step_nbytes(s + at))
+        n++;
+    return n;
+}
+
+static struct view view_of(const char *text, size_t begin, size_t end)
+{
+    size_t from = begin;
+    while (from > 0 && text[from - 1] != '\n')
+        from--;
+    struct view view = {.line = text + from, .nbytes = strcspn(text + from, "\r\n")};
+    if (end > from + view.nbytes)
+        end = from + view.nbytes;
+    view.n_code_point = count_code_points(view.line, view.nbytes);
+    view.mark = count_code_points(view.line, begin - from);
+    view.n_mark = end > begin ? count_code_points(text + begin, end - begin) : 1;
+    if (view.n_code_point > SHOWN && view.mark > SHOWN_BEFORE)
+        view.first = view.mark - SHOWN_BEFORE;
+    view.last = view.n_code_point;
+    if (view.last > view.first + SHOWN)
+        view.last = view.first + SHOWN;
+    if (view.n_mark > 1 && view.mark + view.n_mark > view.last)
+        view.n_mark = view.last > view.mark ? view.last - view.mark : 1;
+    return view;
+}
+
+struct out {
+    char *text;
+    size_t len, cap;
+};
+
+static void put(struct out *out, const char *bytes, size_t nbytes)
+{
+    if (nbytes >= out->cap - out->len)
+        return;
+    memcpy(out->text + out->len, bytes, nbytes);
+    out->len += nbytes;
+    out->text[out->len] = 0;
+}
+
+static void put_line(struct out *out, const struct view *view)
+{
+    put(out, "\n  ", 3);
+    if (view->first > 0)
+        put(out, "...", 3);
+    size_t index = 0;
+    for (size_t at = 0; at < view->nbytes && index < view->last; index++) {
+        const char *c = view->line + at;
+        size_t nbytes = step_nbytes(c);
+        at += nbytes;
+        if (index < view->first)
+            continue;
+        bool odd =
+            nbytes == 1 && (((unsigned char)*c < ' ' && *c != '\t') || (unsigned char)*c >= 0x7f);
+        put(out, odd ? "?" : c, nbytes);
+    }
+    if (view->last < view->n_code_point)
+        put(out, "...", 3);
+}
+
+static void put_caret(struct out *out, const struct view *view)
+{
+    put(out, "\n  ", 3);
+    if (view->first > 0)
+        put(out, "   ", 3);
+    size_t index = 0;
+    for (size_t at = 0; at < view->nbytes && index < view->mark; index++) {
+        if (index >= view->first)
+            put(out, view->line[at] == '\t' ? "\t" : " ", 1);
+        at += step_nbytes(view->line + at);
+    }
+    put(out, "^", 1);
+    for (size_t i = 1; i < view->n_mark; i++)
+        put(out, "~", 1);
+}
+
+enum rmap_status rmap_criterion_fail(const char *text, size_t begin, size_t end,
+                                     struct rmap_error *err, const char *format, ...)
+{
+    if (!err)
+        return RMAP_INPUT;
+    char message[384];
+    va_list args;
+    va_start(args, format);
+    (void)vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    size_t line = 1;
+    for (size_t i = 0; i < begin; i++)
+        line += text[i] == '\n';
+    struct view view = view_of(text, begin, end);
+    (void)rmap_error_set(err, RMAP_INPUT, "criterion:%zu:%zu: error: %s", line, view.mark + 1,
+                         message);
+    struct out out = {err->text, strlen(err->text), sizeof err->text};
+    put_line(&out, &view);
+    put_caret(&out, &view);
+    return RMAP_INPUT;
+}
+
+void rmap_criterion_relabel(const char *label, struct rmap_error *err)
+{
+    static const char prefix[] = "criterion:";
+    if (!err || strncmp(err->text, prefix, strlen(prefix)) != 0)
+        return;
+    size_t n_old = strlen(prefix) - 1, n_new = strlen(label), n_rest = strlen(err->text) - n_old;
+    if (n_new + n_rest >= sizeof err->text)
+        return; /* a label that leaves no room for the message */
+    memmove(err->text + n_new, err->text + n_old, n_rest + 1);
+    memcpy(err->text, label, n_new);
+}
 
 static bool is_digit(char c)
 {

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/criterion/registration_angle.h"
 #include "base/byte_set.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Names of a map's scene, and the nearest one to a wrong one.
+ * Names of a scene, as a criterion resolves them.
  */
 #include "analysis/criterion/criterion_names.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The parser's state and its rooms: logic (criterion_parse.c), elementary tests
- * (criterion_word.c) of steps (criterion_step.c, criterion_surface.c) and of registrations
+ * The parser's state and its rooms: logic (criterion_parser.c), elementary tests
+ * (criterion_word.c) of steps (criterion_parser.c, criterion_surface.c) and of registrations
  * (criterion_detector.c), and values: numbers, units, ranges, regions (criterion_value.c).
  */
 #ifndef RMAP_CRITERION_PARSER_H
@@ -52,34 +52,8 @@ enum rmap_status rmap_parser_take(struct rmap_parser *parser, enum rmap_token_ki
 /* or-expression: the whole language, or the inside of a `where`. */
 enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 
-/* One elementary test with its comparison. */
-enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
-
 /* @NAME; the sign is next. */
 enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
-
-/* Name tokens, and the sets they stand for among the wanted kind. look_up: *found_ret says
- * whether the name is known; parse_set fails when it is not. */
-enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *what,
-                                       struct rmap_token *token_ret) RMAP_MUST_USE;
-enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rmap_token *token,
-                                     enum rmap_name_wanted wanted, struct rmap_index_set *set,
-                                     bool *found_ret) RMAP_MUST_USE;
-enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
-                                struct rmap_index_set *set) RMAP_MUST_USE;
-
-/* Packs marks [n] into a set; without gaps it needs no memory of its own. */
-enum rmap_status rmap_parser_pack_set(struct rmap_parser *parser, const uint8_t *mark, size_t n,
-                                      struct rmap_index_set *set) RMAP_MUST_USE;
-
-/* Text of a token, cut to a name's length. */
-void rmap_parser_word(const struct rmap_parser *parser, const struct rmap_token *token,
-                      char word[RMAP_TOKEN_NAME_NBYTES + 1]);
-
-/* Fails with "unknown KIND 'word' (did you mean 'x'?)". */
-enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
-                                       const struct rmap_token *token, const char *kind,
-                                       const char *const *candidate, size_t n);
 
 /* What surface(...) may compare: the i-th, NULL behind the last. */
 const char *rmap_surface_parameter_word(size_t i);
@@ -96,14 +70,8 @@ enum rmap_status rmap_parse_medium(struct rmap_parser *parser,
                                    struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_surface(struct rmap_parser *parser,
                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
-enum rmap_status rmap_parse_registered(struct rmap_parser *parser,
-                                       struct rmap_criterion_node *node) RMAP_MUST_USE;
-enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
-                                    struct rmap_criterion_node *node) RMAP_MUST_USE;
 
 /* A test of registrations on these detectors, from behind their name on. */
-enum rmap_status rmap_parse_which(struct rmap_parser *parser, const struct rmap_index_set *detector,
-                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_path(struct rmap_parser *parser,
                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 
@@ -119,40 +87,5 @@ enum rmap_status rmap_parse_ghost_order(struct rmap_parser *parser,
                                         struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
                                           struct rmap_criterion_node *node) RMAP_MUST_USE;
-
-/* angle(detector) < ... and its like: any registration there satisfies the comparison. */
-enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,
-                                       struct rmap_criterion_node *node) RMAP_MUST_USE;
-
-/* Of which dimension a number of a registration is on these detectors. */
-enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
-                                              enum rmap_registration_number number,
-                                              const struct rmap_index_set *detector);
-
-/* One comparison inside `where`. */
-enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
-
-bool rmap_parser_at_comparison(const struct rmap_parser *parser);
-
-/* `a..b`, a unit behind b meant for both where a has none. */
-enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                  struct rmap_interval *interval) RMAP_MUST_USE;
-
-/* Comparison with a value, or `in` with a range. */
-enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                     struct rmap_interval *interval) RMAP_MUST_USE;
-
-/* N or N..M, whole numbers from 0. */
-enum rmap_status rmap_parse_index_range(struct rmap_parser *parser, uint32_t *low,
-                                        uint32_t *high) RMAP_MUST_USE;
-
-/* rect(...), ellipse(...), polygon(...), cells(...); the word is the next token. */
-bool rmap_parser_at_region(const struct rmap_parser *parser);
-enum rmap_status rmap_parse_region(struct rmap_parser *parser,
-                                   struct rmap_registration_test *test) RMAP_MUST_USE;
-
-/* What positions on these detectors are measured in. */
-enum rmap_dimension rmap_detector_dimension(const struct rmap_scene *scene,
-                                            const struct rmap_index_set *detector);
 
 #endif

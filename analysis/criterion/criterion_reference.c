@@ -7,6 +7,8 @@
 
 #include "analysis/criterion/criterion_file_internal.h"
 #include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_value.h"
+#include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 

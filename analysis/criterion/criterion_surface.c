@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_value.h"
+#include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 
 /* Objects that carry a marked surface, and on which side where that matters. */

@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/path_mark.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "base/count.h"

@@ -222,9 +222,6 @@ enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
                                             const struct rmap_index_set *detector,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* Orders children by cost and sets columns, n_mask and the bits of every test. */
-void rmap_criterion_plan(struct rmap_criterion *criterion);
-
 /* Rays with larger ids cannot match; UINT64_MAX without such a bound. */
 uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion);
 
@@ -239,24 +236,9 @@ static inline bool rmap_object_medium_tells(const struct rmap_object *object)
            object->medium_back != RMAP_MEDIUM_ANY;
 }
 
-/* The side of an object that light met in a row of /segment: bit 0 front, bit 1 back. ray: row of
- * /ray, whose legs begin at ray_row. Reads the medium where it tells; else position, normal, event
- * and ray.start: rmap_side_columns. */
-unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion *portion,
-                       size_t row, size_t ray, size_t ray_row);
-
 /* Columns that tell which of these sides light met. side: [n_object] as in struct rmap_step_test.
  */
 rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t *side);
-
-/* A stored coordinate as 0..1, or in the detector's own units: lengths about the centre, degrees
- * on an intensity grid. It never falls as `stored` rises. */
-double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,
-                                bool as_relative);
-
-/* flag[i] = 1 or 0 for index[i] in [0, n). */
-void rmap_index_set_mark(const struct rmap_index_set *set, const int32_t *index, size_t n,
-                         uint8_t *flag);
 
 /* Some rows of a table, and the ray that the first of them belongs to. */
 struct rmap_strip {
@@ -265,33 +247,13 @@ struct rmap_strip {
     size_t ray_row;  /* where that ray's rows begin */
 };
 
-/* Mark rows that count: flag[i] = 1 or 0 for row strip->first + i. Of registrations, whatever the
- * test says of them behind `where`. */
-void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
-                     const struct rmap_portion *portion, const struct rmap_strip *strip,
-                     uint8_t *flag);
-void rmap_registrations_mark(const struct rmap_criterion *criterion,
-                             const struct rmap_registration_test *test,
-                             const struct rmap_portion *portion, const struct rmap_strip *strip,
-                             uint8_t *flag);
-
 /* Bits stay of those rows of /registration for which `where`, a node, holds. bits: [words of
  * n_row]. */
 void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
                      const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
 
 /* A number of a registration (row of /registration), and the columns that it is made of. */
-double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
-                                size_t row, enum rmap_registration_number number);
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);
-
-/* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
- * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.
- * RMAP_FORMAT when the rows do not add up, RMAP_SYSTEM. Thread-safe. */
-enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
-                                const struct rmap_criterion_node *node,
-                                const struct rmap_portion *portion, uint8_t *match,
-                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* Rows of /segment as classes of (object, event, medium): row k is of class row_class[k], whose
  * symbol[class] is what rmap_path_symbol says of it. */
@@ -299,14 +261,5 @@ struct rmap_path_rows {
     const uint16_t *row_class; /* [n_segment] */
     const uint16_t *symbol;    /* [n_class] */
 };
-uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
-                          int32_t medium);
-
-/* rmap_path_mark without the columns of /segment; the portion has the counts and the columns of
- * /registration. rows NULL: with them. */
-enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
-                                     const struct rmap_portion *portion,
-                                     const struct rmap_path_rows *rows, uint8_t *match,
-                                     struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

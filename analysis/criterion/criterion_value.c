@@ -6,7 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_value.h"
 #include "base/alloc.h"
 
 /* A value in the written unit times `times`, over `over`, is in the map's. Two factors, so that

@@ -3,6 +3,7 @@
  * What stands behind `where`, put to one registration: its numbers, the steps before it, the step
  * at its own place, and the history up to it.
  */
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/path_walk.h"
 #include "analysis/criterion/registration_angle.h"
 

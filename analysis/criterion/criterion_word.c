@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"

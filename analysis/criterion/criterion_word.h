@@ -6,6 +6,7 @@
 #ifndef RMAP_CRITERION_WORD_H
 #define RMAP_CRITERION_WORD_H
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_parser.h"
 
 /* What a test is of decides where it may stand: STEPS, those of the ray, or inside `where` those
@@ -41,5 +42,31 @@ enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct r
 /* Every word that a criterion or `stats --of` may have but for names: the i-th, NULL behind the
  * last. */
 const char *rmap_criterion_word(size_t i);
+
+/* One elementary test with its comparison. */
+enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
+
+/* Name tokens, and the sets they stand for among the wanted kind. look_up: *found_ret says
+ * whether the name is known; parse_set fails when it is not. */
+enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *what,
+                                       struct rmap_token *token_ret) RMAP_MUST_USE;
+enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rmap_token *token,
+                                     enum rmap_name_wanted wanted, struct rmap_index_set *set,
+                                     bool *found_ret) RMAP_MUST_USE;
+enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
+                                struct rmap_index_set *set) RMAP_MUST_USE;
+
+/* Packs marks [n] into a set; without gaps it needs no memory of its own. */
+enum rmap_status rmap_parser_pack_set(struct rmap_parser *parser, const uint8_t *mark, size_t n,
+                                      struct rmap_index_set *set) RMAP_MUST_USE;
+
+/* Text of a token, cut to a name's length. */
+void rmap_parser_word(const struct rmap_parser *parser, const struct rmap_token *token,
+                      char word[RMAP_TOKEN_NAME_NBYTES + 1]);
+
+/* Fails with "unknown KIND 'word' (did you mean 'x'?)". */
+enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
+                                       const struct rmap_token *token, const char *kind,
+                                       const char *const *candidate, size_t n);
 
 #endif

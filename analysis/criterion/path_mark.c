@@ -6,6 +6,7 @@
  */
 #include <string.h>
 
+#include "analysis/criterion/path_mark.h"
 #include "analysis/criterion/path_table.h"
 #include "base/alloc.h"
 #include "base/wide.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Ghost and scatter orders of rays and registrations.
+ * How often light was turned out of its way: the two orders by which stray light is told.
  */
 #include "analysis/criterion/path_order.h"
 

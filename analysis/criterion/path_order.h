@@ -15,6 +15,7 @@
 #ifndef RMAP_PATH_ORDER_H
 #define RMAP_PATH_ORDER_H
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_tree.h"
 #include "portion/event.h"
 #include "portion/portion.h"

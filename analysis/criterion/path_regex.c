@@ -5,7 +5,7 @@
  */
 #include <string.h>
 
-#include "analysis/criterion/path_reader.h"
+#include "analysis/criterion/path_step.h"
 #include "base/alloc.h"
 
 static enum rmap_status add_term(struct rmap_path_reader *reader, const struct rmap_path_term *term,

@@ -4,7 +4,8 @@
  */
 #include <string.h>
 
-#include "analysis/criterion/path_reader.h"
+#include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/path_step.h"
 #include "base/alloc.h"
 
 static void skip_blanks(struct rmap_path_reader *reader)

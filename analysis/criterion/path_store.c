@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Automata that criteria share.
+ * The automata of the paths of all criteria that share definitions: paths of one text are one
+ * automaton, and all together are bounded in time and memory.
  */
 #include "analysis/criterion/path_store.h"
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * An automaton run along one ray, registration by registration.
+ * A path("...") put to the history up to a registration, from one registration of a ray to its
+ * next.
  */
 #include "analysis/criterion/path_walk.h"
 

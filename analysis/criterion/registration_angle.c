@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Comparisons of a registration's angle without an arc cosine where the ends allow it.
+ * The angle under which a detector is reached, and whether it lies in an interval: told without
+ * its arc where it is clear of both ends.
  */
 #include "analysis/criterion/registration_angle.h"
 

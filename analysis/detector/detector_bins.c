@@ -10,6 +10,7 @@
 
 #include "analysis/criterion/criterion_lex.h"
 #include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_value.h"
 #include "analysis/detector/detector_bins.h"
 
 static double sine_squared(double angle)

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * Numbers of `stats --of`: their text to what is to be read.
+ * Any number of a ray or of its registrations, by the words of the criterion language: what
+ * statistics are made of.
  */
 #include "analysis/query/quantity.h"
 
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/query/quantity_count.h"
 #include "base/alloc.h"

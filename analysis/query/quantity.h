@@ -16,6 +16,7 @@
 #ifndef RMAP_QUANTITY_H
 #define RMAP_QUANTITY_H
 
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_parser.h"
 #include "analysis/criterion/path_order.h"
 #include "analysis/query/fold.h"
@@ -84,10 +85,6 @@ enum rmap_status rmap_quantity_range(const struct rmap_quantities *quantities, s
                                      const char *text, const char *option, double range[2],
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* False: no ray of the portion has a reading. */
-bool rmap_quantities_may_count(const struct rmap_quantities *quantities,
-                               const struct rmap_portion_info *portion);
-
 /* What was read of a portion. All zero at first; used again from portion to portion. */
 struct rmap_readings {
     size_t n;
@@ -100,12 +97,5 @@ struct rmap_readings {
     uint32_t *count;                    /* for counting */
     size_t cap, count_cap;
 };
-void rmap_readings_fini(struct rmap_readings *readings);
-
-/* Readings of the matching rays. The portion has the columns. RMAP_FORMAT when rows do not fit. */
-enum rmap_status rmap_quantities_read(const struct rmap_quantities *quantities,
-                                      const struct rmap_matched *rays,
-                                      struct rmap_readings *readings,
-                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tests as numbers.
+ * A test of the criterion language as a number: how often it holds along a ray.
  */
 #include "analysis/query/quantity_count.h"
 

@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_evaluate.h"
+#include "analysis/criterion/criterion_mark.h"
 #include "analysis/query/quantity.h"
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "base/wide.h"
 

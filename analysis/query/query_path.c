@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "analysis/criterion/path_mark.h"
 #include "analysis/criterion/path_table.h"
 #include "base/alloc.h"
 #include "history/history_gather.h"

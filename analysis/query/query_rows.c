@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/path_mark.h"
 #include "analysis/query/query_path.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"

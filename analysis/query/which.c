@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_mark.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
 

@@ -4,6 +4,7 @@
  */
 #include "analysis/stats/stats_block.h"
 
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,

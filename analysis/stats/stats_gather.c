@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 
 static size_t n_range(const struct rmap_stats_setup *setup)

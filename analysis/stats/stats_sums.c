@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 
 /* A reading of a cluster in its cell. */

@@ -14,6 +14,7 @@
 #include "io/codec/shuffle.h"
 #include "io/file/read_exactly.h"
 #include "io/map/chunk_cache.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_memory.h"
 #include "io/map/piece_file.h"

@@ -8,6 +8,7 @@
 #include "compact/paths.h"
 #include "compact/streams.h"
 #include "io/map/chunk_reader.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_history.h"
 #include "io/map/map_internal.h"

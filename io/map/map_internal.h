@@ -95,16 +95,4 @@ void rmap_map_derive_flux(struct rmap_map *map);
 /* Lets go of every history index. */
 void rmap_histories_destroy(struct rmap_histories *histories);
 
-/* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
-char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);
-
-const struct rmap_layout *rmap_map_piece_layout(const struct rmap_map *map, size_t piece);
-int rmap_map_piece_n_channel(const struct rmap_map *map, size_t piece);
-
-/* Chunks of a piece, checked the first time against its rows and its file: borrowed from the map.
- * Thread-safe. RMAP_FORMAT when the piece is missing, of another size, or inconsistent. */
-enum rmap_status rmap_map_piece_chunks(const struct rmap_map *map, size_t piece,
-                                       const struct rmap_piece_chunks **chunks_ret,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -9,6 +9,7 @@
 #include "compact/model.h"
 #include "compact/paths.h"
 #include "compact/streams.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_internal.h"
 #include "io/scene/scene_limits.h"
 

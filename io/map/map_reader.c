@@ -18,6 +18,7 @@
 #include "io/map/map_tally.h"
 #include "io/map/portion_rows.h"
 #include "io/map/provenance.h"
+#include "io/mesh/bundle_pack.h"
 #include "io/scene/scene_numbers.h"
 #include "trace/tally.h"
 

@@ -8,6 +8,7 @@
 
 #include "io/map/map_internal.h"
 #include "io/map/provenance.h"
+#include "io/mesh/bundle_pack.h"
 
 enum rmap_status rmap_map_run_init(const struct rmap_map *map, size_t space,
                                    enum rmap_encoding encoding, struct rmap_map_run *self,

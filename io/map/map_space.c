@@ -13,6 +13,7 @@
 #include "io/hdf5/h5_read.h"
 #include "io/hdf5/h5_write.h"
 #include "io/map/map_internal.h"
+#include "io/mesh/bundle_pack.h"
 
 void rmap_map_spaces_fini(struct rmap_map_spaces *spaces)
 {

@@ -13,6 +13,7 @@
 #include "io/hdf5/h5_read.h"
 #include "io/hdf5/h5_write.h"
 #include "io/map/map_format.h"
+#include "io/mesh/bundle_pack.h"
 #include "trace/tracer_revision.h"
 #include "version.h"
 

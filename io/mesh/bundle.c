@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The parts of a bundle: made, added to, destroyed.
+ * Everything a scene is built from, self-contained: the scene file's text, what was chosen of it,
+ * and the meshes it names.
  */
 #include "io/mesh/bundle.h"
 

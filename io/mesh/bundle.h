@@ -61,14 +61,6 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_bundle_destroy(struct rmap_bundle *bundle);
 
-/* Little-endian bytes that hold the whole bundle, and back. *blob_ret: rmap_free. Every length in
- * a blob is checked: RMAP_FORMAT when it is not one. */
-enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
-                                  size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
-                                    struct rmap_bundle **bundle_ret,
-                                    struct rmap_error *err) RMAP_MUST_USE;
-
 /* Takes the mesh over, on success alone; for rmap_scene_read. */
 enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
                                       struct rmap_mesh *mesh, struct rmap_error *err) RMAP_MUST_USE;
@@ -88,8 +80,6 @@ enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene *
 
 /* STL, OBJ, PLY, glTF through assimp; groups, objects and materials of the file become faces.
  * Degenerate triangles are dropped and counted. RMAP_INPUT when it cannot be read as a mesh. */
-enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
 /* A field's numbers of three axes in an HDF5 file. dataset NULL: "n". placing: what the scene says
  * of where it lies; parts that it leaves NaN (and axes NULL) come from the dataset's attributes
  * `origin` (or `lower`), `spacing` (or `upper`), `length_unit`, `axes`. unit_m: metres of the
@@ -102,8 +92,5 @@ struct rmap_grid_file {
 };
 enum rmap_status rmap_grid_read(const struct rmap_grid_file *file, struct rmap_grid **grid_ret,
                                 size_t *n_hole_ret, struct rmap_error *err) RMAP_MUST_USE;
-
-enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
-                                struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

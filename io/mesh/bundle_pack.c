@@ -10,6 +10,7 @@
 
 #include "base/alloc.h"
 #include "io/mesh/bundle.h"
+#include "io/mesh/bundle_pack.h"
 
 static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
 static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};

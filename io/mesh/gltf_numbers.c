@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The JSON document of a glTF file, and numbers out of its buffers.
+ * glTF 2.0 files (Khronos Group, "glTF 2.0 Specification", 2021): the JSON document and the
+ * numbers that its accessors stand for.
  */
 #include "io/mesh/gltf_numbers.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Vertices hashed by position, triangles gathered.
+ * A mesh made triangle by triangle.
  */
 #include "io/mesh/mesh_builder.h"
 

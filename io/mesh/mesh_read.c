@@ -16,6 +16,7 @@
 #include "io/mesh/bundle.h"
 #include "io/mesh/gltf_numbers.h"
 #include "io/mesh/mesh_builder.h"
+#include "io/mesh/mesh_read.h"
 
 #define NODE_DEPTH_MAX 256
 #define CORNERS_MAX    4096

@@ -16,6 +16,7 @@
 #include "io/file/directory.h"
 #include "io/file/publish.h"
 #include "io/map/journal.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"

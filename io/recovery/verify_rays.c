@@ -9,6 +9,7 @@
 #include "base/alloc.h"
 #include "io/file/publish.h"
 #include "io/hdf5/h5_read.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_rays.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Receivers: detectors from a file of their own.
+ * A file of receivers: detectors that were not in the scene when it was traced, to be laid over
+ * its map.
  */
 #include "io/scene/receivers.h"
 

@@ -6,7 +6,11 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_cameras.h"
+#include "io/scene/scene_channels.h"
+#include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_sources.h"
 
 #define PIXELS_PER_SIDE_MAX 65535
 #define PIXELS_MAX          (1u << 28)

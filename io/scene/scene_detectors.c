@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Virtual detectors: planes free in space or lying on an object, some faces of its mesh, or a
- * group, whose frame and size they take; and far-field grids.
+ * Virtual detectors: planes free in space or lying on an object, and far-field grids.
  */
 #include <math.h>
 #include <stdio.h>
@@ -9,8 +8,13 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_detectors.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
+
+/* What a detector lies on: an object, some faces of its mesh, or a group; and the frame and size
+ * that it takes from there. */
 
 /* The object or group that `key` of the mapping names. */
 static void find_on(struct rmap_reader *reader, const struct rmap_yaml_node *node, const char *key,
@@ -102,8 +106,9 @@ static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *
         mark_faces(reader, faces->item[i].value, mesh, detector->face);
 }
 
-static void detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        struct rmap_detector *detector)
+/* `on:` of a detector, whose list of faces is the scene's. */
+static void reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               struct rmap_detector *detector)
 {
     const struct rmap_yaml_node *on = rmap_yaml_get(node, "on");
     if (on->kind != RMAP_YAML_MAP) {
@@ -165,8 +170,8 @@ static void bounds_of(const struct rmap_scene *scene, const struct rmap_object *
         rmap_geometry_bounds(geometry, lower, upper);
 }
 
-static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        struct rmap_detector *detector)
+static void reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               struct rmap_detector *detector)
 {
     const struct rmap_scene *scene = reader->scene;
     bool directed = rmap_yaml_get(node, "direction") != NULL;
@@ -217,8 +222,10 @@ static void widen(const struct rmap_scene *scene, const struct rmap_object *obje
     }
 }
 
-static void adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       struct rmap_detector *detector)
+/* The frame that what it lies on suggests, and the smallest centred rectangle that covers the
+ * bounds of that. node: the detector. */
+static void reader_adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              struct rmap_detector *detector)
 {
     const struct rmap_scene *scene = reader->scene;
     detector->size[0] = detector->size[1] = 0;
@@ -283,7 +290,7 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     bool good = rmap_reader_placement(reader, node, &placement);
     good &= rmap_reader_direction(reader, node, axis_key, &axis);
     if (lies_on)
-        adopt_frame(reader, node, detector);
+        reader_adopt_frame(reader, node, detector);
     if (!good)
         return;
     if (!lies_on || rmap_yaml_get(node, "at") || matrix)
@@ -321,12 +328,12 @@ static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *
     detector->type = RMAP_DETECTOR_PLANE;
     detector->size[0] = detector->size[1] = 1;
     if (on) {
-        detector_on(reader, node, detector);
+        reader_detector_on(reader, node, detector);
         lies_on = rmap_detector_lies_on(detector);
     }
     read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
     if (lies_on && !rmap_yaml_get(node, "size")) {
-        adopt_size(reader, node, detector);
+        reader_adopt_size(reader, node, detector);
         return;
     }
     if (!on || rmap_yaml_get(node, "size"))

@@ -2,14 +2,213 @@
  *
  * Gradient media: `gradient:` of a medium.
  */
-#include "io/scene/scene_field.h"
-
 #include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "gradient/field_made.h"
+#include "io/scene/scene_channels.h"
+#include "io/scene/scene_field.h"
+#include "io/scene/scene_media.h"
+#include "io/scene/scene_objects.h"
+#include "optics/dispersion.h"
+#include "optics/spectrum.h"
 #include "scene/bounds.h"
+
+/* Values of the keys of gradient media: numbers on the channels, alone, in structures, in lists. */
+
+/* A number on the channels: itself, or {wavelength: [..], value: [..]}, which in rgb mode counts
+ * at the wavelength of the indices. *good: false after a complaint. */
+static void reader_channel_values(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                  const char *what, const struct rmap_range *range, double *value,
+                                  bool *good)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    double *column[2], number = 0;
+    size_t n = 0;
+    if (node->kind != RMAP_YAML_MAP) {
+        *good = rmap_reader_scalar(reader, node, what, range, &number);
+        for (int c = 0; *good && c < channels->n; c++)
+            value[c] = number;
+        return;
+    }
+    rmap_reader_table(reader, node, "wavelength value", 2, range, &n, column);
+    *good = n > 0;
+    const struct rmap_table1 table = {n, column[0], column[1]};
+    for (int c = 0; *good && c < channels->n; c++)
+        value[c] = rmap_table1_at(&table, channels->wavelength_nm[c]);
+}
+
+void rmap_reader_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_field_parameter *parameter, size_t width,
+                            double *value, bool *good)
+{
+    const int n = reader->scene->channels.n;
+    *good = true;
+    for (size_t k = 0; k < width; k++) {
+        const struct rmap_yaml_node *at = rmap_yaml_get(node, parameter[k].name);
+        double on_channel[RMAP_CHANNEL_MAX];
+        char what[80];
+        bool fine = true;
+        (void)snprintf(what, sizeof what, "'%s'", parameter[k].name);
+        for (int c = 0; c < n; c++)
+            on_channel[c] = parameter[k].otherwise;
+        if (at)
+            reader_channel_values(reader, at, what, &rmap_range_any, on_channel, &fine);
+        else if (isnan(parameter[k].otherwise)) {
+            rmap_reader_error(reader, node, "'%s' is missing: add it", parameter[k].name);
+            fine = false;
+        }
+        *good &= fine;
+        for (int c = 0; fine && c < n; c++)
+            value[(size_t)c * width + k] = on_channel[c];
+    }
+}
+
+void rmap_reader_channel_list(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                              const char *key, size_t n_max, size_t *width_ret, double **value_ret)
+{
+    const struct rmap_yaml_node *list = rmap_yaml_get(map, key);
+    const size_t n = (size_t)reader->scene->channels.n;
+    char what[80];
+    bool good = true;
+    (void)snprintf(what, sizeof what, "'%s'", key);
+    *value_ret = NULL;
+    if (!list || list->kind != RMAP_YAML_LIST || !list->n_item || list->n_item > n_max) {
+        rmap_reader_error(reader, list ? list : map, "%s must be a list of 1 to %zu numbers", what,
+                          n_max);
+        return;
+    }
+    double *value = rmap_reader_alloc(reader, list->n_item * n, sizeof *value);
+    if (!value)
+        return;
+    for (size_t k = 0; k < list->n_item; k++) {
+        double on_channel[RMAP_CHANNEL_MAX] = {0};
+        bool fine = true;
+        reader_channel_values(reader, list->item[k].value, what, &rmap_range_any, on_channel,
+                              &fine);
+        good &= fine;
+        for (size_t c = 0; c < n; c++)
+            value[c * list->n_item + k] = on_channel[c];
+    }
+    *width_ret = list->n_item;
+    *value_ret = good ? value : NULL;
+}
+
+int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, size_t width)
+{
+    const int n = reader->scene->channels.n;
+    for (int c = 1; c < n; c++)
+        if (memcmp(value + (size_t)c * width, value, width * sizeof *value) != 0)
+            return n;
+    return 1;
+}
+
+int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader)
+{
+    return rmap_reader_distinct(reader, reader->scene->channels.wavelength_nm, 1);
+}
+
+/* `dispersion:` of a gradient medium: a model that holds at one wavelength follows a glass, a
+ * formula or a table at the others. */
+
+enum { ADDITIVE, REFRACTIVITY, MULTIPLICATIVE };
+
+/* An index over wavelength, of one kind. */
+struct dispersion {
+    struct rmap_sellmeier sellmeier;
+    struct rmap_table1 table; /* n > 0: this, else the formula */
+};
+
+static double index_at(const struct dispersion *of, double nm)
+{
+    return of->table.n ? rmap_table1_at(&of->table, nm) : rmap_sellmeier_index(&of->sellmeier, nm);
+}
+
+static void read_index_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct dispersion *of, bool *good)
+{
+    double *column[2];
+    size_t n = 0;
+    rmap_reader_table(reader, node, "wavelength n", 2, &rmap_range_positive, &n, column);
+    of->table = (struct rmap_table1){n, column[0], column[1]};
+    *good = n > 0;
+}
+
+static void read_model(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct dispersion *of, bool *good)
+{
+    const struct rmap_yaml_node *glass = rmap_yaml_get(node, "glass");
+    const struct rmap_yaml_node *formula = rmap_yaml_get(node, "sellmeier");
+    const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
+    *good = false;
+    if (!!glass + !!formula + !!table != 1)
+        rmap_reader_error(reader, node, "dispersion needs one of glass, sellmeier, table");
+    else if (table) {
+        read_index_table(reader, table, of, good);
+        return;
+    } else if (formula)
+        *good = rmap_reader_sellmeier(reader, formula, 1, &of->sellmeier);
+    else {
+        const struct rmap_glass *found = rmap_reader_glass(reader, node);
+        *good = found != NULL;
+        if (found)
+            of->sellmeier = found->sellmeier;
+    }
+}
+
+/* What the field's numbers become on a channel. */
+static struct rmap_dispersed on_channel(int mode, double n, double n_reference)
+{
+    switch (mode) {
+    case REFRACTIVITY:
+        return (struct rmap_dispersed){(n - 1) / (n_reference - 1), 0};
+    case MULTIPLICATIVE:
+        return (struct rmap_dispersed){n / n_reference, n / n_reference - 1};
+    default:
+        return (struct rmap_dispersed){1, n - n_reference};
+    }
+}
+
+/* `dispersion:` of a medium's gradient, put on top of its field. */
+static void reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_field **field)
+{
+    const struct rmap_yaml_node *said = rmap_yaml_get(node, "dispersion");
+    const struct rmap_channels *channels = &reader->scene->channels;
+    struct rmap_dispersed dispersed[RMAP_CHANNEL_MAX];
+    struct dispersion of = {0};
+    double reference = 587.56;
+    int mode = ADDITIVE;
+    bool good = false;
+    if (!said ||
+        !rmap_reader_check_map(reader, said, "dispersion", "glass sellmeier table reference mode"))
+        return;
+    read_model(reader, said, &of, &good);
+    good &= rmap_reader_number(reader, said, "reference", RMAP_OPTIONAL, &rmap_range_positive,
+                               &reference);
+    good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL,
+                               "additive refractivity multiplicative", &mode);
+    if (!good || !*field)
+        return;
+    double n_reference = index_at(&of, reference);
+    for (int c = 0; c < channels->n && good; c++) {
+        dispersed[c] = on_channel(mode, index_at(&of, channels->wavelength_nm[c]), n_reference);
+        good = isfinite(dispersed[c].scale) && isfinite(dispersed[c].offset);
+    }
+    if (!good) {
+        rmap_reader_error(reader, said,
+                          "the dispersion has no index at %g nm ('reference') or at one of the "
+                          "scene's wavelengths",
+                          reference);
+        return;
+    }
+    struct rmap_field *taken = *field;
+    *field = NULL;
+    rmap_reader_made(reader, said,
+                     rmap_field_dispersed(field, taken, rmap_reader_distinct_wavelengths(reader),
+                                          dispersed, &reader->failure));
+}
 
 /* ---- a field of any model ---- */
 
@@ -241,7 +440,7 @@ void rmap_reader_make_gradients(struct rmap_reader *reader)
         reader->lenient_field = false;
         rmap_reader_field(reader, frame->node, &place, &medium->field);
         frame->lenient = reader->lenient_field;
-        rmap_reader_disperse(reader, frame->node, &medium->field);
+        reader_disperse(reader, frame->node, &medium->field);
         if (!medium->field)
             continue;
         medium->dispersive = medium->field->n_channel > 1;

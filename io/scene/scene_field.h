@@ -21,12 +21,6 @@ struct rmap_field_place {
 void rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const struct rmap_field_place *place, struct rmap_field **field_ret);
 
-/* A number on the channels: itself, or {wavelength: [..], value: [..]}, which in rgb mode counts
- * at the wavelength of the indices. *good: false after a complaint. */
-void rmap_reader_channel_values(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                const char *what, const struct rmap_range *range, double *value,
-                                bool *good);
-
 /* Makers take structures of doubles, one per channel: value[channel * width + k] is of name[k]. */
 struct rmap_field_parameter {
     const char *name;
@@ -63,9 +57,5 @@ struct rmap_field_model {
 const struct rmap_field_model *rmap_field_model_analytic(size_t i);
 const struct rmap_field_model *rmap_field_model_made(size_t i);
 const struct rmap_field_model *rmap_field_model_from_file(size_t i);
-
-/* `dispersion:` of a medium's gradient, put on top of its field. */
-void rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                          struct rmap_field **field);
 
 #endif

@@ -12,7 +12,9 @@
 #include "gradient/field_grid.h"
 #include "gradient/field_plugin.h"
 #include "io/file/input_file.h"
+#include "io/scene/scene_channels.h"
 #include "io/scene/scene_field.h"
+#include "io/scene/scene_geometries.h"
 
 /* ---- grids ---- */
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_reader.h"
 
 static struct rmap_medium_frame *frame_of(struct rmap_reader *reader, int32_t medium)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/grouped.h"
+#include "io/scene/scene_field_probe.h"
 #include "io/scene/scene_reader.h"
 
 enum { ROUND = 8, LEVELS = 5, MESH_POINT_MAX = 200, TRIANGLE_MAX = 1000000, OBJECT_MAX = 2000 };

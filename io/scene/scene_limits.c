@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Whether a column's values name things that the scene has; a check per element type, as it runs on
- * every chunk that is read.
+ * Values of stored columns that index tables of the scene: whatever a file says, they must lie in
+ * them.
  */
 #include "io/scene/scene_limits.h"
 

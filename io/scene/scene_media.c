@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_media.h"
 #include "optics/dispersion.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The scene's numbers as tables of fields, which writing, reading and comparing walk through.
+ * The numbers of a scene as they were when a map was written: `/model/K` of the index, K the
+ * colour space.
  */
 #include "io/scene/scene_numbers.h"
 

@@ -1,30 +1,154 @@
 /* SPDX-License-Identifier: MIT
  *
- * The tree of objects: groups, instances, their surfaces and media. An instance of a prescription
- * is a group of caps, edges and the plate of the stop; instances share the geometries.
+ * The tree of objects: groups, instances, their surfaces and media.
  */
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_lens.h"
+#include "io/scene/scene_media.h"
+#include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
+#include "io/scene/scene_surfaces.h"
 
-/* Objects as they are made. */
-struct object_plan {
-    const char *name;
-    const struct rmap_yaml_node *node;
-    bool derived; /* part of a lens: its id comes from its name, not from the node */
-    int32_t parent, geometry;
-    struct rmap_affine to_world;
-    int32_t surface_front, surface_back, medium_front, medium_back;
-    /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
-    const struct rmap_affine *element_front, *element_back;
-};
+/* Where things stand: `at`, `rotate`, `scale`, `matrix`, `direction`. */
+
+static bool read_scale(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                       struct rmap_vec3 *scale)
+{
+    double s[3] = {1, 1, 1};
+    size_t n = 0;
+    const struct rmap_yaml_node *node = rmap_yaml_get(map, "scale");
+    if (!rmap_reader_numbers(reader, map, "scale", RMAP_OPTIONAL, &rmap_range_any, 1, 3, s, &n))
+        return false;
+    if (n == 2) {
+        rmap_reader_error(reader, node, "'scale' must be a number or a list of 3 numbers");
+        return false;
+    }
+    if (n == 1)
+        s[1] = s[2] = s[0];
+    *scale = rmap_vec3(s[0], s[1], s[2]);
+    return true;
+}
+
+static bool read_matrix(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        struct rmap_affine *placement)
+{
+    static const char *const other[] = {"at", "rotate", "scale", "direction"};
+    double m[12];
+    size_t n = 0;
+    bool good = true;
+    for (size_t i = 0; i < RMAP_COUNT(other); i++) {
+        const struct rmap_yaml_node *node = rmap_yaml_get(map, other[i]);
+        if (!node)
+            continue;
+        rmap_reader_error(reader, node, "give 'matrix' or '%s', not both", other[i]);
+        good = false;
+    }
+    good &=
+        rmap_reader_numbers(reader, map, "matrix", RMAP_OPTIONAL, &rmap_range_any, 12, 12, m, &n);
+    if (!good)
+        return false;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            placement->m[i][j] = m[4 * i + j];
+    placement->t = rmap_vec3(m[3], m[7], m[11]);
+    return true;
+}
+
+/* Not too large or too small for an inverse, but without one. */
+static bool flattens(const struct rmap_affine *placement)
+{
+    struct rmap_affine unit = *placement;
+    double most = 0;
+    for (int k = 0; k < 9; k++)
+        most = fmax(most, fabs(placement->m[k / 3][k % 3]));
+    for (int k = 0; k < 9; k++)
+        unit.m[k / 3][k % 3] /= most;
+    return !(fabs(rmap_affine_determinant(&unit)) > 0);
+}
+
+bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                           struct rmap_affine *placement)
+{
+    struct rmap_affine inverse;
+    const struct rmap_yaml_node *matrix = rmap_yaml_get(map, "matrix");
+    *placement = rmap_affine_identity();
+    if (matrix) {
+        if (!read_matrix(reader, map, placement))
+            return false;
+    } else {
+        struct rmap_vec3 scale = {1, 1, 1}, rotate = {0, 0, 0}, at = {0, 0, 0};
+        bool good = read_scale(reader, map, &scale);
+        good &= rmap_reader_vec3(reader, map, "rotate", &rotate);
+        good &= rmap_reader_vec3(reader, map, "at", &at);
+        if (!good)
+            return false;
+        *placement = rmap_affine_placement(scale, rotate, at);
+    }
+    if (rmap_affine_invert(placement, &inverse))
+        return true;
+    const struct rmap_yaml_node *scale = rmap_yaml_get(map, "scale");
+    const struct rmap_yaml_node *at = matrix ? matrix : scale ? scale : map;
+    if (flattens(placement))
+        rmap_reader_error(reader, at, "this transform is singular: it flattens its object; %s",
+                          matrix ? "the 3 x 3 part of the matrix must have an inverse"
+                                 : "no scale may be 0");
+    else
+        rmap_reader_error(reader, at,
+                          "this transform is too small, too large or too far away to be inverted: "
+                          "scales must lie between 1e-100 and 1e100, positions below 1e150");
+    *placement = rmap_affine_identity();
+    return false;
+}
+
+/* Columns x, y, z of the linear part. */
+static struct rmap_vec3 column(const struct rmap_affine *a, int j)
+{
+    return rmap_vec3(a->m[0][j], a->m[1][j], a->m[2][j]);
+}
+
+void rmap_placement_axes(const struct rmap_affine *placement, struct rmap_vec3 axis[3])
+{
+    for (int j = 0; j < 3; j++)
+        axis[j] = rmap_normalize(column(placement, j));
+}
+
+struct rmap_affine rmap_placement_rigid(const struct rmap_affine *placement)
+{
+    struct rmap_vec3 x, y, z = rmap_normalize(column(placement, 2));
+    x = column(placement, 0);
+    x = rmap_normalize(rmap_axpy(-rmap_dot(x, z), z, x));
+    y = rmap_cross(z, x);
+    if (rmap_dot(y, column(placement, 1)) < 0)
+        y = rmap_scale(y, -1);
+    return (struct rmap_affine){{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}, placement->t};
+}
+
+static double component(struct rmap_vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+void rmap_placement_plane(struct rmap_vec3 axis, struct rmap_vec3 *x, struct rmap_vec3 *y)
+{
+    int first = 0;
+    while (first < 2 && !(fabs(component(axis, first)) < 0.9))
+        first++;
+    struct rmap_vec3 world = rmap_vec3(first == 0, first == 1, first == 2);
+    *x = rmap_normalize(rmap_axpy(-rmap_dot(world, axis), axis, world));
+    *y = rmap_normalize(rmap_cross(axis, *x));
+    int second = first == 0 ? 1 : 0, third = first == 2 ? 1 : 2;
+    double a = component(*y, second), b = component(*y, third);
+    double sign = (fabs(a) >= fabs(b) ? a : b) < 0 ? -1 : 1;
+    /* Adding 0 makes -0 a plain 0. */
+    *y = rmap_add(rmap_scale(*y, sign), rmap_vec3(0, 0, 0));
+}
 
 /* Digits alone are decimal; with letters or 0x hexadecimal; absent: the hash of the name. */
 static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -55,7 +179,8 @@ static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node 
 }
 
 /* Places of gradient media on both sides. Only elements of lenses have frames of their own. */
-static void place_sides(struct rmap_reader *reader, const struct object_plan *plan, int32_t index)
+static void place_sides(struct rmap_reader *reader, const struct rmap_object_plan *plan,
+                        int32_t index)
 {
     int32_t front = 0, back = 0;
     const struct rmap_geometry *geometry = &reader->scene->geometry[plan->geometry];
@@ -71,7 +196,7 @@ static void place_sides(struct rmap_reader *reader, const struct object_plan *pl
     reader->scene->object[index].gradient_back = back;
 }
 
-static void add_object(struct rmap_reader *reader, const struct object_plan *plan)
+void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan)
 {
     struct rmap_scene *scene = reader->scene;
     struct rmap_object *object =
@@ -100,9 +225,9 @@ static void add_object(struct rmap_reader *reader, const struct object_plan *pla
                            plan->node);
 }
 
-static void add_group(struct rmap_reader *reader, const char *name,
-                      const struct rmap_yaml_node *node, int32_t parent,
-                      const struct rmap_affine *to_world, bool derived, int32_t *group_ret)
+void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
+                           const struct rmap_yaml_node *node, int32_t parent,
+                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret)
 {
     struct rmap_scene *scene = reader->scene;
     size_t n = scene->n_group;
@@ -124,229 +249,6 @@ static void add_group(struct rmap_reader *reader, const char *name,
     rmap_reader_add_member(reader, group->name, RMAP_MEMBER_GROUP, *group_ret, node);
 }
 
-/* ---- instances of prescriptions ---- */
-
-struct expansion {
-    struct rmap_reader *reader;
-    struct rmap_lens *lens;
-    const struct object_plan *plan; /* of the whole: name, place, surfaces of the caps */
-    const char *geometry;           /* name of the prescription */
-    int32_t group, outside;
-    int32_t edge_front, edge_back;
-    int n_edge, n_stop;
-};
-
-static char *compose(struct rmap_reader *reader, const char *format, ...) RMAP_PRINTF(2, 3);
-
-static char *compose(struct rmap_reader *reader, const char *format, ...)
-{
-    enum { LONGEST = 256 };
-    char *text = rmap_reader_alloc(reader, LONGEST, 1);
-    va_list args;
-    va_start(args, format);
-    if (text)
-        (void)vsnprintf(text, LONGEST, format, args);
-    va_end(args);
-    return text;
-}
-
-/* The lens's frame, shifted along its axis: of a part, and of the index of an element, whose origin
- * is the vertex of the surface before it. */
-static struct rmap_affine frame_at(const struct expansion *e, double z)
-{
-    const struct rmap_affine shift =
-        rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), rmap_vec3(0, 0, z));
-    return rmap_affine_compose(&e->plan->to_world, &shift);
-}
-
-/* A part of the instance at z of the lens's axis. */
-static void add_part(struct expansion *e, const char *name, int32_t parent, int32_t geometry,
-                     double z, const struct object_plan *sides)
-{
-    struct object_plan part = *sides;
-    part.name = name;
-    part.node = e->plan->node;
-    part.parent = parent;
-    part.geometry = geometry;
-    part.to_world = frame_at(e, z);
-    part.derived = true;
-    add_object(e->reader, &part);
-}
-
-static bool is_hole(const struct expansion *e, size_t k)
-{
-    const struct rmap_lens_row *row = &e->lens->row[k];
-    int32_t before = k ? e->lens->row[k - 1].medium : e->outside;
-    return row->stop && row->shape.curvature == 0 && row->shape.n_asphere == 0 &&
-           row->medium == before;
-}
-
-/* z of the surface behind which the medium of row k begins. */
-static double element_z(const struct expansion *e, size_t k)
-{
-    while (k && is_hole(e, k))
-        k--;
-    return e->lens->row[k].z;
-}
-
-static void add_cap(struct expansion *e, size_t k)
-{
-    struct rmap_lens_row *row = &e->lens->row[k];
-    char *name = compose(e->reader, "%s.%zu", e->plan->name, k + 1);
-    if (!name)
-        return;
-    if (row->geometry < 0) {
-        char *shape_name = compose(e->reader, "%s.%zu", e->geometry, k + 1);
-        if (!shape_name)
-            return;
-        rmap_reader_add_shape(e->reader, shape_name, &row->shape, &row->geometry);
-    }
-    const struct rmap_affine after = frame_at(e, row->z);
-    const struct rmap_affine before = frame_at(e, element_z(e, k ? k - 1 : k));
-    const struct object_plan sides = {
-        .surface_front = e->plan->surface_front,
-        .surface_back = e->plan->surface_back,
-        .medium_front = row->medium,
-        .medium_back = k ? e->lens->row[k - 1].medium : e->outside,
-        .element_front = k + 1 < e->lens->n_row ? &after : NULL,
-        .element_back = k ? &before : NULL,
-    };
-    add_part(e, name, e->group, row->geometry, row->z, &sides);
-}
-
-/* The plate of a stop must stop light even where the edges let it through. */
-static void stop_surface(struct expansion *e, int32_t *front, int32_t *back)
-{
-    *front = e->edge_front;
-    *back = e->edge_back;
-    if (!rmap_scene_transmits(e->reader->scene, *front) &&
-        !rmap_scene_transmits(e->reader->scene, *back))
-        return;
-    rmap_reader_builtin_surface(e->reader, RMAP_SURFACE_ABSORBER, front);
-    *back = *front;
-}
-
-static void add_stop(struct expansion *e, size_t k, int32_t parent)
-{
-    struct rmap_lens_row *row = &e->lens->row[k];
-    double inner = row->shape.aperture;
-    int number = ++e->n_stop;
-    char *name = number == 1 ? compose(e->reader, "%s.stop", e->plan->name)
-                             : compose(e->reader, "%s.stop.%d", e->plan->name, number);
-    if (!name)
-        return;
-    if (row->stop_geometry < 0) {
-        const struct rmap_shape plate = {
-            .type = RMAP_SHAPE_DISC,
-            .inner = inner,
-            .aperture = e->lens->widest > inner ? e->lens->widest : 1.5 * inner,
-        };
-        char *shape_name = compose(e->reader, "%s.stop.%zu", e->geometry, k + 1);
-        if (!shape_name)
-            return;
-        rmap_reader_add_shape(e->reader, shape_name, &plate, &row->stop_geometry);
-    }
-    struct object_plan sides = {.medium_front = RMAP_MEDIUM_ANY, .medium_back = RMAP_MEDIUM_ANY};
-    stop_surface(e, &sides.surface_front, &sides.surface_back);
-    add_part(e, name, parent, row->stop_geometry, row->rim_z, &sides);
-}
-
-static void add_row(struct expansion *e, size_t k)
-{
-    int32_t parent = e->group;
-    if (is_hole(e, k)) {
-        char *name = compose(e->reader, "%s.%zu", e->plan->name, k + 1);
-        if (!name)
-            return;
-        add_group(e->reader, name, e->plan->node, e->group, &e->plan->to_world, true, &parent);
-    } else {
-        add_cap(e, k);
-    }
-    if (e->lens->row[k].stop)
-        add_stop(e, k, parent);
-}
-
-/* The surface of revolution between two rims, from its lower end, and on which side of its normal
- * the glass lies. Where the second rim lies before the first, the glass is outside the cone. */
-struct edge {
-    struct rmap_shape shape;
-    double z;
-    bool exists, glass_in_front;
-};
-
-static struct edge edge_between(const struct rmap_lens_row *a, const struct rmap_lens_row *b)
-{
-    double ra = a->shape.aperture, rb = b->shape.aperture, length = b->rim_z - a->rim_z;
-    struct edge edge = {.exists = true, .z = fmin(a->rim_z, b->rim_z)};
-    if (fabs(length) > 1e-12 * (fabs(a->rim_z) + fabs(b->rim_z) + ra)) {
-        edge.shape = (struct rmap_shape){.type = RMAP_SHAPE_TUBE,
-                                         .radius = length > 0 ? ra : rb,
-                                         .radius2 = length > 0 ? rb : ra,
-                                         .length = fabs(length)};
-        edge.glass_in_front = length < 0;
-        return edge;
-    }
-    edge.shape = (struct rmap_shape){
-        .type = RMAP_SHAPE_DISC, .inner = fmin(ra, rb), .aperture = fmax(ra, rb)};
-    edge.exists = ra != rb;
-    edge.glass_in_front = rb > ra;
-    return edge;
-}
-
-static void add_edge(struct expansion *e, size_t k, size_t next)
-{
-    struct rmap_lens_row *row = &e->lens->row[k];
-    const struct edge edge = edge_between(row, &e->lens->row[next]);
-    if (!edge.exists)
-        return;
-    char *name = compose(e->reader, "%s.edge.%d", e->plan->name, ++e->n_edge);
-    if (!name)
-        return;
-    if (row->edge_geometry < 0) {
-        char *shape_name = compose(e->reader, "%s.edge.%d", e->geometry, ++e->lens->n_edge);
-        if (!shape_name)
-            return;
-        rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry);
-    }
-    const struct rmap_affine element = frame_at(e, element_z(e, k));
-    /* The edge's `front` surface is the outer one. */
-    const struct object_plan sides = {
-        .surface_front = edge.glass_in_front ? e->edge_back : e->edge_front,
-        .surface_back = edge.glass_in_front ? e->edge_front : e->edge_back,
-        .medium_front = edge.glass_in_front ? row->medium : e->outside,
-        .medium_back = edge.glass_in_front ? e->outside : row->medium,
-        .element_front = edge.glass_in_front ? &element : NULL,
-        .element_back = edge.glass_in_front ? NULL : &element,
-    };
-    add_part(e, name, e->group, row->edge_geometry, edge.z, &sides);
-}
-
-static void expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
-                        const struct object_plan *plan, int32_t outside)
-{
-    struct rmap_lens *lens = entry->lens;
-    struct expansion e = {.reader = reader,
-                          .lens = lens,
-                          .plan = plan,
-                          .geometry = entry->name,
-                          .outside = outside,
-                          .edge_front = lens->edge_front,
-                          .edge_back = lens->edge_back};
-    rmap_reader_surface_pair(reader, plan->node, "edge", &e.edge_front, &e.edge_back);
-    add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world, false, &e.group);
-    for (size_t k = 0; k < lens->n_row; k++)
-        add_row(&e, k);
-    for (size_t k = 0, next; k + 1 < lens->n_row; k = next) {
-        next = k + 1;
-        while (next + 1 < lens->n_row && is_hole(&e, next))
-            next++;
-        if (!is_hole(&e, k) && !is_hole(&e, next) && lens->row[k].medium != outside)
-            add_edge(&e, k, next);
-    }
-}
-
-/* ---- items of the tree ---- */
-
 /* One medium under either of its two keys. */
 static void read_side(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       const char *key, const char *other, int32_t *medium, bool *stated)
@@ -360,7 +262,7 @@ static void read_side(struct rmap_reader *reader, const struct rmap_yaml_node *n
 }
 
 static void read_media(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       struct object_plan *plan)
+                       struct rmap_object_plan *plan)
 {
     bool front = false, back = false;
     plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
@@ -389,7 +291,8 @@ const struct rmap_mapping rmap_object_keys = {
      {"a group", "name objects at rotate scale matrix id"}}};
 
 static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                               const struct rmap_geometry_entry *entry, struct object_plan *plan)
+                               const struct rmap_geometry_entry *entry,
+                               struct rmap_object_plan *plan)
 {
     int32_t outside = -1;
     bool stated = false;
@@ -401,11 +304,11 @@ static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yam
     if (!stated)
         rmap_reader_error(reader, node, "'outside' is missing: name the medium around lens '%.60s'",
                           plan->name);
-    expand_lens(reader, entry, plan, outside);
+    rmap_reader_expand_lens(reader, entry, plan, outside);
 }
 
 static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                          struct object_plan *plan)
+                          struct rmap_object_plan *plan)
 {
     const char *geometry = rmap_reader_text(reader, node, "geometry", RMAP_REQUIRED);
     int32_t index = !geometry ? -1
@@ -433,18 +336,18 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     plan->geometry = entry->geometry;
-    add_object(reader, plan);
+    rmap_reader_add_object(reader, plan);
 }
 
 static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,
                       const struct rmap_affine *parent_to_world);
 
 static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const struct object_plan *plan)
+                       const struct rmap_object_plan *plan)
 {
     int32_t group = -1;
     (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
-    add_group(reader, plan->name, node, plan->parent, &plan->to_world, false, &group);
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false, &group);
     read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world);
 }
 
@@ -460,11 +363,11 @@ static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *l
             rmap_reader_error(reader, node, "an object must be a mapping, as in {name: lens, ...}");
             continue;
         }
-        struct object_plan plan = {.name = rmap_reader_name(reader, node),
-                                   .node = node,
-                                   .parent = parent,
-                                   .surface_front = -1,
-                                   .surface_back = -1};
+        struct rmap_object_plan plan = {.name = rmap_reader_name(reader, node),
+                                        .node = node,
+                                        .parent = parent,
+                                        .surface_front = -1,
+                                        .surface_back = -1};
         (void)rmap_reader_placement(reader, node, &placement);
         plan.to_world = rmap_affine_compose(parent_to_world, &placement);
         bool group = rmap_yaml_get(node, "objects") != NULL;

@@ -8,7 +8,18 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/scene/scene_cameras.h"
+#include "io/scene/scene_channels.h"
+#include "io/scene/scene_detectors.h"
+#include "io/scene/scene_field_frames.h"
+#include "io/scene/scene_field_probe.h"
+#include "io/scene/scene_geometries.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_media.h"
+#include "io/scene/scene_objects.h"
+#include "io/scene/scene_simulations.h"
+#include "io/scene/scene_sources.h"
+#include "io/scene/scene_surfaces.h"
 
 static void check_version(struct rmap_reader *reader)
 {

@@ -18,7 +18,6 @@
 #include "io/file/diagnostics.h"
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
-#include "io/scene/scene_values.h"
 #include "io/scene/yaml_tree.h"
 #include "optics/dispersion.h"
 #include "optics/spectrum.h"
@@ -111,7 +110,108 @@ struct rmap_reader {
     void *arena;                            /* blocks that live as long as the reader */
 };
 
-/* ---- scene_names.c ---- */
+/* ---- scene_reader.c: values ---- */
+
+void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                       const char *format, ...) RMAP_PRINTF(3, 4);
+void rmap_reader_warn(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                      const char *format, ...) RMAP_PRINTF(3, 4);
+
+/* "what 'word' (did you mean 'x'?)" + remedy */
+void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const char *what,
+                         const char *word, const char *const *known, size_t n_known);
+
+/* The words of a text that blanks part, each once. */
+struct rmap_words {
+    size_t n;
+    const char *word[32];
+    char text[400];
+};
+void rmap_words_split(const char *text, struct rmap_words *words);
+
+/* False, with a complaint, when node is no mapping. Complains about keys that are not known: words,
+ * or an array of them. */
+bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *what, const char *keys);
+bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what, const char *const *known, size_t n_known);
+bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what);
+
+enum rmap_need { RMAP_OPTIONAL, RMAP_REQUIRED };
+
+/* Closed range; the text completes "'key' must be ...". */
+struct rmap_range {
+    double from, to;
+    const char *text;
+};
+extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
+    rmap_range_share;
+
+/* All of these: false after a complaint (or when a required key is missing, complained of);
+ * true with *value untouched when an optional key is absent. */
+bool rmap_reader_number(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const struct rmap_range *range,
+                        double *value);
+bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                       const char *key, uint64_t from, uint64_t to, uint64_t *value);
+bool rmap_reader_bool(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
+                      bool *value);
+bool rmap_reader_vec3(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
+                      struct rmap_vec3 *value);
+/* The same, of length 1; zero is refused. */
+bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                           const char *key, struct rmap_vec3 *value);
+/* n_min to n_max numbers, or a single one standing alone when n_min is 1. *n_ret numbers. */
+bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                         const char *key, enum rmap_need need, const struct rmap_range *range,
+                         size_t n_min, size_t n_max, double *value, size_t *n_ret);
+/* One of the words, as a text or as an array; *choice_ret its index. */
+bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const char *words, int *choice_ret);
+bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const char *const *word,
+                        size_t n_word, int *choice_ret);
+/* NULL when absent or wrong. */
+const char *rmap_reader_text(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                             const char *key, enum rmap_need need);
+/* A name that people and criteria can write; RMAP_UNNAMED after a complaint. */
+const char *rmap_reader_name(struct rmap_reader *reader, const struct rmap_yaml_node *map);
+bool rmap_reader_check_name(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                            const char *name);
+
+/* The number that a scalar node is; `what` names it in the complaint. */
+bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const char *what, const struct rmap_range *range, double *value);
+/* A whole text as a finite number, in the notation of YAML and C, no hexadecimal. */
+bool rmap_reader_parse_number(const char *text, size_t len, double *value);
+/* "60 s" -> 60 and "s"; the unit may be empty. Borrowed from text. */
+bool rmap_reader_parse_quantity(const char *text, double *value, const char **unit_ret);
+
+/* The scene cannot be read, for what reader->failure says; for want of memory. */
+void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);
+void rmap_reader_no_memory(struct rmap_reader *reader);
+
+/* Hands a library's verdict on, whose text is in reader->failure: RMAP_INPUT becomes a complaint at
+ * node. */
+void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      enum rmap_status status);
+
+/* Zeroed memory that lives as long as the reader; NULL when short, which the reader then knows. */
+void *rmap_reader_alloc(struct rmap_reader *reader, size_t n, size_t size);
+void rmap_reader_release(struct rmap_reader *reader); /* all of it */
+/* A copy that the scene owns; so NULL. */
+char *rmap_reader_strdup(struct rmap_reader *reader, const char *text);
+
+/* A zeroed new element at the end of an array, or NULL. */
+#define RMAP_READER_NEW(reader, array, n, cap)                                                     \
+    (rmap_reader_room((reader), &(array), &(cap), (n), sizeof *(array)) ? &(array)[(n)++] : NULL)
+bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
+                      size_t size);
+
+#define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
+/* ---- scene_reader.c ---- */
 
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
 enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int32_t kind,
@@ -133,98 +233,19 @@ int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *na
 
 /* ---- the sections ---- */
 
-void rmap_reader_read_units(struct rmap_reader *reader);
-void rmap_reader_read_limits(struct rmap_reader *reader);
-void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node);
-void rmap_reader_read_channels(struct rmap_reader *reader);
-void rmap_reader_read_media(struct rmap_reader *reader);
-void rmap_reader_read_surfaces(struct rmap_reader *reader);
-void rmap_reader_read_geometries(struct rmap_reader *reader);
-void rmap_reader_read_objects(struct rmap_reader *reader);
-void rmap_reader_read_sources(struct rmap_reader *reader);
-void rmap_reader_read_detectors(struct rmap_reader *reader);
-/* The detectors of reader->receivers, with complaints in diagnostics of their own. */
-void rmap_reader_read_receivers(struct rmap_reader *reader);
-void rmap_reader_read_cameras(struct rmap_reader *reader);
-void rmap_reader_read_background(struct rmap_reader *reader);
-
 /* Finds the chosen simulation before anything else is read. */
-void rmap_reader_choose_simulation(struct rmap_reader *reader);
-/* Reads all of them, and leaves out of a scene without mistakes what is not chosen. */
-void rmap_reader_read_simulations(struct rmap_reader *reader);
+
+/* What takes part: [n_object], [n_source], [n_detector]. */
+struct rmap_keep {
+    bool *object, *source, *detector;
+};
+/* Leaves the rest out, with emptied groups, unused geometries, and detectors that lay on them. */
+void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep);
 
 /* ---- shared between sections ---- */
 
-/* The unit of length that `key` names; NULL when absent or wrong. */
-const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *reader,
-                                                        const struct rmap_yaml_node *map,
-                                                        const char *key);
-
-/* A file that the scene names, relative to the scene file's folder; arena. NULL: no memory. */
-char *rmap_reader_path(struct rmap_reader *reader, const char *file);
-
-/* `key` names a medium, or a glass of the built-in list, which then becomes one. *medium_ret is
- * untouched when the key is absent. */
-void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, int32_t *medium_ret);
-
-/* `air`, `vacuum`, or what most objects stand in; else a vacuum is made. */
-void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret);
-
-/* The glass that `glass` of the mapping names; NULL after a complaint. */
-const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
-                                           const struct rmap_yaml_node *node);
-
-/* {B: [..], C: [..]}, with C brought to um^2 from the square of unit_um. False after a complaint.
- */
-bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           double unit_um, struct rmap_sellmeier *sellmeier);
-
-/* A new medium `vacuum` of index 1; there must be none of that name. */
-void rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret);
-
-/* `key`: a surface's name or {front: a, back: b}; untouched when absent. */
-void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                              const char *key, int32_t *front_ret, int32_t *back_ret);
-void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
-                                 int32_t *surface_ret);
-
-/* A reflectance-like quantity on the channels: number, {wavelength, value}, {rgb}. value[n]. */
-void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                          const char *key, enum rmap_need need, const struct rmap_range *range,
-                          double *value);
-
-/* Columns of a table over wavelength, by their keys: "wavelength n k", the first of which strictly
- * increases; the others are as long, and the first n_required must be there. Arena memory; columns
- * absent stay NULL. */
-void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const char *keys, size_t n_required, const struct rmap_range *range,
-                       size_t *n_ret, double **column);
-
-/* A source's `spectrum`, absent: equal. */
-void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                                 struct rmap_spectrum *spectrum);
-
-/* Channel of a wavelength; -1 after a complaint. */
-int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                            double wavelength_nm);
-
-/* `at`, `rotate`, `scale`, `matrix`: a map from the item's frame to its parent's. */
-bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                           struct rmap_affine *placement);
-
 /* Unit x, y, z axes of a placement; orthogonal only if it has no shear. */
-void rmap_placement_axes(const struct rmap_affine *placement, struct rmap_vec3 axis[3]);
 /* The orthonormal frame that keeps the placement's z, origin and handedness. */
-struct rmap_affine rmap_placement_rigid(const struct rmap_affine *placement);
-/* Unit x and y of a plane whose unit normal is `axis`: x is the projection of the first world
- * axis (X, Y, Z) that is not within 26 degrees of it; y points along the world axis, of the other
- * two, that it is nearest to. Plain planes so have the world's own axes. */
-void rmap_placement_plane(struct rmap_vec3 axis, struct rmap_vec3 *x, struct rmap_vec3 *y);
-
-/* A new geometry of the scene; *index_ret its index. The name is copied. */
-void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
-                           const struct rmap_shape *shape, int32_t *index_ret);
 
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
 void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -233,12 +254,6 @@ void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_nod
 /* Once all objects stand: the fields of the gradient media. */
 void rmap_reader_make_gradients(struct rmap_reader *reader);
 
-/* Once the scene is finished: mistakes of gradient media that show where they are. */
-void rmap_reader_probe_gradients(struct rmap_reader *reader);
-
-/* The same: warns of objects in them that light may pass unseen. */
-void rmap_reader_probe_sag(struct rmap_reader *reader);
-
 /* A gradient medium on a side of an object gets its place; 0 for any other. closes: the side is
  * the inside of a closed body, or of an element of a lens. */
 struct rmap_object_side {
@@ -246,13 +261,18 @@ struct rmap_object_side {
     const struct rmap_affine *to_world; /* frame of the medium's `frame: object` */
     bool closes;
 };
-void rmap_reader_place_side(struct rmap_reader *reader, const struct rmap_object_side *side,
-                            int32_t *gradient_ret);
 /* Once all names are known: frames by name, and media that need one. */
-void rmap_reader_settle_frames(struct rmap_reader *reader);
-/* The place of the medium in which a source or camera stands, as far as the scene file says it
- * (`within`); 0: not, or uniform. */
-void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                              int32_t medium, int32_t *gradient_ret);
+
+/* Objects as they are made. */
+struct rmap_object_plan {
+    const char *name;
+    const struct rmap_yaml_node *node;
+    bool derived; /* part of a lens: its id comes from its name, not from the node */
+    int32_t parent, geometry;
+    struct rmap_affine to_world;
+    int32_t surface_front, surface_back, medium_front, medium_back;
+    /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
+    const struct rmap_affine *element_front, *element_back;
+};
 
 #endif

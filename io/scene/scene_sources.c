@@ -7,72 +7,13 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_channels.h"
+#include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
-
-/* ---- flux and spectrum: they wait until it is known whether the scene counts in W or lm ---- */
-
-struct light {
-    const struct rmap_yaml_node *node; /* the source */
-    struct rmap_spectrum spectrum;
-    bool spectrum_given, lumens;
-    double flux;    /* W or lm */
-    int32_t source; /* index */
-};
-
-static void read_flux(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      struct light *light)
-{
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "flux");
-    const char *text = rmap_reader_text(reader, node, "flux", RMAP_OPTIONAL), *unit = NULL;
-    light->flux = 1;
-    if (!text)
-        return;
-    if (!rmap_reader_parse_quantity(text, &light->flux, &unit)) {
-        rmap_reader_error(reader, at,
-                          "'flux' must be a power, as in '1 W' or '800 lm', not '%.40s'", text);
-        return;
-    }
-    const struct rmap_written_unit *of =
-        rmap_unit_of_scene(unit[0] ? unit : "W", RMAP_DIMENSION_FLUX);
-    if (!of) {
-        const char *known[RMAP_UNITS_MAX];
-        size_t n = rmap_unit_words(RMAP_DIMENSION_FLUX, known);
-        rmap_reader_unknown(reader, at->line, at->column, "unknown unit of flux", unit, known, n);
-    }
-    light->lumens = of && of->lumens;
-    light->flux *= of ? of->size : 1;
-    if (!(light->flux > 0))
-        rmap_reader_error(reader, at, "'flux' must be greater than 0, not %.40s", text);
-}
-
-static void settle_light(struct rmap_reader *reader, const struct light *light)
-{
-    struct rmap_scene *scene = reader->scene;
-    struct rmap_source *source = &scene->source[light->source];
-    bool in_lumens = scene->flux_unit == RMAP_FLUX_LM;
-    const struct rmap_yaml_node *at = rmap_yaml_get(light->node, "spectrum");
-    source->flux = light->flux;
-    source->spectrum_given = light->spectrum_given;
-    if (rmap_spectrum_shares(&light->spectrum, &scene->channels, in_lumens, source->colour,
-                             &reader->failure) != RMAP_OK) {
-        rmap_reader_error(reader, at ? at : light->node, "source '%.60s': %.200s", source->name,
-                          reader->failure.text);
-        return;
-    }
-    if (!light->lumens || in_lumens)
-        return;
-    double lm_per_w = rmap_luminous_efficacy(&scene->channels, source->colour);
-    if (!light->spectrum_given)
-        rmap_reader_error(reader, light->node,
-                          "source '%.60s' is given in lm, others in W: to turn lm into W its "
-                          "'spectrum' must be given",
-                          source->name);
-    else if (!(lm_per_w > 0))
-        rmap_reader_error(reader, light->node,
-                          "source '%.60s' is given in lm but has no visible light", source->name);
-    else
-        source->flux = light->flux / lm_per_w;
-}
+#include "io/scene/scene_media.h"
+#include "io/scene/scene_objects.h"
+#include "io/scene/scene_source_light.h"
+#include "io/scene/scene_sources.h"
 
 /* ---- shape and directions ---- */
 
@@ -247,7 +188,7 @@ const struct rmap_mapping rmap_source_keys = {
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        struct rmap_source *source, struct light *light)
+                        struct rmap_source *source, struct rmap_source_light *light)
 {
     int choice = 0;
     source->medium = -1;
@@ -257,7 +198,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     light->node = node;
     light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
-    read_flux(reader, node, light);
+    rmap_reader_read_flux(reader, node, light);
     rmap_reader_source_spectrum(reader, node, &light->spectrum);
     int type = rmap_reader_type(reader, node, &rmap_source_keys);
     (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
@@ -315,7 +256,7 @@ void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_
         rmap_reader_vacuum(reader, medium_ret);
 }
 
-static void settle(struct rmap_reader *reader, const struct light *light, size_t n)
+static void settle(struct rmap_reader *reader, const struct rmap_source_light *light, size_t n)
 {
     struct rmap_scene *scene = reader->scene;
     bool all_lumens = n > 0;
@@ -324,7 +265,7 @@ static void settle(struct rmap_reader *reader, const struct light *light, size_t
         all_lumens &= light[i].lumens;
     scene->flux_unit = all_lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
     for (size_t i = 0; i < n; i++) {
-        settle_light(reader, &light[i]);
+        rmap_reader_settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];
         bool named = source->medium >= 0 || rmap_yaml_get(light[i].node, "medium");
         if (!named && medium < 0)
@@ -345,7 +286,7 @@ void rmap_reader_read_sources(struct rmap_reader *reader)
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return;
     }
-    struct light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
+    struct rmap_source_light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
     if (!light)
         return;
     size_t n = 0;

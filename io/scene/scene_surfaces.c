@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_surfaces.h"
 
 static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *name, int32_t line)
 {

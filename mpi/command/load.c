@@ -14,6 +14,7 @@
 #include "io/map/map_reader.h"
 #include "io/map/map_state.h"
 #include "io/map/map_writer.h"
+#include "io/mesh/bundle_pack.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * A line of a session: which command it is, or the criterion that it asks.
+ * What a line of a session asks, answered.
  */
 #include "mpi/session/session_answer.h"
 

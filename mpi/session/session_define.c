@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * `let` in a session.
+ * Names that a session gives to criteria (`let NAME = CRITERION`); a later definition of a name
+ * takes the place of the earlier one.
  */
 #include "mpi/session/session_define.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Lines by libedit at a terminal, by getline from a pipe.
+ * Lines of a session: typed at a terminal, with editing, history and completion, or from a pipe.
  */
 #include "mpi/session/session_input.h"
 

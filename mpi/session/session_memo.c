@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Answers kept from one question to the next.
+ * Answers that a session has given: a map that stays open does not change, so that the same
+ * question has the same answer.
  */
 #include "mpi/session/session_memo.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What `status` tells.
+ * How much of its map a session keeps in memory.
  */
 #include "mpi/session/session_status.h"
 #include "io/map/map_json.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * History indexes in memory for pieces that have none on disk.
+ * Getting a map ready for many questions: history indexes in memory for pieces that have none on
+ * disk.
  */
 #include "mpi/session/session_warm.h"
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Words for completion: the session's, the language's, and the names of the scene.
+ * Words that a session's line may be made of, for completion: the language's, and the names of the
+ * map's scene.
  */
 #include "mpi/session/session_words.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Boxes about points and geometries.
+ * An axis-aligned box about what is put into it.
  */
 #include "scene/bounds.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * A scene made and destroyed, and what is asked of it.
+ * A scene as the tracer sees it: resolved, checked, plain data.
  */
 #include "scene/scene.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Places of gradient media: one per frame, with sizes and options.
+ * Gradient media in place: a place for every frame in which a gradient medium stands.
  */
 #include "scene/scene_gradient.h"
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Which source a ray id belongs to.
+ * Which ray id belongs to which source: a fixed period in proportion to `rays_share`, whatever the
+ * number of rays wanted, so that a map can grow without its rays changing.
  */
 #include "scene/schedule.h"
 

@@ -9,6 +9,7 @@
 #include "analysis/paths/path_count.h"
 #include "analysis/query/fold.h"
 #include "analysis/query/quantity.h"
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "io/export/polydata.h"
 #include "io/map/map_cursor.h"

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "io/mesh/bundle.h"
+#include "io/mesh/bundle_pack.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 60000;

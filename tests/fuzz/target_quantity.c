@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "analysis/query/quantity.h"
+#include "analysis/query/quantity_read.h"
 #include "fuzz_map.h"
 
 const unsigned rmap_fuzz_rounds = 20000;

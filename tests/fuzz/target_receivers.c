@@ -6,6 +6,7 @@
 
 #include "analysis/overlay/overlay.h"
 #include "analysis/query/quantity.h"
+#include "analysis/query/quantity_read.h"
 #include "fuzz_map.h"
 
 const unsigned rmap_fuzz_rounds = 4000;

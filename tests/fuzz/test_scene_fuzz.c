@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "io/mesh/mesh_read.h"
 #include "tests/unit/read_text.h"
 
 enum { LONGEST = 1 << 16 };

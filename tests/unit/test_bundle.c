@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "io/mesh/bundle_pack.h"
 #include "tests/unit/read_text.h"
 
 static const char *const scene_text =

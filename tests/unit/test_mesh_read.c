@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "io/mesh/mesh_read.h"
 #include "tests/unit/near.h"
 #include "tests/unit/read_text.h"
 

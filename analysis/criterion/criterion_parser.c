@@ -1,13 +1,199 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tests of a ray's steps: hit, event, medium, and of a registration: after, at.
+ * The parser's state and its rooms: logic (criterion_parser.c), elementary tests
+ * (criterion_word.c) of steps (criterion_parser.c, criterion_surface.c) and of registrations
+ * (criterion_detector.c), and values: numbers, units, ranges, regions (criterion_value.c).
  */
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_file_internal.h"
 #include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_value.h"
+#include "analysis/criterion/criterion_word.h"
 #include "analysis/criterion/path_order.h"
+#include "analysis/criterion/path_store.h"
+#include "analysis/criterion/path_table.h"
 #include "base/alloc.h"
 #include "portion/event.h"
+
+/* Recursive descent: or over and over not over parentheses and tests. Only parentheses recurse,
+ * to a stated depth; chains of and, or, not are loops. */
+
+enum rmap_status rmap_parser_advance(struct rmap_parser *parser)
+{
+    parser->taken_end = parser->token.end;
+    enum rmap_status st =
+        rmap_token_read(parser->text, parser->token.end, &parser->token, parser->err);
+    if (st == RMAP_OK && parser->reference && parser->token.begin >= parser->definition_end)
+        parser->token.kind = RMAP_TOKEN_END;
+    return st;
+}
+
+bool rmap_parser_at_word(const struct rmap_parser *parser, const char *word)
+{
+    return rmap_token_is(parser->text, &parser->token, word);
+}
+
+enum rmap_status rmap_parser_expected(const struct rmap_parser *parser, const char *what)
+{
+    const struct rmap_token *token = &parser->token;
+    if (token->kind == RMAP_TOKEN_END)
+        return RMAP_PARSER_FAIL(parser, token, "expected %s, found the end", what);
+    char shown[RMAP_SHOWN_NBYTES];
+    rmap_token_shorten(parser->text, token, shown);
+    return RMAP_PARSER_FAIL(parser, token, "expected %s, found %s%s%s", what,
+                            *shown == '\'' ? "" : "'", shown, *shown == '\'' ? "" : "'");
+}
+
+enum rmap_status rmap_parser_take(struct rmap_parser *parser, enum rmap_token_kind kind,
+                                  const char *what)
+{
+    return parser->token.kind == kind ? rmap_parser_advance(parser)
+                                      : rmap_parser_expected(parser, what);
+}
+
+static struct rmap_criterion_node *node_at(const struct rmap_parser *parser, int32_t index)
+{
+    return &parser->criterion->node[index];
+}
+
+/* A node of this kind over the text of its first child. */
+static enum rmap_status add_parent(struct rmap_parser *parser, enum rmap_criterion_kind kind,
+                                   int32_t child, int32_t *node_ret)
+{
+    struct rmap_criterion_node node = {.kind = kind,
+                                       .first = child,
+                                       .next = -1,
+                                       .begin = node_at(parser, child)->begin,
+                                       .end = node_at(parser, child)->end};
+    return rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err);
+}
+
+static enum rmap_status parse_parentheses(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token open = parser->token;
+    if (++parser->depth > RMAP_CRITERION_DEPTH)
+        return RMAP_PARSER_FAIL(parser, &open, "more than %d nested parentheses",
+                                RMAP_CRITERION_DEPTH);
+    RMAP_TRY(rmap_parser_advance(parser));
+    RMAP_TRY(rmap_parse_logic(parser, node_ret));
+    if (parser->token.kind == RMAP_TOKEN_END)
+        return RMAP_PARSER_FAIL(parser, &open, "this parenthesis is never closed");
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "'and', 'or' or ')'"));
+    parser->depth--;
+    if (rmap_parser_at_comparison(parser))
+        st = RMAP_PARSER_FAIL(parser, &parser->token,
+                              "only a single test can be counted, not an expression");
+out:
+    return st;
+}
+
+static enum rmap_status parse_not(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t begin = parser->token.begin;
+    bool negate = false;
+    while (parser->token.kind == RMAP_TOKEN_NOT) {
+        negate = !negate;
+        RMAP_TRY(rmap_parser_advance(parser));
+    }
+    int32_t child = -1;
+    if (parser->token.kind == RMAP_TOKEN_OPEN)
+        RMAP_TRY(parse_parentheses(parser, &child));
+    else
+        RMAP_TRY(rmap_parse_test(parser, &child));
+    *node_ret = child;
+    if (negate) {
+        RMAP_TRY(add_parent(parser, RMAP_CRITERION_NOT, child, node_ret));
+        node_at(parser, *node_ret)->begin = begin;
+    }
+out:
+    return st;
+}
+
+/* A chain of `part` joined by one operator; a chain of one is that one. */
+static enum rmap_status parse_chain(struct rmap_parser *parser, enum rmap_token_kind joint,
+                                    enum rmap_criterion_kind kind,
+                                    enum rmap_status (*part)(struct rmap_parser *, int32_t *),
+                                    int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    int32_t last = -1, next = -1;
+    RMAP_TRY(part(parser, &last));
+    *node_ret = last;
+    if (parser->token.kind != joint)
+        goto out;
+    RMAP_TRY(add_parent(parser, kind, last, node_ret));
+    while (parser->token.kind == joint) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(part(parser, &next));
+        node_at(parser, last)->next = next;
+        node_at(parser, *node_ret)->end = node_at(parser, next)->end;
+        last = next;
+    }
+out:
+    return st;
+}
+
+static enum rmap_status parse_and(struct rmap_parser *parser, int32_t *node_ret)
+{
+    return parse_chain(parser, RMAP_TOKEN_AND, RMAP_CRITERION_AND, parse_not, node_ret);
+}
+
+enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret)
+{
+    return parse_chain(parser, RMAP_TOKEN_OR, RMAP_CRITERION_OR, parse_and, node_ret);
+}
+
+/* The whole text; detector NULL: the whole language. */
+static enum rmap_status parse(struct rmap_criterion *criterion,
+                              const struct rmap_criteria *criteria,
+                              const struct rmap_index_set *detector, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node node;
+    struct rmap_parser parser = {
+        .criterion = criterion, .text = criterion->text, .criteria = criteria, .err = err};
+    RMAP_TRY(rmap_criterion_check_utf8(parser.text, err));
+    RMAP_TRY(rmap_names_create(criterion->scene, &parser.names, err));
+    RMAP_TRY(rmap_parser_advance(&parser));
+    if (detector) {
+        RMAP_TRY(rmap_parse_which(&parser, detector, &node));
+        st = rmap_criterion_node_add(criterion, &node, &criterion->root, err);
+        goto out;
+    }
+    if (parser.token.kind == RMAP_TOKEN_END) {
+        st = RMAP_PARSER_FAIL(&parser, &parser.token,
+                              "the criterion is empty (all rays: write 'all')");
+        goto out;
+    }
+    RMAP_TRY(rmap_parse_logic(&parser, &criterion->root));
+    if (parser.token.kind != RMAP_TOKEN_END)
+        st = rmap_parser_expected(&parser, "'and', 'or' or the end");
+out:
+    rmap_names_destroy(parser.names);
+    return st;
+}
+
+enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria, struct rmap_error *err)
+{
+    return parse(criterion, criteria, NULL, err);
+}
+
+enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
+                                            const struct rmap_criteria *criteria,
+                                            const struct rmap_index_set *detector,
+                                            struct rmap_error *err)
+{
+    return parse(criterion, criteria, detector, err);
+}
+
+/* Tests of a ray's steps: hit, event, medium, and of a registration: after, at. */
 
 static const char *const event_words[] = {
 #define ROW(symbol, bit, letter, word, meaning) word,
@@ -277,4 +463,54 @@ enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
     node->kind = RMAP_CRITERION_STEPS;
     node->steps.events = RMAP_PATH_SCATTER_EVENTS;
     return RMAP_OK;
+}
+
+/* The test path("..."). */
+
+/* A ray's sources of symbols: with names, what tells them. */
+static rmap_column_set columns_of(const struct rmap_path_table *table)
+{
+    rmap_column_set columns =
+        RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+        RMAP_COLUMN_BIT(RMAP_SEGMENT_event) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
+    if (table->of_object || table->of_medium)
+        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_object);
+    if (table->of_medium)
+        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+    return columns;
+}
+
+/* That of the definitions, which criteria share; else one of the criterion's own. */
+static enum rmap_status find_store(struct rmap_parser *parser, struct rmap_path_store **store_ret)
+{
+    struct rmap_criterion *criterion = parser->criterion;
+    if (!criterion->paths)
+        criterion->paths = parser->criteria ? rmap_path_store_hold(parser->criteria->paths)
+                                            : rmap_path_store_create();
+    *store_ret = criterion->paths;
+    return criterion->paths
+               ? RMAP_OK
+               : rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the criterion");
+}
+
+enum rmap_status rmap_parse_path(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_table *table = NULL;
+    struct rmap_path_store *store = NULL;
+    node->kind = RMAP_CRITERION_PATH;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    struct rmap_token string = parser->token;
+    if (string.kind != RMAP_TOKEN_STRING)
+        return rmap_parser_expected(parser,
+                                    "a sequence in double quotes, such as \"T@lens.* R .*\"");
+    RMAP_TRY(rmap_parser_advance(parser));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    RMAP_TRY(find_store(parser, &store));
+    RMAP_TRY(rmap_path_store_table(store, parser, &string, &table));
+    node->path.table = table;
+    node->path.columns = columns_of(table);
+out:
+    return st;
 }

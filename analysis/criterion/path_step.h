@@ -2,8 +2,8 @@
  *
  * A path's text as it is read, for the files that parse it.
  */
-#ifndef RMAP_PATH_READER_H
-#define RMAP_PATH_READER_H
+#ifndef RMAP_PATH_STEP_H
+#define RMAP_PATH_STEP_H
 
 #include "analysis/criterion/path_regex.h"
 

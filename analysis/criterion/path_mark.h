@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Histories through an automaton. Rows become symbols by small tables, column by column; then a
+ * step is one look-up. Several rays run at once, as each waits for its own look-up; a ray's end is
+ * a symbol too, so that no branch depends on what the rays did.
+ */
+#ifndef RMAP_PATH_MARK_H
+#define RMAP_PATH_MARK_H
+
+#include "analysis/criterion/criterion_tree.h"
+
+/* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
+ * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.
+ * RMAP_FORMAT when the rows do not add up, RMAP_SYSTEM. Thread-safe. */
+enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
+                                const struct rmap_criterion_node *node,
+                                const struct rmap_portion *portion, uint8_t *match,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* rmap_path_mark without the columns of /segment; the portion has the counts and the columns of
+ * /registration. rows NULL: with them. */
+enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
+                                     const struct rmap_portion *portion,
+                                     const struct rmap_path_rows *rows, uint8_t *match,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
+                          int32_t medium);
+
+#endif

@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Meshes from files: STL and OBJ through assimp, which is asked to triangulate and for nothing
+ * else, and is given one file's bytes; PLY and glTF by mesh_ply.c and mesh_gltf.c.
+ */
+#ifndef RMAP_MESH_READ_H
+#define RMAP_MESH_READ_H
+
+#include "io/mesh/bundle.h"
+
+enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+                                size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

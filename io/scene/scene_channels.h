@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The sections that everything else is measured by: units, limits, spectrum.
+ */
+#ifndef RMAP_SCENE_CHANNELS_H
+#define RMAP_SCENE_CHANNELS_H
+
+#include "io/scene/scene_reader.h"
+
+/* The unit of length that `key` names; NULL when absent or wrong. */
+const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *reader,
+                                                        const struct rmap_yaml_node *map,
+                                                        const char *key);
+
+/* A reflectance-like quantity on the channels: number, {wavelength, value}, {rgb}. value[n]. */
+void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                          const char *key, enum rmap_need need, const struct rmap_range *range,
+                          double *value);
+
+/* Columns of a table over wavelength, by their keys: "wavelength n k", the first of which strictly
+ * increases; the others are as long, and the first n_required must be there. Arena memory; columns
+ * absent stay NULL. */
+void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *keys, size_t n_required, const struct rmap_range *range,
+                       size_t *n_ret, double **column);
+
+/* A source's `spectrum`, absent: equal. */
+void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                                 struct rmap_spectrum *spectrum);
+
+/* Channel of a wavelength; -1 after a complaint. */
+int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                            double wavelength_nm);
+
+void rmap_reader_read_units(struct rmap_reader *reader);
+
+void rmap_reader_read_limits(struct rmap_reader *reader);
+
+void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node);
+
+void rmap_reader_read_channels(struct rmap_reader *reader);
+
+#endif
