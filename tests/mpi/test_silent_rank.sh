@@ -28,7 +28,10 @@ for shard in 0 2; do
 done
 ls m.raymap/shard-00001/.*.journal >/dev/null || fail "no journal of the silent rank"
 told=$(sed -n 's/.*limit: \([0-9,]*\) of.*/\1/p' stderr.txt)
-expect 0 "^  $told rays" "$RAYMAP" info m.raymap
+# mpirun wakes the stopped rank to end it: at times it finishes the commit that it stopped at.
+expect 0 '' "$RAYMAP" info m.raymap
+held=$(sed -n 's/^  \([0-9,]*\) rays,.*/\1/p' stdout.txt)
+((${held//,/} >= ${told//,/} && ${held//,/} <= ${told//,/} + 4096)) || fail "$told rays were told, the map has $held"
 h5ls m.raymap/map.h5/piece | grep -q 'shard .*{2}' || fail "the index lists other pieces than the two"
 expect 0 '0 findings' "$RAYMAP" verify m.raymap
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o m.raymap -n $rays --resume --quiet
