@@ -110,17 +110,17 @@ static void test_page_is_known(void **state)
 static void test_table_is_told(void **state)
 {
     (void)state;
-    char *criterion = page("criterion.md"), *analysis = page("analysis.md");
+    char *criterion = page("criterion.md"), *statistics = page("statistics.md");
     const char *word;
     for (size_t i = 0; (word = rmap_criterion_word(i)) != NULL; i++) {
         const char *at = strstr(criterion, word);
         while (at && (in_word(at[-1]) || in_word(at[strlen(word)])))
             at = strstr(at + 1, word);
-        if (!at && !strstr(analysis, word))
+        if (!at && !strstr(statistics, word))
             fail_msg("'%s' stands on no page", word);
     }
     free(criterion);
-    free(analysis);
+    free(statistics);
 }
 
 int main(void)
