@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * A comparison of two samples of rays: tests of everything that can be named in both, corrected
- * for their number, and the verdict.
+ * for their number, and the outcome.
  */
 #include <inttypes.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * A comparison of two samples of rays: tests of everything that can be named in both, corrected for
- * their number, and the verdict.
+ * their number, and the outcome.
  */
 #ifndef RMAP_COMPARE_H
 #define RMAP_COMPARE_H

@@ -154,9 +154,9 @@ static enum rmap_status add_registrations(struct rmap_compare_sums *self,
     return RMAP_OK;
 }
 
-/* leg: the ray's last row of /segment; -1: it has none. */
+/* segment: the ray's last row of /segment; -1: it has none. */
 static void add_ending(struct rmap_compare_sums *self, const struct rmap_portion *portion,
-                       size_t ray, ptrdiff_t leg)
+                       size_t ray, ptrdiff_t segment)
 {
     const struct rmap_compare_layout *layout = self->layout;
     size_t source = (size_t)portion->ray.source[ray];
@@ -164,12 +164,12 @@ static void add_ending(struct rmap_compare_sums *self, const struct rmap_portion
     int stop = portion->ray.stop[ray];
     add_scalar(self, source, RMAP_COMPARE_SELECTED, weight);
     add_scalar(self, source, rmap_compare_stop(layout, stop), weight);
-    if (stop != RMAP_STOP_ABSORBED || leg < 0)
+    if (stop != RMAP_STOP_ABSORBED || segment < 0)
         return;
-    int32_t object = portion->segment.object[leg];
+    int32_t object = portion->segment.object[segment];
     add_scalar(self, source,
                object >= 0 ? rmap_compare_object(layout, (size_t)object)
-                           : rmap_compare_medium(layout, (size_t)portion->segment.medium[leg]),
+                           : rmap_compare_medium(layout, (size_t)portion->segment.medium[segment]),
                weight);
 }
 
@@ -181,12 +181,12 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     size_t row = 0, segment = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         size_t end = row + portion->ray.registration_count[i];
-        size_t n_leg = portion->ray.segment_count[i];
-        segment += n_leg;
+        size_t n_segment = portion->ray.segment_count[i];
+        segment += n_segment;
         if (!rays->match || rays->match[i]) {
             RMAP_TRY(add_registrations(self, rays, i, row, end, err));
             if (!self->layout->registrations_alone)
-                add_ending(self, portion, i, n_leg > 0 ? (ptrdiff_t)segment - 1 : -1);
+                add_ending(self, portion, i, n_segment > 0 ? (ptrdiff_t)segment - 1 : -1);
         }
         row = end;
     }

@@ -270,7 +270,7 @@ static enum rmap_status set_name(struct rmap_criterion *criterion,
                                  const struct rmap_criteria *criteria, struct rmap_error *err)
 {
     struct rmap_token token;
-    struct rmap_error unread; /* what cannot be read is told by the parser */
+    struct rmap_error unread; /* what cannot be read is reported by the parser */
     char name[RMAP_TOKEN_NAME_NBYTES + 1];
     const char *text = criterion->text;
     if (!criteria || *text != '@' || rmap_token_read(text, 1, &token, &unread) != RMAP_OK ||

@@ -22,7 +22,7 @@ enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scen
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same where @names stand for definitions (criterion_file.h), which only the call needs; NULL:
- * there are none. A mistake in a definition is told with its own place, "FILE:LINE:COLUMN". */
+ * there are none. A mistake in a definition is reported with its own place, "FILE:LINE:COLUMN". */
 struct rmap_criteria;
 enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap_criteria *criteria,
                                              const struct rmap_scene *scene,

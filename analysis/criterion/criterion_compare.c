@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Verdicts from what a test found of each ray, without a branch per ray.
+ * Outcomes from what a test found of each ray, without a branch per ray.
  */
 #include "analysis/criterion/criterion_compare.h"
 
@@ -28,64 +28,64 @@ static struct whole_range whole_range(const struct rmap_interval *interval)
     return range;
 }
 
-/* inside: the verdict where least <= count <= least + span; outside: elsewhere. */
+/* inside: the outcome where least <= count <= least + span; outside: elsewhere. */
 RMAP_WIDE static void choose(const uint32_t *restrict count, size_t n, uint32_t least,
                              uint32_t span, uint8_t inside, uint8_t outside,
-                             uint8_t *restrict verdict)
+                             uint8_t *restrict outcome)
 {
     for (size_t i = 0; i < n; i++) {
         uint8_t mask = (uint8_t)(0 - (count[i] - least <= span));
-        verdict[i] = (uint8_t)((mask & (inside ^ outside)) ^ outside);
+        outcome[i] = (uint8_t)((mask & (inside ^ outside)) ^ outside);
     }
 }
 
 static void compare_exactly(const uint32_t *count, size_t n, const struct whole_range *range,
-                            uint8_t *verdict)
+                            uint8_t *outcome)
 {
-    uint8_t flip = range->flip ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+    uint8_t flip = range->flip ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
     if (range->empty)
-        memset(verdict, flip, n);
+        memset(outcome, flip, n);
     else
-        choose(count, n, range->least, range->span, flip ^ RMAP_VERDICT_YES, flip, verdict);
+        choose(count, n, range->least, range->span, flip ^ RMAP_OUTCOME_YES, flip, outcome);
 }
 
-/* The verdict where no count up to the one given, or every one, is in the range. */
+/* The outcome where no count up to the one given, or every one, is in the range. */
 static uint8_t decided(const struct whole_range *range)
 {
-    uint8_t own = range->least > 0 || range->empty ? RMAP_VERDICT_NO : RMAP_VERDICT_YES;
-    return range->flip ? rmap_verdict_not(own) : own;
+    uint8_t own = range->least > 0 || range->empty ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+    return range->flip ? rmap_outcome_not(own) : own;
 }
 
 static void compare_at_most(const uint32_t *count, size_t n, const struct whole_range *range,
-                            uint8_t *verdict)
+                            uint8_t *outcome)
 {
     uint8_t own = decided(range);
     if (range->empty)
-        memset(verdict, own, n);
+        memset(outcome, own, n);
     else if (range->least > 0) /* decided where there are fewer */
-        choose(count, n, 0, range->least - 1, own, RMAP_VERDICT_OPEN, verdict);
+        choose(count, n, 0, range->least - 1, own, RMAP_OUTCOME_OPEN, outcome);
     else
-        choose(count, n, 0, range->span, own, RMAP_VERDICT_OPEN, verdict);
+        choose(count, n, 0, range->span, own, RMAP_OUTCOME_OPEN, outcome);
 }
 
 void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_interval *interval,
-                         enum rmap_told told, uint8_t *verdict)
+                         enum rmap_certainty certainty, uint8_t *outcome)
 {
     struct whole_range range = whole_range(interval);
-    if (told == RMAP_EXACTLY)
-        compare_exactly(count, n, &range, verdict);
+    if (certainty == RMAP_EXACTLY)
+        compare_exactly(count, n, &range, outcome);
     else
-        compare_at_most(count, n, &range, verdict);
+        compare_at_most(count, n, &range, outcome);
 }
 
 RMAP_WIDE void rmap_compare_numbers(const double *restrict number, size_t n,
-                                    const struct rmap_interval *interval, uint8_t *restrict verdict)
+                                    const struct rmap_interval *interval, uint8_t *restrict outcome)
 {
     double low = interval->low, high = interval->high;
     if (interval->outside)
         for (size_t i = 0; i < n; i++)
-            verdict[i] = (uint8_t)(((number[i] < low) | (number[i] > high)) * RMAP_VERDICT_YES);
+            outcome[i] = (uint8_t)(((number[i] < low) | (number[i] > high)) * RMAP_OUTCOME_YES);
     else
         for (size_t i = 0; i < n; i++)
-            verdict[i] = (uint8_t)(((number[i] >= low) & (number[i] <= high)) * RMAP_VERDICT_YES);
+            outcome[i] = (uint8_t)(((number[i] >= low) & (number[i] <= high)) * RMAP_OUTCOME_YES);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Verdicts from what a test found of each ray, without a branch per ray.
+ * Outcomes from what a test found of each ray, without a branch per ray.
  */
 #ifndef RMAP_CRITERION_COMPARE_H
 #define RMAP_CRITERION_COMPARE_H
@@ -8,13 +8,13 @@
 #include "analysis/criterion/criterion_evaluate.h"
 
 /* What a count says of the one that is asked for: that it is the same, or anything up to it. */
-enum rmap_told { RMAP_EXACTLY, RMAP_AT_MOST };
+enum rmap_certainty { RMAP_EXACTLY, RMAP_AT_MOST };
 
-/* verdict: [n], enum rmap_verdict, where the interval holds count [n]. */
+/* outcome: [n], enum rmap_outcome, where the interval holds count [n]. */
 void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_interval *interval,
-                         enum rmap_told told, uint8_t *verdict);
+                         enum rmap_certainty certainty, uint8_t *outcome);
 
 void rmap_compare_numbers(const double *number, size_t n, const struct rmap_interval *interval,
-                          uint8_t *verdict);
+                          uint8_t *outcome);
 
 #endif

@@ -15,7 +15,7 @@
 #include "base/wide.h"
 
 static void compare_ray_numbers(const struct rmap_evaluation *ev,
-                                const struct rmap_criterion_node *node, uint8_t *verdict)
+                                const struct rmap_criterion_node *node, uint8_t *outcome)
 {
     const struct rmap_ray_columns *ray = &ev->portion->ray;
     const double *stored = node->ray_number == RMAP_RAY_NUMBER_WAVELENGTH     ? ray->wavelength
@@ -25,13 +25,13 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
     const bool is_flux = node->ray_number == RMAP_RAY_NUMBER_FLUX;
     size_t n_source = ev->criterion->scene->n_source;
     if (stored) {
-        rmap_compare_numbers(stored, ev->n_ray, &node->interval, verdict);
+        rmap_compare_numbers(stored, ev->n_ray, &node->interval, outcome);
         return;
     }
     if (node->ray_number == RMAP_RAY_NUMBER_ID) {
         for (size_t i = 0; i < ev->n_ray; i++) {
             bool inside = (ray->id[i] >= node->id_low) & (ray->id[i] <= node->id_high);
-            verdict[i] = inside != node->interval.outside ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+            outcome[i] = inside != node->interval.outside ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
         }
         return;
     }
@@ -40,32 +40,33 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
         if (!is_flux)
             number = ray->segment_count[i];
         else if ((size_t)ray->source[i] < n_source)
-            number = ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]];
-        verdict[i] =
-            rmap_interval_holds(&node->interval, number) ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+            number = ray->weight[i] * ev->input->flux_per_weight[ray->source[i]];
+        outcome[i] =
+            rmap_interval_holds(&node->interval, number) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
     }
 }
 
-/* Verdicts by what a test counts. index: of the node, which may stand looser here. */
+/* Outcomes by what a test counts. index: of the node, which may stand looser here. */
 static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t index,
-                                     const struct rmap_criterion_node *node, enum rmap_told told,
-                                     uint8_t *verdict, struct rmap_error *err)
+                                     const struct rmap_criterion_node *node,
+                                     enum rmap_certainty certainty, uint8_t *outcome,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_marks marks;
     RMAP_TRY(rmap_test_mark(ev, index, node, &marks, err));
     rmap_test_count(ev, &marks);
-    rmap_compare_counts(ev->count, ev->n_ray, &node->interval, told, verdict);
+    rmap_compare_counts(ev->count, ev->n_ray, &node->interval, certainty, outcome);
 out:
     return st;
 }
 
 /* A test that asks for columns which may not be fetched: without what needs them. */
 static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t index,
-                                   uint8_t *verdict, struct rmap_error *err)
+                                   uint8_t *outcome, struct rmap_error *err)
 {
     struct rmap_criterion_node loose = ev->criterion->node[index];
-    loose.columns &= ev->evidence->columns;
+    loose.columns &= ev->input->columns;
     if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
         loose.steps.side = NULL;
@@ -74,127 +75,128 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
         loose.registrations.box = NULL;
         loose.registrations.where = -1;
     } else {
-        memset(verdict, RMAP_VERDICT_OPEN, ev->n_ray);
+        memset(outcome, RMAP_OUTCOME_OPEN, ev->n_ray);
         return RMAP_OK;
     }
-    return compare_rows(ev, index, &loose, RMAP_AT_MOST, verdict, err);
+    return compare_rows(ev, index, &loose, RMAP_AT_MOST, outcome, err);
 }
 
 static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t index,
-                                      uint8_t *verdict, struct rmap_error *err)
+                                      uint8_t *outcome, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
-    if (node->columns & ~ev->evidence->columns)
-        return bound_test(ev, index, verdict, err);
+    if (node->columns & ~ev->input->columns)
+        return bound_test(ev, index, outcome, err);
     if (node->kind == RMAP_CRITERION_ALL) {
         bool holds = rmap_interval_holds(&node->interval, 1.0);
-        memset(verdict, holds ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, ev->n_ray);
+        memset(outcome, holds ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO, ev->n_ray);
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
-        compare_ray_numbers(ev, node, verdict);
+        compare_ray_numbers(ev, node, outcome);
     } else {
-        st = compare_rows(ev, index, node, RMAP_EXACTLY, verdict, err);
+        st = compare_rows(ev, index, node, RMAP_EXACTLY, outcome, err);
     }
 out:
     return st;
 }
 
-/* True when every ray has this verdict, which further children cannot change. */
-RMAP_WIDE static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
+/* True when every ray has this outcome, which further children cannot change. */
+RMAP_WIDE static bool all_are(const uint8_t *outcome, uint8_t which, size_t n)
 {
     uint8_t other = 0;
     for (size_t i = 0; i < n; i++)
-        other |= verdict[i] ^ which;
+        other |= outcome[i] ^ which;
     return !other;
 }
 
 static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
-                                      bool is_rest, uint8_t *verdict, struct rmap_error *err);
+                                      bool is_rest, uint8_t *outcome, struct rmap_error *err);
 
 RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and,
-                              uint8_t *restrict verdict)
+                              uint8_t *restrict outcome)
 {
     if (is_and)
         for (size_t i = 0; i < n; i++)
-            verdict[i] &= own[i];
+            outcome[i] &= own[i];
     else
         for (size_t i = 0; i < n; i++)
-            verdict[i] |= own[i];
+            outcome[i] |= own[i];
 }
 
-/* level: masks that are in use above. is_rest: as in the evidence, and this node is its `and` or
+/* level: masks that are in use above. is_rest: as in the input, and this node is its `and` or
  * `or`. */
 static enum rmap_status evaluate_logic(const struct rmap_evaluation *ev,
                                        const struct rmap_criterion_node *node, int level,
-                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
+                                       bool is_rest, uint8_t *outcome, struct rmap_error *err)
 {
     size_t n = ev->n_ray;
     bool is_and = node->kind == RMAP_CRITERION_AND;
-    const uint8_t last_word = is_and ? RMAP_VERDICT_NO : RMAP_VERDICT_YES;
-    uint8_t *own = ev->judge->mask + (size_t)level * n;
+    const uint8_t last_word = is_and ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+    uint8_t *own = ev->evaluator->mask + (size_t)level * n;
     enum rmap_status st = RMAP_OK;
-    memset(verdict, last_word ^ RMAP_VERDICT_YES, n);
+    memset(outcome, last_word ^ RMAP_OUTCOME_YES, n);
     for (int32_t child = node->first;
-         st == RMAP_OK && child >= 0 && !all_are(verdict, last_word, n);
+         st == RMAP_OK && child >= 0 && !all_are(outcome, last_word, n);
          child = ev->criterion->node[child].next) {
         if (is_rest && !(ev->criterion->node[child].columns & ~RMAP_COLUMNS_DISCRETE))
             continue;
         st = evaluate_node(ev, child, level + 1, false, own, err);
-        combine(own, n, is_and, verdict);
+        combine(own, n, is_and, outcome);
     }
     return st;
 }
 
-RMAP_WIDE static void negate(uint8_t *verdict, size_t n)
+RMAP_WIDE static void negate(uint8_t *outcome, size_t n)
 {
     for (size_t i = 0; i < n; i++)
-        verdict[i] = rmap_verdict_not(verdict[i]);
+        outcome[i] = rmap_outcome_not(outcome[i]);
 }
 
 static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
-                                      bool is_rest, uint8_t *verdict, struct rmap_error *err)
+                                      bool is_rest, uint8_t *outcome, struct rmap_error *err)
 {
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
     if (node->kind == RMAP_CRITERION_AND || node->kind == RMAP_CRITERION_OR)
-        return evaluate_logic(ev, node, level, is_rest, verdict, err);
+        return evaluate_logic(ev, node, level, is_rest, outcome, err);
     if (node->kind != RMAP_CRITERION_NOT)
-        return evaluate_test(ev, index, verdict, err);
-    enum rmap_status st = evaluate_node(ev, node->first, level, is_rest, verdict, err);
+        return evaluate_test(ev, index, outcome, err);
+    enum rmap_status st = evaluate_node(ev, node->first, level, is_rest, outcome, err);
     if (st == RMAP_OK)
-        negate(verdict, ev->n_ray);
+        negate(outcome, ev->n_ray);
     return st;
 }
 
-void rmap_judge_fini(struct rmap_judge *judge)
+void rmap_evaluator_fini(struct rmap_evaluator *evaluator)
 {
-    rmap_free(judge->count);
-    rmap_free(judge->mask);
-    rmap_free(judge->mark);
-    rmap_free(judge->last);
-    *judge = (struct rmap_judge){0};
+    rmap_free(evaluator->count);
+    rmap_free(evaluator->mask);
+    rmap_free(evaluator->mark);
+    rmap_free(evaluator->last);
+    *evaluator = (struct rmap_evaluator){0};
 }
 
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
-                                      const struct rmap_evidence *evidence,
-                                      struct rmap_judge *judge, uint8_t *verdict,
-                                      struct rmap_error *err)
+enum rmap_status rmap_criterion_decide(const struct rmap_criterion *criterion,
+                                       const struct rmap_criterion_input *input,
+                                       struct rmap_evaluator *evaluator, uint8_t *outcome,
+                                       struct rmap_error *err)
 {
-    size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
+    size_t n_ray = input->portion->n_row[RMAP_TABLE_RAY];
     if (n_ray == 0)
         return RMAP_OK;
-    enum rmap_status st = RMAP_RESERVE(judge->count, judge->count_cap, n_ray, err);
+    enum rmap_status st = RMAP_RESERVE(evaluator->count, evaluator->count_cap, n_ray, err);
     if (st == RMAP_OK)
-        st = RMAP_RESERVE(judge->mask, judge->mask_cap, n_ray * (size_t)criterion->n_mask, err);
+        st = RMAP_RESERVE(evaluator->mask, evaluator->mask_cap, n_ray * (size_t)criterion->n_mask,
+                          err);
     if (st != RMAP_OK)
         return st;
     struct rmap_evaluation ev = {.criterion = criterion,
-                                 .evidence = evidence,
-                                 .portion = evidence->portion,
-                                 .judge = judge,
+                                 .input = input,
+                                 .portion = input->portion,
+                                 .evaluator = evaluator,
                                  .n_ray = n_ray,
-                                 .count = judge->count};
-    return evaluate_node(&ev, criterion->root, 0, evidence->is_rest, verdict, err);
+                                 .count = evaluator->count};
+    return evaluate_node(&ev, criterion->root, 0, input->is_rest, outcome, err);
 }
 
 static enum rmap_status check_portion(const struct rmap_criterion *criterion,
@@ -223,15 +225,15 @@ enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,
                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_judge judge = {0};
-    const struct rmap_evidence evidence = {
+    struct rmap_evaluator evaluator = {0};
+    const struct rmap_criterion_input input = {
         .portion = portion, .columns = RMAP_COLUMNS_ALL, .flux_per_weight = flux_per_weight};
     RMAP_TRY(check_portion(criterion, portion, err));
-    RMAP_TRY(rmap_criterion_judge(criterion, &evidence, &judge, match, err));
+    RMAP_TRY(rmap_criterion_decide(criterion, &input, &evaluator, match, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         match[i] &= 1;
 out:
-    rmap_judge_fini(&judge);
+    rmap_evaluator_fini(&evaluator);
     return st;
 }
 
@@ -240,20 +242,20 @@ enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_judge judge = {0};
+    struct rmap_evaluator evaluator = {0};
     struct rmap_marks marks;
     const struct rmap_criterion_node *node = &criterion->node[criterion->root];
-    const struct rmap_evidence evidence = {.portion = portion, .columns = RMAP_COLUMNS_ALL};
+    const struct rmap_criterion_input input = {.portion = portion, .columns = RMAP_COLUMNS_ALL};
     struct rmap_evaluation ev = {.criterion = criterion,
-                                 .evidence = &evidence,
+                                 .input = &input,
                                  .portion = portion,
-                                 .judge = &judge,
+                                 .evaluator = &evaluator,
                                  .n_ray = portion->n_row[RMAP_TABLE_RAY],
                                  .count = count};
     RMAP_TRY(check_portion(criterion, portion, err));
     RMAP_TRY(rmap_test_mark(&ev, criterion->root, node, &marks, err));
     rmap_test_count(&ev, &marks);
 out:
-    rmap_judge_fini(&judge);
+    rmap_evaluator_fini(&evaluator);
     return st;
 }

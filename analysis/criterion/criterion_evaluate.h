@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Evaluation of a criterion on rays of which not everything need be known: columns are fetched
- * when a test first asks for them, and what may not be fetched leaves a verdict open.
+ * when a test first asks for them, and what may not be fetched leaves an outcome open.
  */
 #ifndef RMAP_CRITERION_EVALUATE_H
 #define RMAP_CRITERION_EVALUATE_H
@@ -9,11 +9,11 @@
 #include "analysis/criterion/criterion_tree.h"
 
 /* Bit 0: the ray may match; bit 1: it does. `and` is &, `or` is |. */
-enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES = 3 };
+enum rmap_outcome { RMAP_OUTCOME_NO = 0, RMAP_OUTCOME_OPEN = 1, RMAP_OUTCOME_YES = 3 };
 
-static inline uint8_t rmap_verdict_not(uint8_t verdict)
+static inline uint8_t rmap_outcome_not(uint8_t outcome)
 {
-    return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
+    return (uint8_t)((outcome & 1) << 1 | outcome >> 1) ^ RMAP_OUTCOME_YES;
 }
 
 /* What a test counts: a bit per row, of which each ray has so many; or a bit per ray. */
@@ -23,12 +23,12 @@ struct rmap_marks {
 };
 
 /* Rays, and how to learn about them. */
-struct rmap_evidence {
+struct rmap_criterion_input {
     const struct rmap_portion *portion; /* its rays are counted; columns, and rows of the other
                                            tables, as far as fetched */
     rmap_column_set columns;            /* that may be fetched */
     bool is_rest; /* discrete columns left the rays of interest open: what only they decide, and is
-                     joined to the rest by one `and` or `or`, need not be asked again. Verdicts of
+                     joined to the rest by one `and` or `or`, need not be asked again. Outcomes of
                      other rays mean nothing */
     const double *flux_per_weight; /* [n_source]; NULL: `flux` may not be fetched */
     void *context;
@@ -42,14 +42,14 @@ struct rmap_evidence {
 };
 
 /* Memory of an evaluation, to be used again. All zero at first. */
-struct rmap_judge {
+struct rmap_evaluator {
     uint32_t *count; /* [n_ray] */
     uint8_t *mask;   /* [n_mask][n_ray] */
     size_t count_cap, mask_cap;
     uint64_t *mark, *last; /* bits: of rows or rays; of rays */
     size_t mark_cap, last_cap;
 };
-void rmap_judge_fini(struct rmap_judge *judge);
+void rmap_evaluator_fini(struct rmap_evaluator *evaluator);
 
 /* What the criterion, one test that can be counted, counts per ray: count [n_ray]. The portion has
  * the criterion's columns. RMAP_FORMAT when its rows do not add up. */
@@ -57,11 +57,11 @@ enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
                                       const struct rmap_portion *portion, uint32_t *count,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* verdict: [n_ray], enum rmap_verdict; none is open when all the criterion's columns may be
+/* outcome: [n_ray], enum rmap_outcome; none is open when all the criterion's columns may be
  * fetched. Stops as soon as every ray is decided. */
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
-                                      const struct rmap_evidence *evidence,
-                                      struct rmap_judge *judge, uint8_t *verdict,
-                                      struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_criterion_decide(const struct rmap_criterion *criterion,
+                                       const struct rmap_criterion_input *input,
+                                       struct rmap_evaluator *evaluator, uint8_t *outcome,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

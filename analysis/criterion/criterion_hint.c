@@ -124,8 +124,8 @@ static void hint_path(const struct hinting *self, const struct rmap_criterion_no
                    opens ? "" : ".* ", (int)(last - first), first, closes ? "" : " .*");
 }
 
-/* Above what any registration has, in seconds: as many legs as a ray of the portion may have, each
- * through the box of all its points and at most of this index. */
+/* Above what any registration has, in seconds: as many segments as a ray of the portion may have,
+ * each through the box of all its points and at most of this index. */
 static double latest_s(const struct hinting *self)
 {
     const double light_speed_m_per_s = 299792458.0, greatest_index = 10.0;
@@ -138,9 +138,9 @@ static double latest_s(const struct hinting *self)
             const double side = (double)summary->box_max[axis] - (double)summary->box_min[axis];
             square += side * side;
         }
-        const double n_leg =
+        const double n_segment =
             (double)(info->n_row[RMAP_TABLE_SEGMENT] - info->n_row[RMAP_TABLE_RAY]) + 1.0;
-        latest = fmax(latest, n_leg * sqrt(square));
+        latest = fmax(latest, n_segment * sqrt(square));
     }
     return latest * greatest_index * self->criterion->scene->unit_m / light_speed_m_per_s;
 }

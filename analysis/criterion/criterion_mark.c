@@ -96,26 +96,27 @@ static bool has_part(const struct rmap_criterion *criterion, const struct rmap_s
     return part >= test->part_low && part <= test->part_high;
 }
 
-static struct rmap_vec3 leg(const float *from, const float *to)
+static struct rmap_vec3 segment(const float *from, const float *to)
 {
     return rmap_vec3((double)to[0] - (double)from[0], (double)to[1] - (double)from[1],
                      (double)to[2] - (double)from[2]);
 }
 
 /* The side of an object that light met in a row: bit 0 front, bit 1 back. Against the normal is
- * the front; a leg of no length (touching faces) is judged by where the light went next. */
+ * the front; a segment of no length (touching faces) is evaluated by where the light went next. */
 static unsigned side_by_geometry(const struct rmap_portion *portion, size_t row, size_t ray,
                                  size_t ray_row)
 {
     const float *position = portion->segment.position, *at = position + 3 * row;
     const int16_t *n = portion->segment.normal + 3 * row;
     struct rmap_vec3 normal = rmap_vec3(n[0], n[1], n[2]);
-    double along = rmap_dot(leg(row > ray_row ? at - 3 : portion->ray.start + 3 * ray, at), normal);
+    double along =
+        rmap_dot(segment(row > ray_row ? at - 3 : portion->ray.start + 3 * ray, at), normal);
     bool is_last = row + 1 >= ray_row + portion->ray.segment_count[ray];
     if (along == 0.0 && !is_last) {
         const uint32_t back =
             RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TOTAL_REFLECTION;
-        along = rmap_dot(leg(at, at + 3), normal);
+        along = rmap_dot(segment(at, at + 3), normal);
         if (portion->segment.event[row] & back)
             along = -along;
     }

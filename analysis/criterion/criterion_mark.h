@@ -9,8 +9,8 @@
 #include "analysis/criterion/criterion_tree.h"
 
 /* The side of an object that light met in a row of /segment: bit 0 front, bit 1 back. ray: row of
- * /ray, whose legs begin at ray_row. Reads the medium where it tells; else position, normal, event
- * and ray.start: rmap_side_columns. */
+ * /ray, whose segments begin at ray_row. Reads the medium where it tells; else position, normal,
+ * event and ray.start: rmap_side_columns. */
 unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion *portion,
                        size_t row, size_t ray, size_t ray_row);
 

@@ -18,7 +18,7 @@ enum { STRIP_ROWS = 4096 };
 enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
                                        struct rmap_error *err)
 {
-    return ev->evidence->fetch ? ev->evidence->fetch(ev->evidence->context, columns, err) : RMAP_OK;
+    return ev->input->fetch ? ev->input->fetch(ev->input->context, columns, err) : RMAP_OK;
 }
 
 /* Room for a bit per row, or per ray; one word more is read. */
@@ -26,7 +26,7 @@ static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
                                 struct rmap_error *err)
 {
     enum rmap_status st =
-        RMAP_RESERVE(ev->judge->mark, ev->judge->mark_cap, rmap_bit_words(n_bit) + 2, err);
+        RMAP_RESERVE(ev->evaluator->mark, ev->evaluator->mark_cap, rmap_bit_words(n_bit) + 2, err);
     return st;
 }
 
@@ -37,9 +37,9 @@ static void keep_bits(const uint8_t *flag, size_t n, uint64_t *bits)
     rmap_byte_set_bits(flag, n, is_marked, bits);
 }
 
-/* A bit for each leg. size: [n_ray] legs of each ray. */
-static void mark_legs(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
-                      const uint32_t *size, size_t n_row)
+/* A bit for each segment. size: [n_ray] segments of each ray. */
+static void mark_segments(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
+                          const uint32_t *size, size_t n_row)
 {
     uint8_t flag[STRIP_ROWS];
     struct rmap_strip strip = {0};
@@ -48,7 +48,7 @@ static void mark_legs(const struct rmap_evaluation *ev, const struct rmap_step_t
         while (test->side && strip.ray_row + size[strip.ray] <= strip.first)
             strip.ray_row += size[strip.ray++];
         rmap_steps_mark(ev->criterion, test, ev->portion, &strip, flag);
-        keep_bits(flag, strip.n, ev->judge->mark + strip.first / 64);
+        keep_bits(flag, strip.n, ev->evaluator->mark + strip.first / 64);
     }
 }
 
@@ -60,10 +60,10 @@ static void mark_registrations(const struct rmap_evaluation *ev,
     for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
         strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
         rmap_registrations_mark(ev->criterion, test, ev->portion, &strip, flag);
-        keep_bits(flag, strip.n, ev->judge->mark + strip.first / 64);
+        keep_bits(flag, strip.n, ev->evaluator->mark + strip.first / 64);
     }
     if (test->where >= 0 && n_row > 0)
-        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, ev->judge->mark);
+        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, ev->evaluator->mark);
 }
 
 /* How many rows each ray has in a table: (*n_rows_ret)[n_ray], which add up to those that are
@@ -89,12 +89,12 @@ static bool is_plain(const struct rmap_step_test *test)
            test->part == RMAP_PART_ALL && !test->side;
 }
 
-/* A bit for each leg, of such a test. */
+/* A bit for each segment, of such a test. */
 static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
                        size_t n_row)
 {
     const struct rmap_segment_columns *segment = &ev->portion->segment;
-    uint64_t *mark = ev->judge->mark;
+    uint64_t *mark = ev->evaluator->mark;
     if (test->of_object)
         rmap_range_bits(segment->object, n_row, (uint32_t)test->object.low, test->object.span,
                         mark);
@@ -121,8 +121,8 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     else if (is_plain(&node->steps))
         mark_steps(ev, &node->steps, ev->portion->n_row[table]);
     else
-        mark_legs(ev, &node->steps, n_rows, ev->portion->n_row[table]);
-    *marks = (struct rmap_marks){ev->judge->mark, n_rows};
+        mark_segments(ev, &node->steps, n_rows, ev->portion->n_row[table]);
+    *marks = (struct rmap_marks){ev->evaluator->mark, n_rows};
 out:
     return st;
 }
@@ -168,11 +168,11 @@ static void keep_stops(const struct rmap_evaluation *ev, uint32_t stop)
     uint8_t is_it[256] = {0};
     if (stop < sizeof is_it)
         is_it[stop] = 1;
-    rmap_byte_set_bits(ev->portion->ray.stop, ev->n_ray, is_it, ev->judge->mark);
+    rmap_byte_set_bits(ev->portion->ray.stop, ev->n_ray, is_it, ev->evaluator->mark);
 }
 
-/* Of rays that ended so, 1 for those whose last leg ended at one of the objects, which follow each
- * other. */
+/* Of rays that ended so, 1 for those whose last segment ended at one of the objects, which follow
+ * each other. */
 static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
                                   const struct rmap_ending_test *test, struct rmap_error *err)
 {
@@ -180,16 +180,16 @@ static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
     const struct rmap_portion *portion = ev->portion;
     size_t n_row = portion->n_row[RMAP_TABLE_SEGMENT];
     const size_t n_word = rmap_bit_words(ev->n_ray);
-    uint64_t *mark = ev->judge->mark;
+    uint64_t *mark = ev->evaluator->mark;
     const uint32_t *n_rows;
-    RMAP_TRY(RMAP_RESERVE(ev->judge->last, ev->judge->last_cap, n_word, err));
+    RMAP_TRY(RMAP_RESERVE(ev->evaluator->last, ev->evaluator->last_cap, n_word, err));
     RMAP_TRY(count_rows(ev, RMAP_TABLE_SEGMENT, &n_rows, err));
     rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
                     mark);
-    rmap_bits_last_groups(mark, n_rows, ev->n_ray, ev->judge->last);
+    rmap_bits_last_groups(mark, n_rows, ev->n_ray, ev->evaluator->last);
     keep_stops(ev, test->stop);
     for (size_t w = 0; w < n_word; w++)
-        mark[w] &= ev->judge->last[w];
+        mark[w] &= ev->evaluator->last[w];
 out:
     return st;
 }
@@ -200,9 +200,9 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *flag = (uint8_t *)ev->count; /* has room for them */
-    const size_t n_leg = ev->portion->n_row[RMAP_TABLE_SEGMENT];
-    RMAP_TRY(reserve(ev, ev->n_ray > n_leg ? ev->n_ray : n_leg, err));
-    *marks = (struct rmap_marks){ev->judge->mark, NULL};
+    const size_t n_segment = ev->portion->n_row[RMAP_TABLE_SEGMENT];
+    RMAP_TRY(reserve(ev, ev->n_ray > n_segment ? ev->n_ray : n_segment, err));
+    *marks = (struct rmap_marks){ev->evaluator->mark, NULL};
     if (node->kind == RMAP_CRITERION_ENDED && node->ending.somewhere &&
         !node->ending.object.member && node->ending.medium.span == 0)
         return mark_ends(ev, &node->ending, err);
@@ -212,7 +212,7 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
         mark_endings(ev, &node->ending, flag);
     else
         rmap_index_set_mark(&node->source, ev->portion->ray.source, ev->n_ray, flag);
-    keep_bits(flag, ev->n_ray, ev->judge->mark);
+    keep_bits(flag, ev->n_ray, ev->evaluator->mark);
 out:
     return st;
 }
@@ -223,8 +223,8 @@ enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
 {
     enum rmap_status st = RMAP_OK;
     *marks = (struct rmap_marks){NULL, NULL};
-    if (ev->evidence->mark && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
-        RMAP_TRY(ev->evidence->mark(ev->evidence->context, index, node, marks, err));
+    if (ev->input->mark && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
+        RMAP_TRY(ev->input->mark(ev->input->context, index, node, marks, err));
     if (marks->bits)
         return RMAP_OK;
     RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));

@@ -9,11 +9,11 @@
 
 struct rmap_evaluation {
     const struct rmap_criterion *criterion;
-    const struct rmap_evidence *evidence;
-    const struct rmap_portion *portion; /* of the evidence */
-    struct rmap_judge *judge;
+    const struct rmap_criterion_input *input;
+    const struct rmap_portion *portion; /* of the input */
+    struct rmap_evaluator *evaluator;
     size_t n_ray;
-    uint32_t *count; /* [n_ray] of the judge */
+    uint32_t *count; /* [n_ray] of the evaluator */
 };
 
 enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,

@@ -50,7 +50,7 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_ENDED,         /* a count, 0 or 1 */
     RMAP_CRITERION_NUMBER,        /* of the ray */
     RMAP_CRITERION_STEPS,         /* a count of rows of /segment; below `where` of those before the
-                                     leg on which the detector was reached */
+                                     segment on which the detector was reached */
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
                                      `where` the history up to and with the registration */

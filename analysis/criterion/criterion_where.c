@@ -11,7 +11,7 @@
  * condition may have to begin anew. */
 enum { N_WALK = 4 };
 
-/* A registration, and the legs before that on which the detector was reached. */
+/* A registration, and the segments before that on which the detector was reached. */
 struct seen {
     const struct rmap_criterion *criterion;
     const struct rmap_portion *portion;
@@ -30,12 +30,12 @@ static void see_next(struct seen *seen, size_t row)
         seen->ray_row += ray->registration_count[at];
         first += ray->segment_count[at];
     }
-    size_t leg = seen->portion->registration.segment[row];
-    seen->before =
-        (struct rmap_strip){.first = first,
-                            .n = leg < ray->segment_count[at] ? leg : ray->segment_count[at],
-                            .ray = at,
-                            .ray_row = first};
+    size_t segment = seen->portion->registration.segment[row];
+    seen->before = (struct rmap_strip){
+        .first = first,
+        .n = segment < ray->segment_count[at] ? segment : ray->segment_count[at],
+        .ray = at,
+        .ray_row = first};
     seen->row = row;
 }
 

@@ -32,7 +32,7 @@ struct run {
     uint16_t *symbol;                  /* of all its rows, in order */
     size_t step_cap, symbol_cap;
     size_t lane_ray[LANES + 1], lane_symbol[LANES + 1];
-    bool skips;        /* rays without legs do not match: others that cannot are taken for such */
+    bool skips; /* rays without segments do not match: others that cannot are taken for such */
     uint8_t step_need; /* bits of needs that steps meet */
     bool hit_need;     /* a registration is needed */
 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * How often light was turned out of its way: the two orders by which stray light is told.
+ * How often light was turned out of its way: the two orders by which stray light is counted.
  */
 #include "analysis/criterion/path_order.h"
 
@@ -80,13 +80,13 @@ void rmap_path_order_fini(struct rmap_path_order *order)
     *order = (struct rmap_path_order){0};
 }
 
-/* A ray of the portion, whose legs begin at a row. */
+/* A ray of the portion, whose segments begin at a row. */
 struct walked {
     const struct rmap_portion *portion;
     size_t ray, row;
 };
 
-/* Adds up its legs [first, last). */
+/* Adds up its segments [first, last). */
 static void add_steps(const struct rmap_path_order *order, const struct walked *its, size_t first,
                       size_t last, uint32_t *ghost, uint32_t *scatter)
 {
@@ -102,10 +102,10 @@ void rmap_path_orders_of_rays(const struct rmap_path_order *order,
 {
     size_t first = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        const size_t n_leg = portion->ray.segment_count[i];
+        const size_t n_segment = portion->ray.segment_count[i];
         ghost[i] = scatter[i] = 0;
-        add_steps(order, &(struct walked){portion, i, first}, 0, n_leg, &ghost[i], &scatter[i]);
-        first += n_leg;
+        add_steps(order, &(struct walked){portion, i, first}, 0, n_segment, &ghost[i], &scatter[i]);
+        first += n_segment;
     }
 }
 
@@ -115,21 +115,21 @@ void rmap_path_orders_of_registrations(const struct rmap_path_order *order,
 {
     size_t first = 0, row = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        const size_t n_leg = portion->ray.segment_count[i];
+        const size_t n_segment = portion->ray.segment_count[i];
         const size_t end = row + portion->ray.registration_count[i];
         size_t at = 0;
         uint32_t sum[2] = {0, 0};
         const struct walked its = {portion, i, first};
         for (; row < end; row++) {
-            size_t leg = portion->registration.segment[row];
-            leg = leg < n_leg ? leg : n_leg;
-            if (leg < at)
+            size_t segment = portion->registration.segment[row];
+            segment = segment < n_segment ? segment : n_segment;
+            if (segment < at)
                 at = sum[0] = sum[1] = 0;
-            add_steps(order, &its, at, leg, &sum[0], &sum[1]);
-            at = leg;
+            add_steps(order, &its, at, segment, &sum[0], &sum[1]);
+            at = segment;
             ghost[row] = sum[0];
             scatter[row] = sum[1];
         }
-        first += n_leg;
+        first += n_segment;
     }
 }

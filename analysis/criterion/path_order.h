@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * How often light was turned out of its way: the two orders by which stray light is told.
+ * How often light was turned out of its way: the two orders by which stray light is counted.
  *
  * GHOST ORDER: number of specular reflections at surfaces that are not meant to reflect: those that
  * can let light through (dielectric interfaces, bare or coated; mixtures with a share of
@@ -9,8 +9,8 @@
  * with two different sides the one that light met says so.
  * SCATTER ORDER: number of diffuse reflections, diffuse transmissions and volume scatterings.
  *
- * Of a ray: over its whole history. Of a registration: over the steps before the leg on which the
- * detector was reached; what happens at the object on which a detector lies comes after it.
+ * Of a ray: over its whole history. Of a registration: over the steps before the segment on which
+ * the detector was reached; what happens at the object on which a detector lies comes after it.
  */
 #ifndef RMAP_PATH_ORDER_H
 #define RMAP_PATH_ORDER_H
@@ -40,7 +40,7 @@ void rmap_path_order_fini(struct rmap_path_order *order);
     ((uint32_t)(RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE |                         \
                 RMAP_EVENT_SCATTER_VOLUME))
 
-/* What one step adds, 0 or 1. ray: row of /ray, whose legs begin at ray_row. */
+/* What one step adds, 0 or 1. ray: row of /ray, whose segments begin at ray_row. */
 static inline uint32_t rmap_path_ghost_step(const struct rmap_path_order *order,
                                             const struct rmap_portion *portion, size_t row,
                                             size_t ray, size_t ray_row)

@@ -226,7 +226,7 @@ const struct rmap_fold_kind rmap_detector_sums_kind = {.create = create,
 
 struct rmap_detector_hit {
     size_t cell;
-    size_t leg; /* row of /segment */
+    size_t segment; /* row of /segment */
 };
 
 /* Channels' colours of one space in the terms of another one's mode. */
@@ -248,7 +248,7 @@ static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_
 static void add_colour(struct rmap_detector_sums *sums, const struct rmap_portion *portion,
                        const struct rmap_detector_hit *hit, double flux)
 {
-    const uint16_t *share = portion->colour + hit->leg * (size_t)portion->n_channel;
+    const uint16_t *share = portion->colour + hit->segment * (size_t)portion->n_channel;
     double sum[3] = {0.0, 0.0, 0.0};
     for (int i = 0; i < portion->n_channel; i++)
         for (int k = 0; k < 3; k++)
@@ -257,11 +257,11 @@ static void add_colour(struct rmap_detector_sums *sums, const struct rmap_portio
         sums->colour[3 * hit->cell + k] += llround(sum[k] / 65535.0 * flux / sums->quantum);
 }
 
-/* Of a leg's light, the part of 65535 that channel c has; or how much of it is seen. */
+/* Of a segment's light, the part of 65535 that channel c has; or how much of it is seen. */
 static double share_of(const struct rmap_detector_sums *sums, const struct rmap_portion *portion,
-                       size_t leg, size_t c)
+                       size_t segment, size_t c)
 {
-    const uint16_t *share = portion->colour + leg * (size_t)portion->n_channel;
+    const uint16_t *share = portion->colour + segment * (size_t)portion->n_channel;
     double seen = 0.0;
     if (!sums->ask.luminous)
         return share[c];
@@ -279,7 +279,7 @@ static void add_shares(struct rmap_detector_sums *sums, const struct rmap_portio
     for (size_t c = 0; c < sums->n_channel; c++) {
         double share = 0.0;
         for (size_t k = 0; k < n_hit; k++)
-            share += share_of(sums, portion, hit[k].leg, c);
+            share += share_of(sums, portion, hit[k].segment, c);
         if (share == 0.0)
             continue;
         const uint64_t q = (uint64_t)llround(weight * share);
@@ -294,7 +294,7 @@ static int by_cell(const void *a, const void *b)
     const struct rmap_detector_hit *left = a, *right = b;
     if (left->cell != right->cell)
         return left->cell < right->cell ? -1 : 1;
-    return (left->leg > right->leg) - (left->leg < right->leg);
+    return (left->segment > right->segment) - (left->segment < right->segment);
 }
 
 /* The ray's hits, in any order. */
@@ -339,18 +339,18 @@ static void add_place(struct rmap_detector_sums *sums, const struct rmap_portion
 }
 
 static enum rmap_status take_hit(struct rmap_detector_sums *sums, size_t n_hit, size_t cell,
-                                 size_t leg, struct rmap_error *err)
+                                 size_t segment, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_RESERVE(sums->hit, sums->cap_hit, n_hit + 1, err);
     if (st != RMAP_OK)
         return st;
-    sums->hit[n_hit] = (struct rmap_detector_hit){cell, leg};
+    sums->hit[n_hit] = (struct rmap_detector_hit){cell, segment};
     return RMAP_OK;
 }
 
-/* Registrations [row, end) of ray row `ray`, whose legs begin at row `segment`. */
+/* Registrations [row, end) of ray row `ray`, whose segments begin at row `segment`. */
 static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rmap_matched *rays,
-                                size_t ray, size_t row, size_t end, size_t segment,
+                                size_t ray, size_t row, size_t end, size_t first,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -360,18 +360,19 @@ static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rm
     for (; row < end; row++) {
         if (portion->registration.detector[row] != sums->ask.detector || !counts[row])
             continue;
-        const uint32_t leg = portion->registration.segment[row];
+        const uint32_t segment = portion->registration.segment[row];
         const size_t cell = rmap_detector_bins_cell(&sums->ask.bins, portion, row);
         if (cell == SIZE_MAX - 1 || (uint32_t)portion->ray.source[ray] >= sums->n_source ||
-            leg >= portion->ray.segment_count[ray])
-            return rmap_error_set(err, RMAP_FORMAT,
-                                  "damaged map: ray %" PRIu64
-                                  " is registered where there is no cell, or on leg %u, which it "
-                                  "has not",
-                                  portion->ray.id[ray], leg);
+            segment >= portion->ray.segment_count[ray])
+            return rmap_error_set(
+                err, RMAP_FORMAT,
+                "damaged map: ray %" PRIu64
+                " is registered where there is no cell, or on segment %u, which it "
+                "has not",
+                portion->ray.id[ray], segment);
         if (cell == SIZE_MAX)
             continue;
-        RMAP_TRY(take_hit(sums, n_hit++, cell, segment + leg, err));
+        RMAP_TRY(take_hit(sums, n_hit++, cell, first + segment, err));
         if (sums->centre)
             add_place(sums, portion, ray, row);
     }

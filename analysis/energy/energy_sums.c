@@ -198,24 +198,25 @@ out:
 
 /* Path by path; rays with paths of their own one by one. */
 static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rmap_matched *rays,
-                                  const struct rmap_told_paths *told, struct rmap_error *err)
+                                  const struct rmap_path_summary *summary, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_matched own;
     if (!sums->shares && !(sums->shares = rmap_alloc(1, sizeof *sums->shares)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
-    RMAP_TRY(rmap_path_shares_count(sums->shares, rays, told, err));
+    RMAP_TRY(rmap_path_shares_count(sums->shares, rays, summary, err));
     for (size_t k = 0; k < sums->shares->n; k++) {
         const size_t row = sums->shares->row[k];
-        const size_t n = told->known->ray.registration_count[row];
-        const struct alike some = {told->known, told->known->registration.registered, row, 1.0,
-                                   (double)sums->shares->n_ray[k]};
+        const size_t n = summary->paths->ray.registration_count[row];
+        const struct alike some = {summary->paths, summary->paths->registration.registered, row,
+                                   1.0, (double)sums->shares->n_ray[k]};
         if (sums->scope->ends)
-            add_end(sums, &some, told->first_segment[row] + told->known->ray.segment_count[row]);
+            add_end(sums, &some,
+                    summary->first_segment[row] + summary->paths->ray.segment_count[row]);
         if (n > 0)
-            add_registrations(sums, &some, told->first_registration[row], n);
+            add_registrations(sums, &some, summary->first_registration[row], n);
     }
-    RMAP_TRY(rmap_path_shares_own(sums->shares, rays, told, &own, err));
+    RMAP_TRY(rmap_path_shares_own(sums->shares, rays, summary, &own, err));
     if (own.n_match > 0)
         st = add_rays(sums, &own, err);
 out:
@@ -225,11 +226,11 @@ out:
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_told_paths told = {.known = NULL};
+    struct rmap_path_summary summary = {.paths = NULL};
     if (!rays->view)
-        RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
-    st = rmap_path_shares_matter(rays, &told) ? add_paths(state, rays, &told, err)
-                                              : add_rays(state, rays, err);
+        RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
+    st = rmap_path_shares_matter(rays, &summary) ? add_paths(state, rays, &summary, err)
+                                                 : add_rays(state, rays, err);
 out:
     return st;
 }

@@ -27,7 +27,7 @@ struct rmap_energy_sums {
     double *caught;        /* [n_source][n_detector] sum of q, w times the ray's registrations */
     double *caught_squared;
     double *pending;                 /* [n_detector] q of the ray in hand */
-    struct rmap_path_shares *shares; /* NULL: no portion was told of by its paths */
+    struct rmap_path_shares *shares; /* NULL: no portion was summed up by its paths */
 };
 
 /* Reads no weight of the ends without them. The fold is to defer them all: paths that rays share

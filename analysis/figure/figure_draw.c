@@ -20,7 +20,7 @@
 enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
 enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
 
-/* White around the scene, and length of a leg that leaves, as parts of the scene's size. */
+/* White around the scene, and length of a segment that leaves, as parts of the scene's size. */
 static const double BORDER = 0.08, LEAVING = 0.12;
 
 static double fit(const struct rmap_scene *scene, const struct rmap_view *view,

@@ -25,8 +25,8 @@ struct rmap_figure_draw {
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 
-/* Legs, and strokes of curved ones, that are drawn unless more rays are asked for: more is a blot
- * that takes a renderer minutes. */
+/* Segments, and strokes of curved ones, that are drawn unless more rays are asked for: more is a
+ * blot that takes a renderer minutes. */
 #define RMAP_FIGURE_STROKES 20000
 
 /* Keeps the first rays whose strokes are RMAP_FIGURE_STROKES at most, one of them at least. rays:

@@ -46,7 +46,7 @@ static void add_sample(struct legend *legend, const char *colour, double width, 
     legend->x += length + GAP;
 }
 
-/* Which channels are left alone on some leg, and whether any leg carries several. */
+/* Which channels are left alone on some segment, and whether any segment carries several. */
 static void channels_in_use(const struct rmap_portion *rays, bool *alone, bool *several)
 {
     size_t n_channel = (size_t)rays->n_channel;

@@ -171,25 +171,27 @@ static struct rmap_vec3 place(const float v[3])
     return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
 }
 
-/* A curved leg: its ends and the points between them. */
-struct curved_leg {
+/* A curved segment: its ends and the points between them. */
+struct curved_segment {
     struct rmap_vec3 from, to;
     const float *point; /* [n][3] */
     size_t n;
 };
 
-static struct rmap_vec3 node(const struct curved_leg *leg, size_t k)
+static struct rmap_vec3 node(const struct curved_segment *segment, size_t k)
 {
-    return k == 0 ? leg->from : k > leg->n ? leg->to : place(leg->point + 3 * (k - 1));
+    return k == 0           ? segment->from
+           : k > segment->n ? segment->to
+                            : place(segment->point + 3 * (k - 1));
 }
 
 /* Direction at a node, times so much: of the parabola through it and its neighbours, by length of
  * chord. */
-static struct rmap_vec3 slope(const struct curved_leg *leg, size_t k, double times)
+static struct rmap_vec3 slope(const struct curved_segment *segment, size_t k, double times)
 {
-    size_t middle = k == 0 ? 1 : k > leg->n ? leg->n : k;
-    struct rmap_vec3 before = rmap_sub(node(leg, middle), node(leg, middle - 1));
-    struct rmap_vec3 behind = rmap_sub(node(leg, middle + 1), node(leg, middle));
+    size_t middle = k == 0 ? 1 : k > segment->n ? segment->n : k;
+    struct rmap_vec3 before = rmap_sub(node(segment, middle), node(segment, middle - 1));
+    struct rmap_vec3 behind = rmap_sub(node(segment, middle + 1), node(segment, middle));
     double h = rmap_length(before), g = rmap_length(behind);
     if (!(h > 0.0 && g > 0.0))
         return rmap_vec3(0, 0, 0);
@@ -204,14 +206,14 @@ static struct rmap_vec3 slope(const struct curved_leg *leg, size_t k, double tim
 }
 
 /* Cubics through the nodes, up to the last one, which stays to be put. */
-static void put_curve(struct pen *pen, const struct curved_leg *leg)
+static void put_curve(struct pen *pen, const struct curved_segment *segment)
 {
-    for (size_t k = 0; k <= leg->n; k++) {
-        struct rmap_vec3 p = node(leg, k), q = node(leg, k + 1), chord = rmap_sub(q, p);
+    for (size_t k = 0; k <= segment->n; k++) {
+        struct rmap_vec3 p = node(segment, k), q = node(segment, k + 1), chord = rmap_sub(q, p);
         double h = rmap_length(chord);
-        struct rmap_vec3 u = slope(leg, k, h), v = slope(leg, k + 1, h);
-        for (int s = 1; s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= leg->n;
-             s++) {
+        struct rmap_vec3 u = slope(segment, k, h), v = slope(segment, k + 1, h);
+        for (int s = 1;
+             s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= segment->n; s++) {
             double t = (double)s / RMAP_RAY_CURVE_STROKES, r = 1.0 - t;
             struct rmap_vec3 at = rmap_axpy(t * t * (3.0 - 2.0 * t), chord, p);
             put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)));
@@ -219,7 +221,7 @@ static void put_curve(struct pen *pen, const struct curved_leg *leg)
     }
 }
 
-/* The ink of a leg that arrives with these shares of colour. */
+/* The ink of a segment that arrives with these shares of colour. */
 static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
 {
     const struct rmap_ray_paint *paint = pen->lines->paint;
@@ -234,15 +236,15 @@ static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
     rmap_ray_ink(pen->scene, share, pen->ink);
 }
 
-/* One line per run of legs with the same colour. */
-static void draw_ray(struct pen *pen, size_t ray, size_t segment)
+/* One line per run of segments with the same colour. */
+static void draw_ray(struct pen *pen, size_t ray, size_t first)
 {
     const struct rmap_portion *rays = pen->rays;
     size_t n_channel = (size_t)rays->n_channel;
     const uint16_t *last = NULL;
     size_t point, n_point = rmap_portion_curve_of(rays, rays->ray.id[ray], &point);
     struct rmap_vec3 from = place(rays->ray.start + 3 * ray);
-    for (size_t i = segment; i < segment + rays->ray.segment_count[ray]; i++) {
+    for (size_t i = first; i < first + rays->ray.segment_count[ray]; i++) {
         const uint16_t *colour = rays->colour + i * n_channel;
         if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
             finish_line(pen);
@@ -251,13 +253,14 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
             last = colour;
         }
         struct rmap_vec3 to = place(rays->segment.position + 3 * i);
-        struct curved_leg leg = {.from = from, .to = to, .point = rays->curve.position + 3 * point};
-        while (leg.n < n_point && rays->curve.segment[point + leg.n] == i - segment)
-            leg.n++;
-        if (leg.n > 0)
-            put_curve(pen, &leg);
-        point += leg.n;
-        n_point -= leg.n;
+        struct curved_segment segment = {
+            .from = from, .to = to, .point = rays->curve.position + 3 * point};
+        while (segment.n < n_point && rays->curve.segment[point + segment.n] == i - first)
+            segment.n++;
+        if (segment.n > 0)
+            put_curve(pen, &segment);
+        point += segment.n;
+        n_point -= segment.n;
         if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
             to = rmap_axpy(pen->lines->leaving, place(rays->ray.end_direction + 3 * ray), from);
         put_point(pen, to);

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "analysis/overlay/overlay.h"
-#include "analysis/overlay/overlay_leg.h"
+#include "analysis/overlay/overlay_segment.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "io/map/map_space.h"
@@ -156,7 +156,7 @@ size_t rmap_overlay_n_read(const struct rmap_overlay *overlay,
 /* A portion with the receivers' registrations among its own. */
 
 struct rmap_overlay_view {
-    struct rmap_recorder base; /* takes what detectors tell of the leg in hand */
+    struct rmap_recorder base; /* takes what detectors tell of the segment in hand */
     const struct rmap_overlay *overlay;
     struct rmap_portion *own; /* counts of registrations, and their rows */
     struct rmap_portion_recorder recorder;
@@ -204,7 +204,7 @@ void rmap_overlay_view_destroy(struct rmap_overlay_view *self)
     rmap_free(self);
 }
 
-/* ---- one leg ---- */
+/* ---- one segment ---- */
 
 static bool is_free(const struct rmap_overlay *overlay, int32_t index)
 {
@@ -247,21 +247,21 @@ static enum rmap_status copy_until(struct rmap_overlay_view *self, struct rmap_o
     return st;
 }
 
-/* The ray's stored rows of that leg from its next one on; free: of planes free in space alone,
+/* The ray's stored rows of that segment from its next one on; free: of planes free in space alone,
  * which come first. */
 static size_t stored_until(const struct rmap_overlay_view *self, const struct rmap_overlay_ray *ray,
-                           uint32_t leg, bool free)
+                           uint32_t segment, bool free)
 {
     const struct rmap_registration_columns *stored = &ray->portion->registration;
     size_t row = ray->registration, end = row + ray->n_registration;
-    while (row < end && stored->segment[row] == leg &&
+    while (row < end && stored->segment[row] == segment &&
            (!free || is_free(self->overlay, stored->detector[row])))
         row++;
     return row;
 }
 
-/* What the leg's detectors told, receivers or all of them, put where it belongs among the stored
- * rows up to `end`: a stored row keeps its place among the stored ones. */
+/* What the segment's detectors told, receivers or all of them, put where it belongs among the
+ * stored rows up to `end`: a stored row keeps its place among the stored ones. */
 static enum rmap_status merge(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
                               size_t end, struct rmap_error *err)
 {
@@ -288,38 +288,38 @@ static enum rmap_status merge(struct rmap_overlay_view *self, struct rmap_overla
 }
 
 static enum rmap_status watch(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
-                              struct rmap_leg *leg, struct rmap_error *err)
+                              struct rmap_segment *segment, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_overlay *overlay = self->overlay;
-    const struct rmap_segment_columns *segment = &ray->portion->segment;
-    const size_t row = ray->segment + leg->segment;
-    const uint32_t event = segment->event[row];
-    const size_t end = stored_until(self, ray, leg->segment, true);
-    const struct rmap_leg begun = *leg;
+    const struct rmap_segment_columns *columns = &ray->portion->segment;
+    const size_t row = ray->segment + segment->segment;
+    const uint32_t event = columns->event[row];
+    const size_t end = stored_until(self, ray, segment->segment, true);
+    const struct rmap_segment begun = *segment;
     self->n_found = 0;
     /* Which comes first only matters where both are met: then all are looked for. */
     for (int pass = 0; pass < 2; pass++) {
         const struct rmap_scene *scene = pass == 0 ? &overlay->alone : &overlay->scene;
         size_t curve = ray->curve;
         if (event & RMAP_EVENT_GRADIENT)
-            rmap_overlay_curve(scene, ray, leg, &self->base);
+            rmap_overlay_curve(scene, ray, segment, &self->base);
         else
-            rmap_detect_free(scene, leg, &self->base);
+            rmap_detect_free(scene, segment, &self->base);
         if (pass > 0 || self->n_found == 0 || end == ray->registration)
             break;
-        *leg = begun;
+        *segment = begun;
         ray->curve = curve;
         self->n_found = 0;
     }
     RMAP_TRY(merge(self, ray, end, err));
-    RMAP_TRY(copy_until(self, ray, stored_until(self, ray, leg->segment, false), err));
-    if (segment->object[row] >= 0 && overlay->lies_on &&
+    RMAP_TRY(copy_until(self, ray, stored_until(self, ray, segment->segment, false), err));
+    if (columns->object[row] >= 0 && overlay->lies_on &&
         !(event & (RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR)))
-        rmap_detect_on(&overlay->scene, leg, segment->object[row],
-                       overlay->on_faces ? segment->primitive[row] : 0, &self->base);
+        rmap_detect_on(&overlay->scene, segment, columns->object[row],
+                       overlay->on_faces ? columns->primitive[row] : 0, &self->base);
     if (event & RMAP_EVENT_LEFT)
-        rmap_detect_far(&overlay->alone, leg, &self->base);
+        rmap_detect_far(&overlay->alone, segment, &self->base);
     RMAP_TRY(merge(self, ray, ray->registration, err));
 out:
     return st;
@@ -332,7 +332,7 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *stored = ray->portion;
-    struct rmap_leg leg;
+    struct rmap_segment segment;
     const float *start = stored->ray.start + 3 * ray->row;
     struct rmap_vec3 from = rmap_vec3((double)start[0], (double)start[1], (double)start[2]);
     double optical = 0.0;
@@ -342,17 +342,18 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
         if (object >= (int64_t)ray->scene->n_object || medium < 0 ||
             (size_t)medium >= ray->scene->n_medium)
             return rmap_error_set(err, RMAP_FORMAT,
-                                  "damaged map: leg %u of ray %" PRIu64
+                                  "damaged map: segment %u of ray %" PRIu64
                                   " has an object or a medium that the scene has not",
                                   k, stored->ray.id[ray->row]);
-        rmap_overlay_leg(self->overlay, ray, k, from, optical, &leg);
-        RMAP_TRY(watch(self, ray, &leg, err));
-        optical = leg.optical_from + leg.index * leg.length;
-        from = leg.to;
+        rmap_overlay_segment(self->overlay, ray, k, from, optical, &segment);
+        RMAP_TRY(watch(self, ray, &segment, err));
+        optical = segment.optical_from + segment.index * segment.length;
+        from = segment.to;
     }
     if (ray->n_registration > 0)
         st = rmap_error_set(err, RMAP_FORMAT,
-                            "damaged map: ray %" PRIu64 " is registered on a leg that it has not",
+                            "damaged map: ray %" PRIu64
+                            " is registered on a segment that it has not",
                             stored->ray.id[ray->row]);
 out:
     return st;

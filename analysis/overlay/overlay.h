@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
  * Receivers laid over a finished map: detectors that the scene did not have when it was traced.
- * Their registrations are computed from the stored legs by the tracer's own formulas
- * (trace/detector.h): planes free in space cut the legs, those lying on an object take the stored
- * hits, intensity grids the directions in which rays left.
+ * Their registrations are computed from the stored segments by the tracer's own formulas
+ * (trace/detector.h): planes free in space cut the segments, those lying on an object take the
+ * stored hits, intensity grids the directions in which rays left.
  *
- * What the stored numbers cost: points are float32 and directions of legs come from them, so a
+ * What the stored numbers cost: points are float32 and directions of segments come from them, so a
  * crossing lies where the tracer would have put it up to 1e-7 of the scene's coordinates, and
- * its direction up to that over the leg's length. A curved leg is made
- * again between the recorded points by the ray equation in its medium's field. A leg that left the
- * scene goes on in its direction to wherever a receiver stands.
+ * its direction up to that over the segment's length. A curved segment is made
+ * again between the recorded points by the ray equation in its medium's field. A segment that left
+ * the scene goes on in its direction to wherever a receiver stands.
  */
 #ifndef RMAP_OVERLAY_H
 #define RMAP_OVERLAY_H
@@ -48,7 +48,7 @@ size_t rmap_overlay_n_read(const struct rmap_overlay *overlay,
                            const struct rmap_criterion *criterion);
 
 /* One thread's. Gives portions with the receivers' registrations among those of the scene's
- * detectors: as the tracer would have put them, by distance along the leg, then by detector. */
+ * detectors: as the tracer would have put them, by distance along the segment, then by detector. */
 struct rmap_overlay_view;
 enum rmap_status rmap_overlay_view_create(const struct rmap_overlay *overlay,
                                           struct rmap_overlay_view **view_ret,

@@ -96,7 +96,7 @@ static json_t *ray_columns(const struct rmap_page *page)
                      floats(rays, RMAP_RAY_end_direction));
 }
 
-static json_t *leg_columns(const struct rmap_portion *rays)
+static json_t *segment_columns(const struct rmap_portion *rays)
 {
     return json_pack("{s:o, s:o, s:o, s:o, s:o}", "object", integers(rays, RMAP_SEGMENT_object),
                      "primitive", integers(rays, RMAP_SEGMENT_primitive), "event",
@@ -159,18 +159,18 @@ static json_t *registration_columns(const struct rmap_page *page)
                      doubles(rays, RMAP_REGISTRATION_optical_path));
 }
 
-/* Points of curved legs with the row of their leg. */
+/* Points of curved segments with the row of their segment. */
 static json_t *curve_columns(const struct rmap_portion *rays)
 {
-    size_t n = rays->n_row[RMAP_TABLE_CURVE], leg = 0, at;
+    size_t n = rays->n_row[RMAP_TABLE_CURVE], segment = 0, at;
     int32_t *of = rmap_alloc(n + 1, sizeof *of);
     if (!of)
         return NULL;
     for (size_t i = 0; n > 0 && i < rays->n_row[RMAP_TABLE_RAY]; i++) {
         size_t n_point = rmap_portion_curve_of(rays, rays->ray.id[i], &at);
         for (size_t k = 0; k < n_point; k++)
-            of[at + k] = (int32_t)(leg + rays->curve.segment[at + k]);
-        leg += rays->ray.segment_count[i];
+            of[at + k] = (int32_t)(segment + rays->curve.segment[at + k]);
+        segment += rays->ray.segment_count[i];
     }
     json_t *json = json_pack("{s:o, s:o}", "leg", rmap_page_integers(of, n), "position",
                              floats(rays, RMAP_CURVE_position));
@@ -195,7 +195,7 @@ static json_t *words(void)
                      "precedence", "EKOFSIRTDdAX");
 }
 
-/* Columns of rays, legs, registrations and points of curved legs. */
+/* Columns of rays, segments, registrations and points of curved segments. */
 static json_t *page_rays(const struct rmap_page *page, struct rmap_error *err)
 {
     json_t *colours = rmap_page_colours(page, err);
@@ -203,7 +203,7 @@ static json_t *page_rays(const struct rmap_page *page, struct rmap_error *err)
         return NULL;
     json_t *json =
         json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "colour", colours, "ray", ray_columns(page),
-                  "leg", leg_columns(page->rays), "registration", registration_columns(page),
+                  "leg", segment_columns(page->rays), "registration", registration_columns(page),
                   "curve", curve_columns(page->rays), "words", words());
     if (!json)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of a page");
@@ -223,7 +223,7 @@ static json_t *view_json(const struct rmap_page *page)
 static enum rmap_status put(json_t *data, const char *name, json_t *part, struct rmap_error *err)
 {
     if (!part)
-        return err->status; /* its maker has told */
+        return err->status; /* its maker has reported it */
     if (json_object_set_new(data, name, part) == 0)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The colours of a page's legs, each once: what to draw them with, and what to say of them.
+ * The colours of a page's segments, each once: what to draw them with, and what to say of them.
  */
 #include "analysis/page/page_colour.h"
 
@@ -19,9 +19,9 @@ enum { STRONGEST = 4 };
 /* Lightness (Oklab) that a line on a dark ground has at least. */
 static const double NIGHT_LIGHTNESS = 0.68;
 
-/* A colour's first leg, and the colour space that it is in. */
+/* A colour's first segment, and the colour space that it is in. */
 struct entry {
-    size_t leg, space;
+    size_t segment, space;
 };
 
 struct book {
@@ -29,39 +29,39 @@ struct book {
     size_t n, cap, n_slot; /* n_slot: a power of 2 */
     struct entry *entry;   /* [n] */
     int32_t *slot;         /* [n_slot] 1 + entry; 0: empty */
-    int32_t *of;           /* [legs] */
+    int32_t *of;           /* [segments] */
 };
 
-static const uint16_t *row_of(const struct book *book, size_t leg)
+static const uint16_t *row_of(const struct book *book, size_t segment)
 {
-    return book->rays->colour + leg * (size_t)book->rays->n_channel;
+    return book->rays->colour + segment * (size_t)book->rays->n_channel;
 }
 
-static size_t find_slot(const struct book *book, size_t leg, size_t space)
+static size_t find_slot(const struct book *book, size_t segment, size_t space)
 {
     size_t nbytes = (size_t)book->rays->n_channel * sizeof(uint16_t);
-    size_t at = XXH3_64bits_withSeed(row_of(book, leg), nbytes, space) & (book->n_slot - 1);
+    size_t at = XXH3_64bits_withSeed(row_of(book, segment), nbytes, space) & (book->n_slot - 1);
     while (book->slot[at]) {
         const struct entry *entry = &book->entry[book->slot[at] - 1];
         if (entry->space == space &&
-            memcmp(row_of(book, entry->leg), row_of(book, leg), nbytes) == 0)
+            memcmp(row_of(book, entry->segment), row_of(book, segment), nbytes) == 0)
             break;
         at = (at + 1) & (book->n_slot - 1);
     }
     return at;
 }
 
-static enum rmap_status add(struct book *book, size_t leg, size_t space, struct rmap_error *err)
+static enum rmap_status add(struct book *book, size_t segment, size_t space, struct rmap_error *err)
 {
-    size_t at = find_slot(book, leg, space);
+    size_t at = find_slot(book, segment, space);
     if (!book->slot[at]) {
         enum rmap_status st = RMAP_RESERVE(book->entry, book->cap, book->n + 1, err);
         if (st != RMAP_OK)
             return st;
-        book->entry[book->n++] = (struct entry){leg, space};
+        book->entry[book->n++] = (struct entry){segment, space};
         book->slot[at] = (int32_t)book->n;
     }
-    book->of[leg] = book->slot[at] - 1;
+    book->of[segment] = book->slot[at] - 1;
     return RMAP_OK;
 }
 
@@ -69,18 +69,18 @@ static enum rmap_status fill(struct book *book, const struct rmap_map *map, stru
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *rays = book->rays;
-    size_t n_leg = rays->n_row[RMAP_TABLE_SEGMENT], leg = 0;
+    size_t n_segment = rays->n_row[RMAP_TABLE_SEGMENT], segment = 0;
     book->n_slot = 1024;
-    while (book->n_slot < 2 * n_leg)
+    while (book->n_slot < 2 * n_segment)
         book->n_slot *= 2;
     book->slot = rmap_alloc(book->n_slot, sizeof *book->slot);
-    book->of = rmap_alloc(n_leg + 1, sizeof *book->of);
+    book->of = rmap_alloc(n_segment + 1, sizeof *book->of);
     if (!book->slot || !book->of)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the colours of a page");
     for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
         size_t space = rmap_map_space_of_ray(map, rays->ray.id[i]);
-        for (size_t end = leg + rays->ray.segment_count[i]; leg < end; leg++)
-            RMAP_TRY(add(book, leg, space, err));
+        for (size_t end = segment + rays->ray.segment_count[i]; segment < end; segment++)
+            RMAP_TRY(add(book, segment, space, err));
     }
 out:
     return st;
@@ -139,7 +139,7 @@ static void mix(const struct book *book, const struct rmap_map *map, struct inks
 {
     for (size_t i = 0; i < book->n; i++) {
         const struct rmap_scene *scene = rmap_map_scene_of(map, book->entry[i].space);
-        const uint16_t *row = row_of(book, book->entry[i].leg);
+        const uint16_t *row = row_of(book, book->entry[i].segment);
         int n =
             scene->channels.n < book->rays->n_channel ? scene->channels.n : book->rays->n_channel;
         double share[RMAP_CHANNEL_MAX] = {0};

@@ -17,7 +17,7 @@
 #include "io/file/whole_file.h"
 #include "portion/event.h"
 
-/* A leg that leaves the scene, as a part of its radius. */
+/* A segment that leaves the scene, as a part of its radius. */
 static const double LEAVING = 0.25;
 
 struct build {
@@ -179,8 +179,8 @@ static uint8_t linear_byte(unsigned value)
     return (uint8_t)(255.0 * (v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4)) + 0.5);
 }
 
-static void leg_colour(const struct build *self, const struct rmap_scene *scene, size_t ray,
-                       size_t leg, uint8_t rgba[4])
+static void segment_colour(const struct build *self, const struct rmap_scene *scene, size_t ray,
+                           size_t segment, uint8_t rgba[4])
 {
     char ink[8];
     unsigned rgb = 0;
@@ -188,7 +188,7 @@ static void leg_colour(const struct build *self, const struct rmap_scene *scene,
         memcpy(ink, self->paint->group[self->paint->of_ray[ray]].ink, sizeof ink);
     } else {
         const int n_channel = self->rays->n_channel;
-        const uint16_t *colour = self->rays->colour + leg * (size_t)n_channel;
+        const uint16_t *colour = self->rays->colour + segment * (size_t)n_channel;
         double share[RMAP_CHANNEL_MAX];
         for (int c = 0; c < scene->channels.n; c++)
             share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
@@ -216,7 +216,7 @@ static enum rmap_status add_ray(const struct build *self, size_t ray, size_t seg
         uint8_t rgba[4];
         const float *to = rays->segment.position + 3 * i;
         float out[3];
-        leg_colour(self, scene, ray, i, rgba);
+        segment_colour(self, scene, ray, i, rgba);
         for (; point < end && rays->curve.segment[point] == i - segment; point++) {
             RMAP_TRY(add_line(lines, from, rays->curve.position + 3 * point, rgba, err));
             from = rays->curve.position + 3 * point;

@@ -10,7 +10,7 @@
 #include "io/map/map_reader.h"
 
 /* rays: all columns. path: binary, or JSON where it ends in .gltf; replaced when
- * the whole is written. Points of curved legs are those that
+ * the whole is written. Points of curved segments are those that
  * were recorded. RMAP_SYSTEM. */
 enum rmap_status rmap_scene_glb_write(const struct rmap_map *map, const struct rmap_portion *rays,
                                       const struct rmap_ray_paint *paint, const char *path,

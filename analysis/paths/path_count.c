@@ -7,10 +7,11 @@
 #include "analysis/paths/path_count.h"
 #include "base/alloc.h"
 
-static enum rmap_status path_counts_add_told(struct rmap_path_counts *counts,
-                                             const struct rmap_matched *rays,
-                                             const struct rmap_told_paths *told, bool *done_ret,
-                                             struct rmap_error *err) RMAP_MUST_USE;
+static enum rmap_status path_counts_add_summary(struct rmap_path_counts *counts,
+                                                const struct rmap_matched *rays,
+                                                const struct rmap_path_summary *summary,
+                                                bool *done_ret,
+                                                struct rmap_error *err) RMAP_MUST_USE;
 static enum rmap_status path_counts_add_view(struct rmap_path_counts *counts,
                                              const struct rmap_matched *rays, bool *done_ret,
                                              struct rmap_error *err) RMAP_MUST_USE;
@@ -209,7 +210,7 @@ static enum rmap_status add_path(struct rmap_path_counts *self, const struct rma
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_ray_columns *ray = &portion->ray;
-    const uint64_t n_leg = ray->segment_count[place->ray];
+    const uint64_t n_segment = ray->segment_count[place->ray];
     const double weight = ray->weight[place->ray];
     size_t n_step, before = 0;
     if (!rmap_path_key_of(self->context->keys, portion, place, self->step, &n_step))
@@ -219,7 +220,7 @@ static enum rmap_status add_path(struct rmap_path_counts *self, const struct rma
         before += rmap_keys_equal(self->of_ray[i], key);
     if (*n_path > 0 && before == 0) {
         self->again.rays++;
-        self->again.segments += n_leg;
+        self->again.segments += n_segment;
     }
     RMAP_TRY(RMAP_RESERVE(self->of_ray, self->of_ray_cap, *n_path + 1, err));
     self->of_ray[(*n_path)++] = key;
@@ -228,7 +229,7 @@ static enum rmap_status add_path(struct rmap_path_counts *self, const struct rma
     struct rmap_key_sum one = {key,
                                weight,
                                (2.0 * (double)before + 1.0) * weight * weight,
-                               {before == 0, ray->id[place->ray], before == 0 ? n_leg : 0, 0}};
+                               {before == 0, ray->id[place->ray], before == 0 ? n_segment : 0, 0}};
     RMAP_TRY(add_hits(self, portion, place, key, &one.number[RMAP_PATH_CLASS_REGISTRATIONS], err));
     st = add_counted(self, &one, err);
 out:
@@ -297,15 +298,15 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
 {
     struct rmap_path_counts *self = state;
     const bool cells = self->context->most_cells > 0 && !self->cells_full;
-    struct rmap_told_paths told = {.known = NULL};
+    struct rmap_path_summary summary = {.paths = NULL};
     enum rmap_status st = RMAP_OK;
     bool done = false;
     if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
         RMAP_TRY(path_counts_add_view(self, rays, &done, err));
     if (!rays->view && !cells)
-        RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
-    if (rmap_path_shares_matter(rays, &told))
-        RMAP_TRY(path_counts_add_told(self, rays, &told, &done, err));
+        RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
+    if (rmap_path_shares_matter(rays, &summary))
+        RMAP_TRY(path_counts_add_summary(self, rays, &summary, &done, err));
     if (!done)
         st = path_counts_add_rays(self, rays, err);
 out:
@@ -558,20 +559,20 @@ out:
     return st;
 }
 
-static enum rmap_status path_counts_add_told(struct rmap_path_counts *self,
-                                             const struct rmap_matched *rays,
-                                             const struct rmap_told_paths *told, bool *done_ret,
-                                             struct rmap_error *err)
+static enum rmap_status path_counts_add_summary(struct rmap_path_counts *self,
+                                                const struct rmap_matched *rays,
+                                                const struct rmap_path_summary *summary,
+                                                bool *done_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_keying keying = keying_of(self);
     struct rmap_matched own;
-    RMAP_TRY(rmap_path_dictionary_enter_told(&self->dictionary, &keying, rays, told, err));
+    RMAP_TRY(rmap_path_dictionary_enter_summary(&self->dictionary, &keying, rays, summary, err));
     *done_ret = !has_several(self);
     if (!*done_ret)
         goto out;
     RMAP_TRY(add_paths(self, err));
-    RMAP_TRY(rmap_path_shares_own(&self->dictionary.shares, rays, told, &own, err));
+    RMAP_TRY(rmap_path_shares_own(&self->dictionary.shares, rays, summary, &own, err));
     if (own.n_match > 0)
         st = path_counts_add_rays(self, &own, err);
 out:

@@ -51,14 +51,14 @@ static enum rmap_status key_paths(const struct rmap_path_keying *keying,
     rmap_path_step *step = NULL;
     size_t step_cap = 0, n_step;
     for (; place.ray < paths->n_row[RMAP_TABLE_RAY]; place.ray++) {
-        const size_t n_leg = paths->ray.segment_count[place.ray];
+        const size_t n_segment = paths->ray.segment_count[place.ray];
         const size_t n_hit = paths->ray.registration_count[place.ray];
-        RMAP_TRY(RMAP_RESERVE(step, step_cap, n_leg + n_hit + 1, err));
+        RMAP_TRY(RMAP_RESERVE(step, step_cap, n_segment + n_hit + 1, err));
         if (rmap_path_key_of(keying->keys, paths, &place, step, &n_step))
             known[place.ray] = (struct rmap_path_known){
                 .key = rmap_path_key_hash(step, n_step, paths->ray.source[place.ray]),
                 .n_hit = count_hits(paths, &place, keying->detector)};
-        place.segment += n_leg;
+        place.segment += n_segment;
         place.registration += n_hit;
     }
 out:
@@ -143,15 +143,15 @@ void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
             self->shares.first[path[i]] = id[i];
 }
 
-enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *self,
-                                                 const struct rmap_path_keying *keying,
-                                                 const struct rmap_matched *rays,
-                                                 const struct rmap_told_paths *told,
-                                                 struct rmap_error *err)
+enum rmap_status rmap_path_dictionary_enter_summary(struct rmap_path_dictionary *self,
+                                                    const struct rmap_path_keying *keying,
+                                                    const struct rmap_matched *rays,
+                                                    const struct rmap_path_summary *summary,
+                                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(enter_piece(self, keying, rays, told->known, true, err));
-    RMAP_TRY(rmap_path_shares_count(&self->shares, rays, told, err));
+    RMAP_TRY(enter_piece(self, keying, rays, summary->paths, true, err));
+    RMAP_TRY(rmap_path_shares_count(&self->shares, rays, summary, err));
     self->n = self->shares.n;
     self->row = self->shares.row;
 out:

@@ -46,12 +46,12 @@ enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *di
                                                  const struct rmap_matched *rays,
                                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* or one that is told of by its paths: rays with paths of their own are left out. */
-enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *dictionary,
-                                                 const struct rmap_path_keying *keying,
-                                                 const struct rmap_matched *rays,
-                                                 const struct rmap_told_paths *told,
-                                                 struct rmap_error *err) RMAP_MUST_USE;
+/* or one that is summed up by its paths: rays with paths of their own are left out. */
+enum rmap_status rmap_path_dictionary_enter_summary(struct rmap_path_dictionary *dictionary,
+                                                    const struct rmap_path_keying *keying,
+                                                    const struct rmap_matched *rays,
+                                                    const struct rmap_path_summary *summary,
+                                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of a view, looks up `first`: the portion has ids. */
 void rmap_path_dictionary_find_first(struct rmap_path_dictionary *dictionary,

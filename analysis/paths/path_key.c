@@ -217,12 +217,12 @@ static void write_steps(const struct rmap_path_keys *keys, const struct rmap_seg
 /* Steps up to where a registration stands; *at is moved there. With `last` the step at the object
  * on which its detector lies is of any letter. */
 static void write_before(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
-                         size_t first, size_t row, size_t n_leg, bool last, size_t *at,
+                         size_t first, size_t row, size_t n_segment, bool last, size_t *at,
                          struct writer *writer)
 {
     int32_t detector = portion->registration.detector[row];
     size_t place = (size_t)portion->registration.segment[row] + keys->hit[detector].follows;
-    place = place < n_leg ? place : n_leg;
+    place = place < n_segment ? place : n_segment;
     bool opens = last && keys->hit[detector].follows && place > *at;
     if (place > *at)
         write_steps(keys, &portion->segment, first + *at, first + place - opens, writer);
@@ -238,7 +238,7 @@ static void write_before(const struct rmap_path_keys *keys, const struct rmap_po
 static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
                         const struct rmap_path_place_of_ray *place, struct writer *writer)
 {
-    const size_t n_leg = portion->ray.segment_count[place->ray];
+    const size_t n_segment = portion->ray.segment_count[place->ray];
     const size_t n_hit = portion->ray.registration_count[place->ray];
     size_t at = 0;
     for (size_t i = place->registration; i < place->registration + n_hit; i++) {
@@ -247,12 +247,12 @@ static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_por
         int32_t detector = portion->registration.detector[i];
         const bool last = keys->view.until_detector && detector == keys->view.detector &&
                           (place->until == 0 || place->until == i + 1);
-        write_before(keys, portion, place->segment, i, n_leg, last, &at, writer);
+        write_before(keys, portion, place->segment, i, n_segment, last, &at, writer);
         write_symbol(writer, keys->hit[detector].step);
         if (last)
             return true;
     }
-    write_steps(keys, &portion->segment, place->segment + at, place->segment + n_leg, writer);
+    write_steps(keys, &portion->segment, place->segment + at, place->segment + n_segment, writer);
     return !keys->view.until_detector;
 }
 

@@ -57,7 +57,7 @@ struct rmap_path_place_of_ray {
     size_t until; /* behind the registration that the path is to end with; 0: the first */
 };
 
-/* Its path: at most as many symbols as it has legs and registrations. False: it has none. */
+/* Its path: at most as many symbols as it has segments and registrations. False: it has none. */
 bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
                       const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
                       size_t *n_ret);

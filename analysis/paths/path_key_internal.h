@@ -15,7 +15,7 @@ enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4 };
 /* Of a detector. */
 struct rmap_path_hit {
     rmap_path_step step;
-    uint32_t follows; /* 1: registers behind the step that ends the leg */
+    uint32_t follows; /* 1: registers behind the step that ends the segment */
 };
 
 /* Places of symbols: 0 none, 1 + label, then media, then detectors. */
@@ -31,7 +31,7 @@ struct rmap_path_keys {
     bool reads_media;          /* something can happen inside one */
 };
 
-/* The step that ends the leg in this row. */
+/* The step that ends the segment in this row. */
 static inline rmap_path_step rmap_path_step_of(const struct rmap_path_keys *keys,
                                                const struct rmap_segment_columns *rows, size_t row)
 {

@@ -20,7 +20,7 @@ enum { LAST_RAY, LAST_COUNT, RAYS };
 /* A registration: its ray and where its rows begin. */
 struct hit {
     const struct rmap_portion *portion;
-    size_t ray, segment, leg;
+    size_t ray, segment, number; /* its first; of the one with the hit */
     int32_t detector, source;
     double weight;
 };
@@ -102,7 +102,7 @@ static enum rmap_status add_objects(struct rmap_path_matrix_sums *self, const st
     const int32_t *object = hit->portion->segment.object;
     uint32_t last = 0;
     self->n_registration++;
-    for (size_t i = hit->segment; i < hit->segment + hit->leg; i++) {
+    for (size_t i = hit->segment; i < hit->segment + hit->number; i++) {
         if (object[i] < 0)
             continue;
         last = (uint32_t)label[object[i]] + 1;
@@ -124,7 +124,7 @@ static enum rmap_status add_hit(struct rmap_path_matrix_sums *self, const struct
     const struct rmap_segment_columns *rows = &hit->portion->segment;
     const int32_t *label = rmap_path_labels(matrix->keys);
     uint32_t ghost = 0, scatter = 0, by[2] = {0, 0};
-    for (size_t i = hit->segment; i < hit->segment + hit->leg; i++) {
+    for (size_t i = hit->segment; i < hit->segment + hit->number; i++) {
         if (rmap_path_ghost_step(matrix->order, hit->portion, i, hit->ray, hit->segment)) {
             if (ghost < 2)
                 by[ghost] = (uint32_t)label[rows->object[i]];
@@ -157,7 +157,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     struct hit hit = {.portion = portion};
     size_t row = 0;
     for (; hit.ray < portion->n_row[RMAP_TABLE_RAY]; hit.ray++) {
-        const size_t n_leg = portion->ray.segment_count[hit.ray];
+        const size_t n_segment = portion->ray.segment_count[hit.ray];
         const size_t end = row + portion->ray.registration_count[hit.ray];
         hit.source = portion->ray.source[hit.ray];
         hit.weight = portion->ray.weight[hit.ray];
@@ -166,10 +166,10 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
             if ((rays->match && !rays->match[hit.ray]) || !counts[row] ||
                 (self->context->detector >= 0 && hit.detector != self->context->detector))
                 continue;
-            hit.leg = seen->segment[row] < n_leg ? seen->segment[row] : n_leg;
+            hit.number = seen->segment[row] < n_segment ? seen->segment[row] : n_segment;
             RMAP_TRY(add_hit(self, &hit, err));
         }
-        hit.segment += n_leg;
+        hit.segment += n_segment;
     }
 out:
     return st;

@@ -13,7 +13,7 @@
 enum rmap_path_sort {
     RMAP_PATH_BY_FLUX,
     RMAP_PATH_BY_RAYS,
-    RMAP_PATH_BY_LENGTH, /* legs per ray */
+    RMAP_PATH_BY_LENGTH, /* segments per ray */
     RMAP_PATH_SORT_COUNT
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * How many of a portion's matching rays share each path, where the portion is told of by its
+ * How many of a portion's matching rays share each path, where the portion is summed up by its
  * paths.
  */
 #include "analysis/paths/path_shares.h"
@@ -17,11 +17,12 @@ void rmap_path_shares_fini(struct rmap_path_shares *self)
     *self = (struct rmap_path_shares){0};
 }
 
-bool rmap_path_shares_matter(const struct rmap_matched *rays, const struct rmap_told_paths *told)
+bool rmap_path_shares_matter(const struct rmap_matched *rays,
+                             const struct rmap_path_summary *summary)
 {
     enum { MANY_SHARE = 4 };
-    return told->known && (!(rays->portion->segment.object || rays->portion->segment.event) ||
-                           told->n_own < rays->portion->n_row[RMAP_TABLE_RAY] / MANY_SHARE);
+    return summary->paths && (!(rays->portion->segment.object || rays->portion->segment.event) ||
+                              summary->n_own < rays->portion->n_row[RMAP_TABLE_RAY] / MANY_SHARE);
 }
 
 enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *self, size_t n,
@@ -75,14 +76,15 @@ static inline size_t count(const struct rmap_path_shares *shares, const uint32_t
 
 enum rmap_status rmap_path_shares_count(struct rmap_path_shares *self,
                                         const struct rmap_matched *rays,
-                                        const struct rmap_told_paths *told, struct rmap_error *err)
+                                        const struct rmap_path_summary *summary,
+                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     const uint64_t first_ray = rays->portion->first_ray;
-    RMAP_TRY(reserve_paths(self, told->known->n_row[RMAP_TABLE_RAY], n_ray, err));
-    self->n = rays->match ? count(self, told->path, rays->match, n_ray, first_ray)
-                          : count(self, told->path, NULL, n_ray, first_ray);
+    RMAP_TRY(reserve_paths(self, summary->paths->n_row[RMAP_TABLE_RAY], n_ray, err));
+    self->n = rays->match ? count(self, summary->path, rays->match, n_ray, first_ray)
+                          : count(self, summary->path, NULL, n_ray, first_ray);
     for (size_t k = 0; k < self->n; k++) {
         self->n_ray[k] = self->n_ray[k + 1];
         self->number_of[self->row[k] + 1] = 0;
@@ -105,16 +107,16 @@ static size_t match_own(const uint32_t *path, const uint8_t *match, size_t n_ray
 
 enum rmap_status rmap_path_shares_own(struct rmap_path_shares *self,
                                       const struct rmap_matched *rays,
-                                      const struct rmap_told_paths *told, struct rmap_matched *own,
-                                      struct rmap_error *err)
+                                      const struct rmap_path_summary *summary,
+                                      struct rmap_matched *own, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *own =
-        (struct rmap_matched){.n_match = told->n_own, .index = rays->index, .space = rays->space};
+    *own = (struct rmap_matched){
+        .n_match = summary->n_own, .index = rays->index, .space = rays->space};
     if (rays->match) {
-        RMAP_TRY(RMAP_RESERVE(self->own, self->own_cap, told->n_own + 1, err));
+        RMAP_TRY(RMAP_RESERVE(self->own, self->own_cap, summary->n_own + 1, err));
         own->n_match =
-            match_own(told->path, rays->match, rays->portion->n_row[RMAP_TABLE_RAY], self->own);
+            match_own(summary->path, rays->match, rays->portion->n_row[RMAP_TABLE_RAY], self->own);
         own->match = self->own;
     }
     if (own->n_match > 0)

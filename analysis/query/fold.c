@@ -34,7 +34,8 @@ static rmap_column_set columns_of(const struct rmap_fold *fold)
     return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
 }
 
-/* What the map's index knows of histories leaves the receivers out: rays are judged by columns. */
+/* What the map's index knows of histories leaves the receivers out: rays are evaluated by columns.
+ */
 static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -89,8 +90,8 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
 }
 
 /* The rays of an extended portion that match. */
-static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matched *rays,
-                              struct rmap_error *err)
+static enum rmap_status evaluator(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold *fold = self->fold;
@@ -113,7 +114,7 @@ static enum rmap_status read_extended(struct rmap_fold_scanner *self, struct rma
     const struct rmap_portion *stored = NULL;
     RMAP_TRY(rmap_cursor_read(self->cursor, rays->index, &stored, err));
     RMAP_TRY(rmap_overlay_view_extend(self->view, stored, rays->space, &rays->portion, err));
-    st = judge(self, rays, err);
+    st = evaluator(self, rays, err);
 out:
     return st;
 }
@@ -193,16 +194,16 @@ static enum rmap_status cursor_of(const struct rmap_matched *rays, struct rmap_c
     return scanner->marker ? rmap_query_marker_cursor(scanner->marker, cursor_ret, err) : RMAP_OK;
 }
 
-enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
-                                      struct rmap_told_paths *paths, struct rmap_error *err)
+enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
+                                        struct rmap_path_summary *paths, struct rmap_error *err)
 {
     struct rmap_cursor *cursor;
     enum rmap_status st = RMAP_OK;
-    *paths = (struct rmap_told_paths){.known = NULL};
+    *paths = (struct rmap_path_summary){.paths = NULL};
     if (!rays->scanner || rays->scanner->view || rays->chosen)
         return RMAP_OK;
     RMAP_TRY(cursor_of(rays, &cursor, err));
-    st = rmap_cursor_tell_paths(cursor, paths, err);
+    st = rmap_cursor_path_summary(cursor, paths, err);
 out:
     return st;
 }

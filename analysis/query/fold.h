@@ -49,10 +49,10 @@ enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_on
 
 /* The portion by the paths of its rays, as rmap_cursor_tell_paths has it; known NULL also where
  * receivers are laid over the map. And those of its rays that have paths of their own, where it is
- * told of so. */
-enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
-                                      struct rmap_told_paths *paths,
-                                      struct rmap_error *err) RMAP_MUST_USE;
+ * summed up so. */
+enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
+                                        struct rmap_path_summary *paths,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
                                      const struct rmap_portion **own_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -62,18 +62,21 @@ struct search {
     struct rmap_readings *readings;
 };
 
-/* The colour of a place: of the registration's leg, or of the ray's last one. NULL: it has none.
- * first_leg: row of the ray's first leg. */
+/* The colour of a place: of the registration's segment, or of the ray's last one. NULL: it has
+ * none. first_segment: row of the ray's first segment. */
 static const uint16_t *colour_at(const struct search *search, size_t ray, size_t place,
-                                 size_t first_leg)
+                                 size_t first_segment)
 {
     const struct rmap_portion *portion = search->rays->portion;
-    size_t n_leg = portion->ray.segment_count[ray];
-    size_t leg = search->self->of_registrations ? portion->registration.segment[place] : n_leg - 1;
-    return leg < n_leg ? portion->colour + (first_leg + leg) * (size_t)portion->n_channel : NULL;
+    size_t n_segment = portion->ray.segment_count[ray];
+    size_t segment =
+        search->self->of_registrations ? portion->registration.segment[place] : n_segment - 1;
+    return segment < n_segment
+               ? portion->colour + (first_segment + segment) * (size_t)portion->n_channel
+               : NULL;
 }
 
-static void add_place(struct search *search, size_t ray, size_t place, size_t first_leg)
+static void add_place(struct search *search, size_t ray, size_t place, size_t first_segment)
 {
     struct rmap_readings *readings = search->readings;
     const struct rmap_portion *portion = search->rays->portion;
@@ -87,7 +90,7 @@ static void add_place(struct search *search, size_t ray, size_t place, size_t fi
     }
     readings->channel[readings->n] = -1;
     if (search->self->of_registrations || isnan(portion->ray.wavelength[ray]))
-        colour = colour_at(search, ray, place, first_leg);
+        colour = colour_at(search, ray, place, first_segment);
     if (!colour) {
         readings->n++;
         return;
@@ -146,15 +149,15 @@ static enum rmap_status find_rays(struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_matched *rays = search->rays;
-    size_t first_leg = 0;
+    size_t first_segment = 0;
     if (!search->channels)
         return list_rays(search, err);
     for (size_t i = 0; i < rays->portion->n_row[RMAP_TABLE_RAY]; i++) {
         if (!rays->match || rays->match[i]) {
             RMAP_TRY(make_room(search, 1, err));
-            add_place(search, i, 0, first_leg);
+            add_place(search, i, 0, first_segment);
         }
-        first_leg += rays->portion->ray.segment_count[i];
+        first_segment += rays->portion->ray.segment_count[i];
     }
 out:
     return st;
@@ -166,7 +169,7 @@ static enum rmap_status find_registrations(struct search *search, struct rmap_er
     const struct rmap_matched *rays = search->rays;
     const struct rmap_portion *portion = rays->portion;
     const uint8_t *counts = rmap_registrations_counted(rays);
-    size_t row = 0, first_leg = 0;
+    size_t row = 0, first_segment = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         size_t n_row = portion->ray.registration_count[i];
         if (n_row > 0 && (!rays->match || rays->match[i])) {
@@ -174,10 +177,10 @@ static enum rmap_status find_registrations(struct search *search, struct rmap_er
             for (size_t k = row; k < row + n_row; k++)
                 if (counts[k] &&
                     rmap_index_set_has(&search->self->detector, portion->registration.detector[k]))
-                    add_place(search, i, k, first_leg);
+                    add_place(search, i, k, first_segment);
         }
         row += n_row;
-        first_leg += search->channels ? portion->ray.segment_count[i] : 0;
+        first_segment += search->channels ? portion->ray.segment_count[i] : 0;
     }
 out:
     return st;

@@ -8,7 +8,7 @@
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query.h"
 #include "analysis/query/query_collect.h"
-#include "analysis/query/query_verdicts.h"
+#include "analysis/query/query_outcomes.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "io/map/map_cursor.h"
@@ -29,7 +29,7 @@ struct rmap_query_scanner {
     bool *wanted;        /* [n_criterion] that the portion in hand may answer */
     struct place *place; /* of the range in hand, in the order of reading */
     size_t place_cap;
-    struct rmap_query_verdicts *verdicts;
+    struct rmap_query_outcomes *outcomes;
     struct rmap_collector collector;
     uint8_t *match; /* [n_ray] of those collected */
     size_t match_cap;
@@ -41,7 +41,7 @@ static enum rmap_status collect(struct rmap_query_scanner *self, size_t index,
     enum rmap_status st = RMAP_OK;
     size_t n_ray = (size_t)rmap_map_portion(self->map, index)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, n_ray, err));
-    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
+    RMAP_TRY(rmap_query_outcomes_mark(self->outcomes, 0, self->match, err));
     if (rmap_count_ones(self->match, n_ray) > 0)
         st = rmap_collector_add(&self->collector, index, self->match, err);
 out:
@@ -52,12 +52,12 @@ static enum rmap_status scan_portion(struct rmap_query_scanner *self, size_t ind
                                      struct rmap_count *count, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, index, self->wanted, err));
+    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, index, self->wanted, err));
     for (size_t c = 0; c < self->n_criterion; c++) {
         if (!self->wanted[c])
             continue;
         count[c].portions_read++;
-        RMAP_TRY(rmap_query_verdicts_add(self->verdicts, c, &count[c], err));
+        RMAP_TRY(rmap_query_outcomes_add(self->outcomes, c, &count[c], err));
         if (c == 0 && self->collector.rays)
             RMAP_TRY(collect(self, index, err));
     }
@@ -100,7 +100,7 @@ enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
     for (size_t c = 0; c < n_criterion; c++)
         self->criterion[c] = criterion[c];
     RMAP_TRY(
-        rmap_query_verdicts_create(map, self->criterion, n_criterion, 0, &self->verdicts, err));
+        rmap_query_outcomes_create(map, self->criterion, n_criterion, 0, &self->outcomes, err));
     *scanner_ret = self;
     self = NULL;
 out:
@@ -113,7 +113,7 @@ void rmap_query_scanner_destroy(struct rmap_query_scanner *self)
     if (!self)
         return;
     rmap_collector_fini(&self->collector);
-    rmap_query_verdicts_destroy(self->verdicts);
+    rmap_query_outcomes_destroy(self->outcomes);
     rmap_free(self->match);
     rmap_free(self->place);
     rmap_free(self->wanted);
@@ -123,7 +123,7 @@ void rmap_query_scanner_destroy(struct rmap_query_scanner *self)
 
 static uint64_t nbytes_read(const struct rmap_query_scanner *self, bool with_rays)
 {
-    return rmap_query_verdicts_nbytes(self->verdicts) +
+    return rmap_query_outcomes_nbytes(self->outcomes) +
            (with_rays && self->collector.whole ? rmap_cursor_nbytes_of_rows(self->collector.whole)
                                                : 0);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * A piece's dictionary is judged once, as if its paths were rays; a portion in the form PATHS then
- * looks its verdicts up.
+ * A piece's dictionary is evaluated once, as if its paths were rays; a portion in the form PATHS
+ * then looks its outcomes up.
  */
 #include "analysis/query/query_history.h"
 
@@ -13,17 +13,17 @@
 #include "io/map/map_history.h"
 #include "io/map/map_memory.h"
 
-/* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */
+/* Outcomes on dictionaries are kept up to this, in all threads; then all are forgotten. */
 enum { DECISION_NBYTES_MAX = 48 << 20 };
 
-static const rmap_column_set leg_columns = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
-                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+static const rmap_column_set segment_columns = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                               RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                                               RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
 
 /* What was found out of a piece's dictionary. */
 struct decision {
     size_t n_path;
-    uint8_t *verdict; /* [n_criterion][n_path], NULL: not yet judged */
+    uint8_t *outcome; /* [n_criterion][n_path], NULL: not yet evaluated */
     size_t
         *first_row[RMAP_TABLE_HISTORY_COUNT]; /* [n_path], NULL: not yet added up; /ray has none */
 };
@@ -35,7 +35,7 @@ struct rmap_query_history {
     struct decision *decision; /* [n_piece] */
     size_t decision_nbytes;
     struct rmap_query_rows *by_class;
-    struct rmap_judge judge;
+    struct rmap_evaluator evaluator;
 
     size_t piece;                           /* in hand, if index is not NULL */
     const struct rmap_history_index *index; /* borrowed from the map until given back */
@@ -45,7 +45,7 @@ struct rmap_query_history {
     bool is_begun_rays;
     rmap_column_set present;  /* columns of the rays */
     rmap_column_set own;      /* of these, the unfolded ones */
-    struct rmap_portion rays; /* the portion in hand as evidence */
+    struct rmap_portion rays; /* the portion in hand as input */
 };
 
 enum rmap_status rmap_query_history_create(const struct rmap_map *map,
@@ -78,7 +78,7 @@ out:
 static void forget_decisions(struct rmap_query_history *self)
 {
     for (size_t p = 0; self->decision && p < rmap_map_n_piece(self->map); p++) {
-        rmap_free(self->decision[p].verdict);
+        rmap_free(self->decision[p].outcome);
         for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
             rmap_free(self->decision[p].first_row[t]);
         self->decision[p] = (struct decision){0};
@@ -101,7 +101,7 @@ void rmap_query_history_destroy(struct rmap_query_history *self)
     leave_piece(self);
     forget_decisions(self);
     rmap_query_rows_destroy(self->by_class);
-    rmap_judge_fini(&self->judge);
+    rmap_evaluator_fini(&self->evaluator);
     rmap_portion_destroy(self->unfolded);
     rmap_free(self->decision);
     rmap_free(self);
@@ -154,22 +154,22 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
     return st;
 }
 
-/* Verdicts of all criteria on the dictionary of the piece in hand. */
-static enum rmap_status judge_paths(struct rmap_query_history *self, struct decision *decision,
-                                    struct rmap_error *err)
+/* Outcomes of all criteria on the dictionary of the piece in hand. */
+static enum rmap_status evaluate_paths(struct rmap_query_history *self, struct decision *decision,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_evidence evidence = {.portion = rmap_history_paths(self->index),
-                                           .columns = RMAP_COLUMNS_DISCRETE};
-    size_t n_path = evidence.portion->n_row[RMAP_TABLE_RAY];
+    const struct rmap_criterion_input input = {.portion = rmap_history_paths(self->index),
+                                               .columns = RMAP_COLUMNS_DISCRETE};
+    size_t n_path = input.portion->n_row[RMAP_TABLE_RAY];
     decision->n_path = n_path;
-    decision->verdict = rmap_alloc(self->n_criterion, n_path);
-    if (!decision->verdict)
+    decision->outcome = rmap_alloc(self->n_criterion, n_path);
+    if (!decision->outcome)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_path);
     self->decision_nbytes += self->n_criterion * n_path;
     for (size_t c = 0; c < self->n_criterion; c++)
-        RMAP_TRY(rmap_criterion_judge(self->criterion[c], &evidence, &self->judge,
-                                      decision->verdict + c * n_path, err));
+        RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator,
+                                       decision->outcome + c * n_path, err));
 out:
     return st;
 }
@@ -180,11 +180,11 @@ static enum rmap_status decide(struct rmap_query_history *self, struct decision 
 {
     struct decision *decision = &self->decision[self->piece];
     *decision_ret = decision;
-    if (decision->verdict && decision->n_path == rmap_history_paths(self->index)->n_row[0])
+    if (decision->outcome && decision->n_path == rmap_history_paths(self->index)->n_row[0])
         return RMAP_OK;
-    if (decision->verdict || self->decision_nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
+    if (decision->outcome || self->decision_nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
         forget_decisions(self);
-    return judge_paths(self, decision, err);
+    return evaluate_paths(self, decision, err);
 }
 
 /* The portion in hand, with the counts that its view has anyway. */
@@ -203,7 +203,7 @@ static void begin_rays(struct rmap_query_history *self)
 }
 
 /* Discrete columns of the portion in hand, unfolded when first asked for, unless the map kept them.
- * Those of legs take longer to keep than to unfold. */
+ * Those of segments take longer to keep than to unfold. */
 static enum rmap_status unfold(void *context, rmap_column_set columns, struct rmap_error *err)
 {
     struct rmap_query_history *self = context;
@@ -224,7 +224,7 @@ static enum rmap_status unfold(void *context, rmap_column_set columns, struct rm
         if (self->own & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(&self->rays, (enum rmap_column)c) =
                 rmap_portion_column(self->unfolded, (enum rmap_column)c);
-    rmap_map_keep_columns(self->map, portion, fresh & ~leg_columns, &self->rays);
+    rmap_map_keep_columns(self->map, portion, fresh & ~segment_columns, &self->rays);
     return RMAP_OK;
 }
 
@@ -236,8 +236,8 @@ enum rmap_status rmap_query_history_unfold(struct rmap_query_history *self, rmap
     return unfold(self, columns, err);
 }
 
-static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, uint8_t *verdict,
-                                   struct rmap_error *err)
+static enum rmap_status evaluate_rows(struct rmap_query_history *self, size_t c, uint8_t *outcome,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (!self->is_begun) {
@@ -245,24 +245,24 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
         rmap_query_rows_enter(self->by_class, &self->reader.view, &self->rays, unfold, self);
         self->is_begun = true;
     }
-    RMAP_TRY(rmap_query_rows_judge(self->by_class, c, &self->judge, verdict, err));
+    RMAP_TRY(rmap_query_rows_evaluate(self->by_class, c, &self->evaluator, outcome, err));
 out:
     return st;
 }
 
-enum rmap_status rmap_query_history_judge(struct rmap_query_history *self, size_t c,
-                                          uint8_t *verdict, struct rmap_error *err)
+enum rmap_status rmap_query_history_evaluate(struct rmap_query_history *self, size_t c,
+                                             uint8_t *outcome, struct rmap_error *err)
 {
     const struct rmap_history_view *view = &self->reader.view;
     struct decision *decision;
     if (view->form != RMAP_HISTORY_PATHS)
-        return judge_rows(self, c, verdict, err);
+        return evaluate_rows(self, c, outcome, err);
     enum rmap_status st = decide(self, &decision, err);
     if (st != RMAP_OK)
         return st;
-    const uint8_t *known = decision->verdict + c * decision->n_path;
+    const uint8_t *known = decision->outcome + c * decision->n_path;
     for (size_t k = 0; k < view->n_path; k++)
-        verdict[k] = known[view->path_row[k]];
+        outcome[k] = known[view->path_row[k]];
     return RMAP_OK;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What the history index tells of the portions of a map, for the criteria of one scan: verdicts
+ * What the history index tells of the portions of a map, for the criteria of one scan: outcomes
  * without a column being read, open where measured numbers decide.
  */
 #ifndef RMAP_QUERY_HISTORY_H
@@ -26,10 +26,11 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *history, si
                                           const struct rmap_history_view **view_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* PATHS: verdicts of criterion c per path of the portion: verdict [n_path]. ROWS: per ray: verdict
+/* PATHS: outcomes of criterion c per path of the portion: outcome [n_path]. ROWS: per ray: outcome
  * [n_ray]. */
-enum rmap_status rmap_query_history_judge(struct rmap_query_history *history, size_t c,
-                                          uint8_t *verdict, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_query_history_evaluate(struct rmap_query_history *history, size_t c,
+                                             uint8_t *outcome,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* Discrete columns of the portion in hand; *rows_ret is the same until the next enter. */
 enum rmap_status rmap_query_history_unfold(struct rmap_query_history *history,
@@ -38,7 +39,7 @@ enum rmap_status rmap_query_history_unfold(struct rmap_query_history *history,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
 /* The discrete columns that its rays are known by. PATHS: those of the dictionary, where ray i is
- * row view->path_row[view->path[i]], and first_row[table] [its rows] says where its legs and
+ * row view->path_row[view->path[i]], and first_row[table] [its rows] says where its segments and
  * registrations begin. ROWS: unfolded, first_row NULL. */
 struct rmap_known_rows {
     const struct rmap_portion *portion;

@@ -2,7 +2,7 @@
  *
  * Criteria on compact pieces without an index: what paths decide is decided once for each path of
  * a piece's dictionary; rays that share one look it up, and those with paths of their own are
- * judged by themselves.
+ * evaluated by themselves.
  */
 #include "analysis/query/query_known.h"
 
@@ -13,13 +13,13 @@
 #include "io/map/map_history.h"
 #include "io/map/map_memory.h"
 
-/* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */
+/* Outcomes on dictionaries are kept up to this, in all threads; then all are forgotten. */
 enum { DECISION_NBYTES_MAX = 16 << 20 };
 
 /* On the dictionary of a piece. */
 struct decision {
     size_t n_path;
-    uint8_t *verdict; /* [n_criterion][1 + n_path], NULL: not yet judged; first NO: of no path */
+    uint8_t *outcome; /* [n_criterion][1 + n_path], NULL: not yet evaluated; first NO: of no path */
     bool *is_idle;    /* [n_criterion] it decides no path */
 };
 
@@ -29,14 +29,14 @@ struct rmap_query_known {
     size_t n_criterion;
     struct decision *decision; /* [n_piece] */
     size_t nbytes;             /* of all decisions */
-    struct rmap_judge judge;
+    struct rmap_evaluator evaluator;
 
     struct rmap_cursor *cursor; /* has the portion in hand */
     size_t piece, n_ray;
     bool is_told; /* what follows is of this portion */
-    struct rmap_told_paths told;
+    struct rmap_path_summary summary;
     const struct rmap_portion *own; /* NULL: not asked for yet */
-    uint8_t *own_verdict;           /* [n_own] */
+    uint8_t *own_outcome;           /* [n_own] */
     size_t own_cap;
 };
 
@@ -75,7 +75,7 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
 
 static void forget(struct decision *decision)
 {
-    rmap_free(decision->verdict);
+    rmap_free(decision->outcome);
     rmap_free(decision->is_idle);
     *decision = (struct decision){0};
 }
@@ -92,9 +92,9 @@ void rmap_query_known_destroy(struct rmap_query_known *self)
     if (!self)
         return;
     forget_all(self);
-    rmap_judge_fini(&self->judge);
+    rmap_evaluator_fini(&self->evaluator);
     rmap_free(self->decision);
-    rmap_free(self->own_verdict);
+    rmap_free(self->own_outcome);
     rmap_free(self);
 }
 
@@ -109,54 +109,54 @@ void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *c
     self->own = NULL;
 }
 
-/* Verdicts of a criterion on rays of which there are the discrete columns. */
-static enum rmap_status judge_rays(struct rmap_query_known *self, size_t c,
-                                   const struct rmap_portion *rays, uint8_t *verdict,
-                                   struct rmap_error *err)
+/* Outcomes of a criterion on rays of which there are the discrete columns. */
+static enum rmap_status evaluate_rays(struct rmap_query_known *self, size_t c,
+                                      const struct rmap_portion *rays, uint8_t *outcome,
+                                      struct rmap_error *err)
 {
-    const struct rmap_evidence evidence = {.portion = rays, .columns = RMAP_COLUMNS_DISCRETE};
-    return rmap_criterion_judge(self->criterion[c], &evidence, &self->judge, verdict, err);
+    const struct rmap_criterion_input input = {.portion = rays, .columns = RMAP_COLUMNS_DISCRETE};
+    return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
 }
 
-static size_t count_open(const uint8_t *verdict, size_t n)
+static size_t count_open(const uint8_t *outcome, size_t n)
 {
     size_t n_open = 0;
     for (size_t i = 0; i < n; i++)
-        n_open += verdict[i] == RMAP_VERDICT_OPEN;
+        n_open += outcome[i] == RMAP_OUTCOME_OPEN;
     return n_open;
 }
 
-static enum rmap_status judge_paths(struct rmap_query_known *self, struct decision *decision,
-                                    struct rmap_error *err)
+static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct decision *decision,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *paths = self->told.known;
+    const struct rmap_portion *paths = self->summary.paths;
     const size_t n = paths->n_row[RMAP_TABLE_RAY];
     decision->n_path = n;
-    decision->verdict = rmap_alloc(self->n_criterion, n + 1);
+    decision->outcome = rmap_alloc(self->n_criterion, n + 1);
     decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
-    if (!decision->verdict || !decision->is_idle)
+    if (!decision->outcome || !decision->is_idle)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
     for (size_t c = 0; c < self->n_criterion; c++) {
-        uint8_t *verdict = decision->verdict + c * (n + 1);
-        verdict[0] = RMAP_VERDICT_NO;
-        RMAP_TRY(judge_rays(self, c, paths, verdict + 1, err));
-        decision->is_idle[c] = count_open(verdict + 1, n) == n;
+        uint8_t *outcome = decision->outcome + c * (n + 1);
+        outcome[0] = RMAP_OUTCOME_NO;
+        RMAP_TRY(evaluate_rays(self, c, paths, outcome + 1, err));
+        decision->is_idle[c] = count_open(outcome + 1, n) == n;
     }
 out:
     return st;
 }
 
-/* Decides on the piece in hand, which is told of. */
+/* Decides on the piece in hand, whose paths are known. */
 static enum rmap_status decide(struct rmap_query_known *self, struct rmap_error *err)
 {
     struct decision *decision = &self->decision[self->piece];
-    const size_t nbytes = self->n_criterion * (self->told.known->n_row[RMAP_TABLE_RAY] + 2);
-    if (decision->verdict)
+    const size_t nbytes = self->n_criterion * (self->summary.paths->n_row[RMAP_TABLE_RAY] + 2);
+    if (decision->outcome)
         return RMAP_OK;
     if (self->nbytes + nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
         forget_all(self);
-    const enum rmap_status st = judge_paths(self, decision, err);
+    const enum rmap_status st = evaluate_paths(self, decision, err);
     if (st == RMAP_OK)
         self->nbytes += nbytes;
     else
@@ -171,12 +171,12 @@ static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_t
     enum rmap_status st = RMAP_OK;
     const struct decision *decision = &self->decision[self->piece];
     *is_told_ret = false;
-    if (decision->verdict && decision->is_idle[c])
+    if (decision->outcome && decision->is_idle[c])
         goto out;
     if (!self->is_told)
-        RMAP_TRY(rmap_cursor_tell_paths(self->cursor, &self->told, err));
+        RMAP_TRY(rmap_cursor_path_summary(self->cursor, &self->summary, err));
     self->is_told = true;
-    if (!self->told.known)
+    if (!self->summary.paths)
         goto out;
     RMAP_TRY(decide(self, err));
     *is_told_ret = !decision->is_idle[c];
@@ -188,50 +188,51 @@ out:
 static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n = self->told.n_own;
+    const size_t n = self->summary.n_own;
     if (self->own)
         goto out;
-    RMAP_TRY(RMAP_RESERVE(self->own_verdict, self->own_cap, n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(self->own_outcome, self->own_cap, n + 1, err));
     st = rmap_cursor_own_paths(self->cursor, &self->own, err);
 out:
     return st;
 }
 
 /* Theirs take their places. */
-static void place_own(const struct rmap_query_known *self, uint8_t *verdict)
+static void place_own(const struct rmap_query_known *self, uint8_t *outcome)
 {
-    const uint32_t *path = self->told.path;
-    const uint8_t *own = self->own_verdict;
+    const uint32_t *path = self->summary.path;
+    const uint8_t *own = self->own_outcome;
     for (size_t i = 0, k = 0; i < self->n_ray; i++) { /* own has one more than there are */
         const uint8_t is_own = path[i] == 0;
-        verdict[i] |= own[k] & (uint8_t)(0 - is_own);
+        outcome[i] |= own[k] & (uint8_t)(0 - is_own);
         k += is_own;
     }
 }
 
-enum rmap_status rmap_query_known_judge(struct rmap_query_known *self, size_t c, uint8_t *verdict,
-                                        bool *is_judged_ret, struct rmap_error *err)
+enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t c,
+                                           uint8_t *outcome, bool *is_evaluated_ret,
+                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     bool is_told;
-    *is_judged_ret = false;
+    *is_evaluated_ret = false;
     RMAP_TRY(look(self, c, &is_told, err));
     if (!is_told)
         goto out;
     const struct decision *decision = &self->decision[self->piece];
-    const uint8_t *known = decision->verdict + c * (decision->n_path + 1);
+    const uint8_t *known = decision->outcome + c * (decision->n_path + 1);
     for (size_t i = 0; i < self->n_ray; i++)
-        verdict[i] = known[self->told.path[i]];
-    if (count_open(verdict, self->n_ray) > 0)
+        outcome[i] = known[self->summary.path[i]];
+    if (count_open(outcome, self->n_ray) > 0)
         goto out;
-    if (self->told.n_own > 0) {
+    if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
-        RMAP_TRY(judge_rays(self, c, self->own, self->own_verdict, err));
-        if (count_open(self->own_verdict, self->told.n_own) > 0)
+        RMAP_TRY(evaluate_rays(self, c, self->own, self->own_outcome, err));
+        if (count_open(self->own_outcome, self->summary.n_own) > 0)
             goto out;
-        place_own(self, verdict);
+        place_own(self, outcome);
     }
-    *is_judged_ret = true;
+    *is_evaluated_ret = true;
 out:
     return st;
 }
@@ -242,20 +243,20 @@ static void add_source(struct rmap_count *count, size_t source, double rays)
     count->source_weight_squared[source] += rays;
 }
 
-enum rmap_status rmap_query_known_count(struct rmap_query_known *self, const uint8_t *verdict,
+enum rmap_status rmap_query_known_count(struct rmap_query_known *self, const uint8_t *outcome,
                                         struct rmap_count *count, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_ray_columns *known = &self->told.known->ray, *own = known;
-    if (self->told.n_own > 0) {
+    const struct rmap_ray_columns *known = &self->summary.paths->ray, *own = known;
+    if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
         own = &self->own->ray;
     }
     for (size_t i = 0, k = 0; i < self->n_ray; i++) {
-        const uint32_t path = self->told.path[i];
+        const uint32_t path = self->summary.path[i];
         const struct rmap_ray_columns *ray = path > 0 ? known : own;
         const size_t row = path > 0 ? path - 1 : k;
-        const uint32_t match = verdict[i] >> 1;
+        const uint32_t match = outcome[i] >> 1;
         k += path == 0;
         count->rays += match;
         count->segments += ray->segment_count[row] & (0u - match);

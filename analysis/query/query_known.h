@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Criteria on compact pieces without an index: what paths decide is decided once for each path of a
- * piece's dictionary; rays that share one look it up, and those with paths of their own are judged
- * by themselves. No other ray is decoded.
+ * piece's dictionary; rays that share one look it up, and those with paths of their own are
+ * evaluated by themselves. No other ray is decoded.
  */
 #ifndef RMAP_QUERY_KNOWN_H
 #define RMAP_QUERY_KNOWN_H
@@ -24,13 +24,14 @@ void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine *
 void rmap_query_known_enter(struct rmap_query_known *known, struct rmap_cursor *cursor,
                             size_t portion);
 
-/* Verdicts of criterion c: verdict [n_ray], none of which is open. *is_judged_ret: false where
- * paths do not decide; the verdicts mean nothing then. */
-enum rmap_status rmap_query_known_judge(struct rmap_query_known *known, size_t c, uint8_t *verdict,
-                                        bool *is_judged_ret, struct rmap_error *err) RMAP_MUST_USE;
+/* Outcomes of criterion c: outcome [n_ray], none of which is open. *is_evaluated_ret: false where
+ * paths do not decide; the outcomes mean nothing then. */
+enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *known, size_t c,
+                                           uint8_t *outcome, bool *is_evaluated_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds the rays with verdict YES of a portion that was judged so. */
-enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *verdict,
+/* Adds the rays with outcome YES of a portion that was evaluated so. */
+enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *outcome,
                                         struct rmap_count *count,
                                         struct rmap_error *err) RMAP_MUST_USE;
 

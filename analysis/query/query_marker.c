@@ -5,14 +5,14 @@
 #include "analysis/query/query_marker.h"
 
 #include "analysis/criterion/criterion_tree.h"
-#include "analysis/query/query_verdicts.h"
+#include "analysis/query/query_outcomes.h"
 #include "base/alloc.h"
 #include "base/count.h"
 
 struct rmap_query_marker {
     const struct rmap_map *map;
     const struct rmap_criterion *criterion;
-    struct rmap_query_verdicts *verdicts;
+    struct rmap_query_outcomes *outcomes;
     size_t n_ray; /* of the portion in hand */
     uint8_t *match;
     size_t cap;
@@ -30,8 +30,8 @@ enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->map = map;
     self->criterion = criterion;
-    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, criterion != NULL, more,
-                                        &self->verdicts, err));
+    RMAP_TRY(rmap_query_outcomes_create(map, &self->criterion, criterion != NULL, more,
+                                        &self->outcomes, err));
     *marker_ret = self;
     self = NULL;
 out:
@@ -43,7 +43,7 @@ void rmap_query_marker_destroy(struct rmap_query_marker *self)
 {
     if (!self)
         return;
-    rmap_query_verdicts_destroy(self->verdicts);
+    rmap_query_outcomes_destroy(self->outcomes);
     rmap_free(self->match);
     rmap_free(self);
 }
@@ -57,7 +57,7 @@ enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *self, size_t 
     *n_ret = self->n_ray = 0;
     if (self->criterion && rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
         return RMAP_OK;
-    RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
+    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, portion, &wanted, err));
     *n_ret = self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
 out:
     return st;
@@ -74,7 +74,7 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t 
         return RMAP_OK;
     st = RMAP_RESERVE(self->match, self->cap, n_ray, err);
     RMAP_TRY(st);
-    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
+    RMAP_TRY(rmap_query_outcomes_mark(self->outcomes, 0, self->match, err));
     *match_ret = self->match;
     *n_ret = rmap_count_ones(self->match, n_ray);
 out:
@@ -85,22 +85,22 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_col
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err)
 {
-    return rmap_query_verdicts_know(self->verdicts, columns, portion_ret, err);
+    return rmap_query_outcomes_know(self->outcomes, columns, portion_ret, err);
 }
 
 enum rmap_status rmap_query_marker_weigh(struct rmap_query_marker *self, bool *are_one_ret,
                                          struct rmap_error *err)
 {
-    return rmap_query_verdicts_weigh(self->verdicts, are_one_ret, err);
+    return rmap_query_outcomes_weigh(self->outcomes, are_one_ret, err);
 }
 
 enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
                                           struct rmap_cursor **cursor_ret, struct rmap_error *err)
 {
-    return rmap_query_verdicts_cursor(self->verdicts, cursor_ret, err);
+    return rmap_query_outcomes_cursor(self->outcomes, cursor_ret, err);
 }
 
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
 {
-    return rmap_query_verdicts_view(self->verdicts);
+    return rmap_query_outcomes_view(self->outcomes);
 }

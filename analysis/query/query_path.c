@@ -44,12 +44,12 @@ struct search {
     struct rmap_query_path *path;
     const struct rmap_history_view *view;
     const struct rmap_path_table *table;
-    const uint16_t *symbol; /* of each class of legs */
+    const uint16_t *symbol; /* of each class of segments */
     size_t n_word;          /* of a bit per ray */
 };
 
-/* Bits of legs with one of these symbols, or NULL. */
-static const uint64_t *mark_legs(const struct search *search, const uint8_t *has)
+/* Bits of segments with one of these symbols, or NULL. */
+static const uint64_t *mark_segments(const struct search *search, const uint8_t *has)
 {
     uint8_t *wanted = search->path->wanted;
     size_t n_class = rmap_history_n_class(search->view->index);
@@ -104,7 +104,7 @@ static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
         if (table->need[k].is_hit)
             any = hits && keep(search, hits, mark_hits(search, has));
         else
-            any = keep(search, search->view->segment_count, mark_legs(search, has));
+            any = keep(search, search->view->segment_count, mark_segments(search, has));
     }
     if (!any)
         return RMAP_OK;
@@ -124,17 +124,17 @@ static enum rmap_status gather(struct rmap_query_path *self, const struct rmap_h
     const rmap_column_set hits = RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) |
                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment);
-    size_t n_leg = 0, n_hit = 0;
+    size_t n_segment = 0, n_hit = 0;
     for (size_t k = 0; k < n; k++) {
-        n_leg += view->segment_count[self->ray[k].ray];
+        n_segment += view->segment_count[self->ray[k].ray];
         n_hit += view->registration_count ? view->registration_count[self->ray[k].ray] : 0;
     }
-    RMAP_TRY(RMAP_RESERVE(self->row_class, self->row_class_cap, n_leg + 1, err));
+    RMAP_TRY(RMAP_RESERVE(self->row_class, self->row_class_cap, n_segment + 1, err));
     rmap_portion_clear(self->rays);
     RMAP_TRY(rmap_portion_reserve(self->rays, RMAP_TABLE_RAY, n, counts, err));
     RMAP_TRY(rmap_portion_reserve(self->rays, RMAP_TABLE_REGISTRATION, n_hit, hits, err));
     rmap_history_gather(view, self->ray, n, self->rays, self->row_class);
-    self->rays->n_row[RMAP_TABLE_SEGMENT] = n_leg;
+    self->rays->n_row[RMAP_TABLE_SEGMENT] = n_segment;
     self->rays->first_ray = view->first_ray;
 out:
     return st;

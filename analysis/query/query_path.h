@@ -13,9 +13,9 @@
 struct rmap_query_path {
     uint64_t *may;                         /* bits of rays that may match; more, for the way */
     struct rmap_history_place_of_ray *ray; /* [n] that may match */
-    uint16_t *row_class;                   /* of their legs */
+    uint16_t *row_class;                   /* of their segments */
     uint8_t *match;                        /* [n] that do */
-    uint8_t *wanted;                       /* per class of legs, or of registrations */
+    uint8_t *wanted;                       /* per class of segments, or of registrations */
     size_t may_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
     struct rmap_portion *rays; /* these, side by side */
 };

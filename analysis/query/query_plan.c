@@ -5,7 +5,7 @@
 #include "analysis/query/query_plan.h"
 
 #include "analysis/criterion/criterion_tree.h"
-#include "analysis/query/query_verdicts.h"
+#include "analysis/query/query_outcomes.h"
 #include "compact/compact.h"
 
 /* Bytes of a portion's columns, decoded. */
@@ -67,10 +67,10 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_query_verdicts *verdicts = NULL;
+    struct rmap_query_outcomes *outcomes = NULL;
     const bool wanted = true;
     *plan = (struct rmap_query_plan){0};
-    RMAP_TRY(rmap_query_verdicts_create(map, &criterion, 1, 0, &verdicts, err));
+    RMAP_TRY(rmap_query_outcomes_create(map, &criterion, 1, 0, &outcomes, err));
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
         const struct rmap_portion_info *info = rmap_map_portion(map, p);
         struct rmap_query_outlook outlook;
@@ -78,12 +78,12 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
             plan->n_skipped++;
             continue;
         }
-        RMAP_TRY(rmap_query_verdicts_enter(verdicts, p, &wanted, err));
-        rmap_query_verdicts_foresee(verdicts, 0, &outlook);
+        RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, &wanted, err));
+        rmap_query_outcomes_foresee(outcomes, 0, &outlook);
         add_portion(plan, &outlook);
         add_columns(plan, map, info, columns_of(criterion, &outlook, rays_wanted));
     }
 out:
-    rmap_query_verdicts_destroy(verdicts);
+    rmap_query_outcomes_destroy(outcomes);
     return st;
 }

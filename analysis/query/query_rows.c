@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Verdicts on a portion of which the history index has the rows (RMAP_HISTORY_ROWS): tests are put
- * to the classes of legs and registrations, and the index counts the rows of those that pass.
+ * Outcomes on a portion of which the history index has the rows (RMAP_HISTORY_ROWS): tests are put
+ * to the classes of segments and registrations, and the index counts the rows of those that pass.
  */
 #include "analysis/query/query_rows.h"
 
@@ -27,7 +27,7 @@ struct rmap_query_rows {
     size_t n_criterion;
     struct answer *answer; /* [first_node[n_criterion]] per node of all criteria */
     size_t *first_node;    /* [n_criterion + 1] */
-    size_t c;              /* criterion being judged */
+    size_t c;              /* criterion being evaluated */
 
     /* Classes of the piece in hand, as rows of one ray. */
     uint64_t stamp;
@@ -223,15 +223,15 @@ static enum rmap_status mark_kinds(struct rmap_query_rows *self,
     return RMAP_OK;
 }
 
-/* Of the rays that ended so, those whose last leg is of a class that passes. */
+/* Of the rays that ended so, those whose last segment is of a class that passes. */
 static void keep_places(struct rmap_query_rows *self, const uint8_t *pass, uint64_t *bits)
 {
     size_t n_word = rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]);
     uint64_t *there = bits + n_word + 1;
-    const uint64_t *leg = rmap_history_mark(self->view, pass);
+    const uint64_t *segment = rmap_history_mark(self->view, pass);
     memset(there, 0, n_word * sizeof *there);
-    if (leg)
-        rmap_bits_last_groups(leg, self->view->segment_count, self->view->n_row[RMAP_TABLE_RAY],
+    if (segment)
+        rmap_bits_last_groups(segment, self->view->segment_count, self->view->n_row[RMAP_TABLE_RAY],
                               there);
     for (size_t w = 0; w < n_word; w++)
         bits[w] &= there[w];
@@ -259,7 +259,7 @@ out:
     return st;
 }
 
-/* As rmap_evidence.mark says. */
+/* As rmap_criterion_input.mark says. */
 static enum rmap_status mark(void *context, int32_t index, const struct rmap_criterion_node *node,
                              struct rmap_marks *marks, struct rmap_error *err)
 {
@@ -291,15 +291,15 @@ static enum rmap_status fetch_columns(void *context, rmap_column_set columns,
     return self->fetch(self->context, columns, err);
 }
 
-enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c,
-                                       struct rmap_judge *judge, uint8_t *verdict,
-                                       struct rmap_error *err)
+enum rmap_status rmap_query_rows_evaluate(struct rmap_query_rows *self, size_t c,
+                                          struct rmap_evaluator *evaluator, uint8_t *outcome,
+                                          struct rmap_error *err)
 {
-    const struct rmap_evidence evidence = {.portion = self->rays,
-                                           .columns = RMAP_COLUMNS_DISCRETE,
-                                           .context = self,
-                                           .fetch = fetch_columns,
-                                           .mark = mark};
+    const struct rmap_criterion_input input = {.portion = self->rays,
+                                               .columns = RMAP_COLUMNS_DISCRETE,
+                                               .context = self,
+                                               .fetch = fetch_columns,
+                                               .mark = mark};
     self->c = c;
-    return rmap_criterion_judge(self->criterion[c], &evidence, judge, verdict, err);
+    return rmap_criterion_decide(self->criterion[c], &input, evaluator, outcome, err);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Verdicts on a portion of which the history index has the rows (RMAP_HISTORY_ROWS): tests are put
- * to the classes of legs and registrations, and the index counts the rows of those that pass.
+ * Outcomes on a portion of which the history index has the rows (RMAP_HISTORY_ROWS): tests are put
+ * to the classes of segments and registrations, and the index counts the rows of those that pass.
  */
 #ifndef RMAP_QUERY_ROWS_H
 #define RMAP_QUERY_ROWS_H
@@ -30,9 +30,9 @@ void rmap_query_rows_enter(struct rmap_query_rows *rows, const struct rmap_histo
                                                      struct rmap_error *err),
                            void *context);
 
-/* verdict: [n_ray] of criterion c; judge as rmap_criterion_judge has it. */
-enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *rows, size_t c,
-                                       struct rmap_judge *judge, uint8_t *verdict,
-                                       struct rmap_error *err) RMAP_MUST_USE;
+/* outcome: [n_ray] of criterion c; evaluator as rmap_criterion_decide has it. */
+enum rmap_status rmap_query_rows_evaluate(struct rmap_query_rows *rows, size_t c,
+                                          struct rmap_evaluator *evaluator, uint8_t *outcome,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

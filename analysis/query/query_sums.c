@@ -22,11 +22,11 @@ struct sums {
 };
 
 RMAP_WIDE static struct sums add_up(const uint32_t *restrict segment_count,
-                                    const uint8_t *restrict verdict, size_t n)
+                                    const uint8_t *restrict outcome, size_t n)
 {
     uint32_t rays = 0, segments = 0;
     for (size_t i = 0; i < n; i++) {
-        uint32_t match = verdict[i] >> 1;
+        uint32_t match = outcome[i] >> 1;
         rays += match;
         segments += segment_count[i] & (0u - match);
     }
@@ -36,12 +36,12 @@ RMAP_WIDE static struct sums add_up(const uint32_t *restrict segment_count,
 /* Rays and segments of a portion, n_segment in all: one that 32 bits do not count is taken ray by
  * ray. Returns the rays. */
 static uint64_t add_numbers(struct rmap_count *count, const uint32_t *segment_count,
-                            const uint8_t *verdict, size_t n, size_t n_segment)
+                            const uint8_t *outcome, size_t n, size_t n_segment)
 {
     const size_t step = n_segment <= UINT32_MAX && n <= UINT32_MAX ? n : 1;
     uint64_t rays = 0;
     for (size_t i = 0; i < n; i += step) {
-        struct sums sums = add_up(segment_count + i, verdict + i, step);
+        struct sums sums = add_up(segment_count + i, outcome + i, step);
         rays += sums.rays;
         count->segments += sums.segments;
     }
@@ -71,25 +71,25 @@ bool rmap_weights_are_one(const double *weight, size_t n)
 enum { SOURCE_FEW = 4 };
 
 RMAP_WIDE static uint32_t count_source(const int32_t *restrict source,
-                                       const uint8_t *restrict verdict, size_t n, int32_t which)
+                                       const uint8_t *restrict outcome, size_t n, int32_t which)
 {
     uint32_t rays = 0;
     for (size_t i = 0; i < n; i++)
-        rays += (verdict[i] >> 1) & (uint32_t)(source[i] == which);
+        rays += (outcome[i] >> 1) & (uint32_t)(source[i] == which);
     return rays;
 }
 
 /* n_match: rays that match, whatever their source: of the first one those that are no other's. */
-static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *verdict,
+static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *outcome,
                           size_t n, size_t n_source, uint64_t n_match)
 {
     uint32_t rays[RMAP_SUMS_SOURCES_MAX] = {0};
     if (n_source <= SOURCE_FEW)
         for (size_t s = 1; s < n_source; s++)
-            rays[s] = count_source(source, verdict, n, (int32_t)s);
+            rays[s] = count_source(source, outcome, n, (int32_t)s);
     else
         for (size_t i = 0; i < n; i++)
-            rays[source[i]] += verdict[i] >> 1;
+            rays[source[i]] += outcome[i] >> 1;
     for (size_t s = 1; s < n_source; s++) {
         add_source(count, s, rays[s]);
         n_match -= rays[s];
@@ -121,18 +121,18 @@ enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_sou
 }
 
 void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
-                        const uint8_t *verdict, const struct rmap_sums_facts *facts)
+                        const uint8_t *outcome, const struct rmap_sums_facts *facts)
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     uint64_t n_match =
-        add_numbers(count, ray->segment_count, verdict, n_ray, portion->n_row[RMAP_TABLE_SEGMENT]);
+        add_numbers(count, ray->segment_count, outcome, n_ray, portion->n_row[RMAP_TABLE_SEGMENT]);
     if (facts->are_counted) {
-        count_sources(count, ray->source, verdict, n_ray, facts->n_source, n_match);
+        count_sources(count, ray->source, outcome, n_ray, facts->n_source, n_match);
         return;
     }
     for (size_t i = 0; i < n_ray; i++) {
-        double weight = verdict[i] >> 1 ? ray->weight[i] : 0.0;
+        double weight = outcome[i] >> 1 ? ray->weight[i] : 0.0;
         count->source_weight[ray->source[i]] += weight;
         count->source_weight_squared[ray->source[i]] += weight * weight;
     }
@@ -150,14 +150,14 @@ void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_vie
 }
 
 void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
-                        const uint8_t *verdict)
+                        const uint8_t *outcome)
 {
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     uint64_t rays =
-        add_numbers(count, view->segment_count, verdict, n_ray, view->n_row[RMAP_TABLE_SEGMENT]);
+        add_numbers(count, view->segment_count, outcome, n_ray, view->n_row[RMAP_TABLE_SEGMENT]);
     if (!view->kind)
         add_source(count, (size_t)view->kind_source[0], (double)rays);
     else if (rays > 0)
         for (size_t i = 0; i < n_ray; i++)
-            add_source(count, (size_t)view->kind_source[view->kind[i]], verdict[i] >> 1);
+            add_source(count, (size_t)view->kind_source[view->kind[i]], outcome[i] >> 1);
 }

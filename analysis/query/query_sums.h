@@ -25,15 +25,15 @@ enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_sou
                                 struct rmap_sums_facts *facts,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* verdict: [n_ray], bit 1 set where a ray matches. */
+/* outcome: [n_ray], bit 1 set where a ray matches. */
 void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
-                        const uint8_t *verdict, const struct rmap_sums_facts *facts);
+                        const uint8_t *outcome, const struct rmap_sums_facts *facts);
 
 /* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
- * dictionary's rays. ROWS: verdict [n_ray]. */
+ * dictionary's rays. ROWS: outcome [n_ray]. */
 void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,
                          const struct rmap_ray_columns *paths, const uint32_t *rays);
 void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
-                        const uint8_t *verdict);
+                        const uint8_t *outcome);
 
 #endif

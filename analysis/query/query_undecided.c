@@ -29,27 +29,27 @@ void rmap_undecided_fini(struct rmap_undecided *self)
     *self = (struct rmap_undecided){0};
 }
 
-RMAP_WIDE static uint32_t count_open(const uint8_t *verdict, size_t n)
+RMAP_WIDE static uint32_t count_open(const uint8_t *outcome, size_t n)
 {
     uint32_t n_open = 0;
     for (size_t i = 0; i < n; i++)
-        n_open += verdict[i] == RMAP_VERDICT_OPEN;
+        n_open += outcome[i] == RMAP_OUTCOME_OPEN;
     return n_open;
 }
 
 /* Gathering a ray costs as much as some rays in their places. */
-static bool is_many(const struct rmap_history_view *view, const uint8_t *verdict)
+static bool is_many(const struct rmap_history_view *view, const uint8_t *outcome)
 {
     size_t n_open = 0;
     if (view->form == RMAP_HISTORY_PATHS)
         for (size_t k = 0; k < view->n_path; k++)
-            n_open += verdict[k] == RMAP_VERDICT_OPEN ? view->path_rays[k] : 0;
+            n_open += outcome[k] == RMAP_OUTCOME_OPEN ? view->path_rays[k] : 0;
     else
-        n_open = count_open(verdict, view->n_row[RMAP_TABLE_RAY]);
+        n_open = count_open(outcome, view->n_row[RMAP_TABLE_RAY]);
     return n_open > view->n_row[RMAP_TABLE_RAY] / MANY_SHARE;
 }
 
-enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t *verdict,
+enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t *outcome,
                                       const struct rmap_history_view *view,
                                       struct rmap_query_history *history, struct rmap_error *err)
 {
@@ -60,10 +60,10 @@ enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t
     if (!self->memory && !(self->memory = rmap_alloc(1, sizeof *self->memory)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     bool by_path = view->form == RMAP_HISTORY_PATHS;
-    self->is_whole = is_many(view, verdict);
+    self->is_whole = is_many(view, outcome);
     for (size_t i = 0; !self->is_whole && i < n_ray; i++) { /* one more than counts is written */
         self->ray[n] = (uint32_t)i;
-        n += verdict[by_path ? view->path[i] : i] == RMAP_VERDICT_OPEN;
+        n += outcome[by_path ? view->path[i] : i] == RMAP_OUTCOME_OPEN;
     }
     if (self->is_whole)
         n = n_ray;

@@ -29,15 +29,15 @@ struct rmap_undecided {
 };
 void rmap_undecided_fini(struct rmap_undecided *undecided);
 
-/* Takes the rays whose verdict is open: [view->n_path] verdicts for PATHS, [n_ray] for ROWS. The
+/* Takes the rays whose outcome is open: [view->n_path] outcomes for PATHS, [n_ray] for ROWS. The
  * others are borrowed until the next call. */
-enum rmap_status rmap_undecided_enter(struct rmap_undecided *undecided, const uint8_t *verdict,
+enum rmap_status rmap_undecided_enter(struct rmap_undecided *undecided, const uint8_t *outcome,
                                       const struct rmap_history_view *view,
                                       struct rmap_query_history *history,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_evidence.fetch; context: a struct rmap_undecided whose cursor and measured portion are
- * set. */
+/* As rmap_criterion_input.fetch; context: a struct rmap_undecided whose cursor and measured portion
+ * are set. */
 enum rmap_status rmap_undecided_fetch(void *context, rmap_column_set columns,
                                       struct rmap_error *err) RMAP_MUST_USE;
 

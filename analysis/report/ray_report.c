@@ -27,7 +27,7 @@ enum rmap_status rmap_ray_report_create(const struct rmap_scene *scene, size_t n
     }
     if (!report || !report->step || !report->registration || !report->point || !report->colour) {
         rmap_ray_report_destroy(report);
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a ray of %zu legs", n_step);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a ray of %zu segments", n_step);
     }
     report->scene = scene;
     report->n_step = n_step;
@@ -90,12 +90,13 @@ static int32_t face_of(const struct rmap_scene *scene, int32_t object, int32_t p
     return (int32_t)geometry->mesh->face[primitive];
 }
 
-/* The next points that lie on leg `leg` are the step's; segment: of every point behind them. */
-static void take_points(struct rmap_report_step *step, uint32_t leg, const uint32_t *segment,
+/* The next points that lie on segment `segment` are the step's; segment: of every point behind
+ * them. */
+static void take_points(struct rmap_report_step *step, uint32_t number, const uint32_t *segment,
                         size_t n, size_t *next)
 {
     step->first_point = *next;
-    while (*next < n && segment[*next] == leg)
+    while (*next < n && segment[*next] == number)
         (*next)++;
     step->n_point = *next - step->first_point;
 }
@@ -115,7 +116,7 @@ static void read_points(struct rmap_ray_report *report, const struct rmap_portio
                     &next);
 }
 
-/* Along the points of the leg that begins at `from`; its last stretch. */
+/* Along the points of the segment that begins at `from`; its last stretch. */
 static double polyline(const struct rmap_ray_report *report, const struct rmap_report_step *step,
                        struct rmap_vec3 from, struct rmap_vec3 *last)
 {
@@ -145,9 +146,9 @@ static void read_steps(struct rmap_ray_report *report, const struct rmap_portion
         step->normal = normal_of(portion->segment.normal + 3 * row);
         step->optical_path = (double)NAN;
         step->first_direction = nowhere();
-        struct rmap_vec3 leg;
-        step->length = polyline(report, step, from, &leg);
-        step->direction = rmap_dot(leg, leg) > 0.0 ? rmap_normalize(leg) : nowhere();
+        struct rmap_vec3 segment;
+        step->length = polyline(report, step, from, &segment);
+        step->direction = rmap_dot(segment, segment) > 0.0 ? rmap_normalize(segment) : nowhere();
         if (step->events & RMAP_EVENT_LEFT) {
             step->length = 0.0;
             step->direction = vector_of(portion->ray.end_direction + 3 * ray);

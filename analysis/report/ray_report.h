@@ -16,31 +16,32 @@
 #include "portion/history.h"
 #include "scene/scene.h"
 
-/* The end of a leg. Undefined vectors and numbers are NaN, undefined indices -1. */
+/* The end of a segment. Undefined vectors and numbers are NaN, undefined indices -1. */
 struct rmap_report_step {
     int32_t object, primitive, face;
     uint32_t events;
     int32_t medium;
     struct rmap_vec3 position, normal;
-    struct rmap_vec3 direction;       /* of the leg */
-    struct rmap_vec3 first_direction; /* of a curved leg traced again; undefined otherwise */
-    double length;                    /* 0 for the leg that leaves the scene */
-    size_t first_point, n_point;      /* of a curved leg, in the report's points; from a map its
+    struct rmap_vec3 direction;       /* of the segment */
+    struct rmap_vec3 first_direction; /* of a curved segment traced again; undefined otherwise */
+    double length;                    /* 0 for the segment that leaves the scene */
+    size_t first_point, n_point;      /* of a curved segment, in the report's points; from a map its
                                          direction and length are those of the polyline through them */
     double optical_path;  /* from emission to here; NaN from a map, which keeps the sum */
     const double *colour; /* [n_channel] shares on arrival, in the report's own memory */
 };
 
-/* A point of a curved leg between its ends. From a map: the position alone, the others are NaN. */
+/* A point of a curved segment between its ends. From a map: the position alone, the others are NaN.
+ */
 struct rmap_report_point {
     struct rmap_vec3 position, direction;
-    double length;       /* of the leg up to here */
+    double length;       /* of the segment up to here */
     double optical_path; /* from emission to here */
 };
 
 struct rmap_report_registration {
     int32_t detector;
-    uint32_t step; /* leg, from 0 */
+    uint32_t step; /* segment, from 0 */
     uint32_t cell[2];
     double x, y; /* PLANE: the scene's unit, from the centre; INTENSITY: theta, phi in degrees */
     double angle_deg;
@@ -62,7 +63,7 @@ struct rmap_ray_report {
     struct rmap_report_step *step;
     struct rmap_report_registration *registration;
     size_t n_point;
-    struct rmap_report_point *point; /* of all curved legs, along the light */
+    struct rmap_report_point *point; /* of all curved segments, along the light */
     double *colour;                  /* [n_step][n_channel] */
 };
 

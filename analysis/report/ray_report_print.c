@@ -32,7 +32,7 @@ static const char *detector_name(const struct rmap_scene *scene, int32_t detecto
                                                                  : NULL;
 }
 
-/* Does the registration stand after the step of its leg? Light arriving at an object does;
+/* Does the registration stand after the step of its segment? Light arriving at an object does;
  * light passing a detector free in space is registered on the way. */
 static bool after_step(const struct rmap_scene *scene, int32_t detector)
 {

@@ -210,23 +210,26 @@ static void write_piece(struct rmap_polydata *self)
     self->n_point = self->n_ray = 0;
 }
 
-/* Start, the ends of the legs, and what a curved one passes between them, where nothing happens. */
+/* Start, the ends of the segments, and what a curved one passes between them, where nothing
+ * happens. */
 static void put_points(struct rmap_polydata *self, const struct rmap_portion *portion, size_t ray,
-                       size_t segment, size_t first_curve, size_t n_curve)
+                       size_t first, size_t first_curve, size_t n_curve)
 {
-    const struct rmap_segment_columns *leg = &portion->segment;
+    const struct rmap_segment_columns *segment = &portion->segment;
     const struct rmap_ray_columns *from = &portion->ray;
-    size_t n_leg = from->segment_count[ray], at = first_curve;
+    size_t n_segment = from->segment_count[ray], at = first_curve;
     put_point(self, from->start + 3 * ray,
-              &(struct happening){0, from->start_object[ray], n_leg > 0 ? leg->medium[segment] : -1,
+              &(struct happening){0, from->start_object[ray],
+                                  n_segment > 0 ? segment->medium[first] : -1,
                                   from->start_primitive[ray], from->start_normal + 3 * ray});
-    for (size_t k = 0, row = segment; k < n_leg; k++, row++) {
+    for (size_t k = 0, row = first; k < n_segment; k++, row++) {
         for (; at < first_curve + n_curve && portion->curve.segment[at] == k; at++)
             put_point(self, portion->curve.position + 3 * at,
-                      &(struct happening){0, -1, leg->medium[row], -1, NULL});
-        put_point(self, leg->position + 3 * row,
-                  &(struct happening){leg->event[row], leg->object[row], leg->medium[row],
-                                      leg->primitive[row], leg->normal + 3 * row});
+                      &(struct happening){0, -1, segment->medium[row], -1, NULL});
+        put_point(self, segment->position + 3 * row,
+                  &(struct happening){segment->event[row], segment->object[row],
+                                      segment->medium[row], segment->primitive[row],
+                                      segment->normal + 3 * row});
     }
 }
 

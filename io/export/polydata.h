@@ -2,7 +2,7 @@
  *
  * Rays as polylines in a VTK XML file (.vtp) that ParaView opens: version 1.0, little-endian
  * binary arrays in base64, in pieces of some thousand rays, so that memory does not grow with the
- * answer. What the arrays hold is told in docs/commands.md.
+ * answer. What the arrays hold is said in docs/commands.md.
  */
 #ifndef RMAP_POLYDATA_H
 #define RMAP_POLYDATA_H
@@ -27,7 +27,7 @@ enum rmap_status rmap_polydata_begin(FILE *file, const struct rmap_scene *scene,
                                      struct rmap_polydata **data_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* One ray: row `ray` of a portion that has all columns, its legs from row `segment` on.
+/* One ray: row `ray` of a portion that has all columns, its segments from row `segment` on.
  * RMAP_SYSTEM.
  */
 struct rmap_polydata_ray {

@@ -3,7 +3,7 @@
  * A small writer of SVG 1.1 pictures. The same calls give the same bytes: coordinates have two
  * decimals, nothing depends on the clock or the machine. Text stays text.
  *
- * Calls never fail on the spot: the first error (memory) is kept and told by rmap_svg_finish.
+ * Calls never fail on the spot: the first error (memory) is kept and reported by rmap_svg_finish.
  * Colours are SVG colours ("#1f77b4"); NULL means none. Coordinates in pixels, y down.
  */
 #ifndef RMAP_SVG_H

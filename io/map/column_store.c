@@ -14,18 +14,18 @@
 struct rmap_column_store {
     _Atomic(void *) *rows; /* [n_portion][RMAP_COLUMN_COUNT] */
     size_t n_portion;
-    struct rmap_keeper *keeper;
+    struct rmap_arena *arena;
     _Atomic size_t nbytes;
 };
 
-enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *arena,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err)
 {
     struct rmap_column_store *self = rmap_alloc(1, sizeof *self);
     if (self) {
         self->n_portion = n_portion;
-        self->keeper = keeper;
+        self->arena = arena;
         if (n_portion <= SIZE_MAX / RMAP_COLUMN_COUNT)
             self->rows = rmap_alloc(n_portion * RMAP_COLUMN_COUNT, sizeof *self->rows);
     }
@@ -62,7 +62,7 @@ void rmap_column_store_offer(struct rmap_column_store *self, size_t portion,
     void *none = NULL;
     if (atomic_load_explicit(slot, memory_order_relaxed))
         return;
-    void *copy = rmap_keeper_room(self->keeper, nbytes > 0 ? nbytes : 1);
+    void *copy = rmap_arena_room(self->arena, nbytes > 0 ? nbytes : 1);
     if (!copy)
         return; /* it is decoded again, then */
     if (nbytes > 0)

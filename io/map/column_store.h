@@ -10,13 +10,13 @@
 #include <stddef.h>
 
 #include "base/status.h"
-#include "io/map/keeper.h"
+#include "io/map/arena.h"
 #include "portion/portion.h"
 
 struct rmap_column_store;
 
-/* The keeper must outlive the store. */
-enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
+/* The arena must outlive the store. */
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *arena,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_column_store_destroy(struct rmap_column_store *store);

@@ -11,19 +11,19 @@
 #include "history/history_view.h"
 
 struct rmap_kept_views {
-    _Atomic(struct rmap_history_made *) *kept; /* [n_portion]; NULL: none, or lent */
+    _Atomic(struct rmap_history_made *) *kept; /* [n_portion]; NULL: none, or borrowed */
     size_t n_portion;
-    struct rmap_keeper *keeper;
+    struct rmap_arena *arena;
     _Atomic size_t nbytes;
 };
 
-enum rmap_status rmap_kept_views_create(size_t n_portion, struct rmap_keeper *keeper,
+enum rmap_status rmap_kept_views_create(size_t n_portion, struct rmap_arena *arena,
                                         struct rmap_kept_views **views_ret, struct rmap_error *err)
 {
     struct rmap_kept_views *self = rmap_alloc(1, sizeof *self);
     if (self) {
         self->n_portion = n_portion;
-        self->keeper = keeper;
+        self->arena = arena;
         self->kept = rmap_alloc(n_portion, sizeof *self->kept);
     }
     if (!self || !self->kept) {
@@ -45,7 +45,7 @@ void rmap_kept_views_destroy(struct rmap_kept_views *self)
     rmap_free(self);
 }
 
-struct rmap_history_made *rmap_kept_views_lend(struct rmap_kept_views *self, size_t portion)
+struct rmap_history_made *rmap_kept_views_borrow(struct rmap_kept_views *self, size_t portion)
 {
     return atomic_exchange(&self->kept[portion], NULL);
 }
@@ -61,7 +61,7 @@ void rmap_kept_views_offer(struct rmap_kept_views *self, size_t portion,
                            const struct rmap_history_view *view)
 {
     const size_t nbytes = rmap_history_made_nbytes(view);
-    struct rmap_history_made *made = rmap_keeper_room(self->keeper, nbytes);
+    struct rmap_history_made *made = rmap_arena_room(self->arena, nbytes);
     if (!made)
         return; /* it is opened again, then */
     rmap_history_made_copy(view, made);

@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: MIT
  *
  * What opening the portions of history indexes made, in memory for later questions, as much as fits
- * in a budget: what was asked for first. A block is lent to one user at a time, who may add to it.
+ * in a budget: what was asked for first. A block is borrowed to one user at a time, who may add to
+ * it.
  */
 #ifndef RMAP_KEPT_VIEWS_H
 #define RMAP_KEPT_VIEWS_H
 
 #include "history/history_index.h"
-#include "io/map/keeper.h"
+#include "io/map/arena.h"
 
 struct rmap_kept_views;
 
-/* The keeper must outlive them. */
-enum rmap_status rmap_kept_views_create(size_t n_portion, struct rmap_keeper *keeper,
+/* The arena must outlive them. */
+enum rmap_status rmap_kept_views_create(size_t n_portion, struct rmap_arena *arena,
                                         struct rmap_kept_views **views_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_kept_views_destroy(struct rmap_kept_views *views);
 
-/* What is kept of a portion, to be given back; NULL: nothing, or it is lent. Thread-safe, as is all
- * that follows. */
-struct rmap_history_made *rmap_kept_views_lend(struct rmap_kept_views *views, size_t portion);
+/* What is kept of a portion, to be given back; NULL: nothing, or it is borrowed. Thread-safe, as is
+ * all that follows. */
+struct rmap_history_made *rmap_kept_views_borrow(struct rmap_kept_views *views, size_t portion);
 void rmap_kept_views_give_back(struct rmap_kept_views *views, size_t portion,
                                struct rmap_history_made *made);
 

@@ -34,7 +34,7 @@ struct rmap_cursor {
     struct rmap_cursor_space *space; /* [n_space] */
     size_t in_hand;                  /* portion of the map */
     rmap_column_set present;         /* columns of it that have been read */
-    rmap_column_set kept;            /* and those that the map's store lends */
+    rmap_column_set kept;            /* and those that the map's store has */
     uint64_t streams;                /* of a compact one, in `buffer` */
     struct rmap_portion *portion;    /* of the space in hand; borrowed from there */
     struct rmap_portion shown;       /* that, without columns that only decoding needed */
@@ -166,44 +166,45 @@ enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     struct compact_rows in_hand;
-    struct rmap_compact_told told = {.weigh_one = false};
+    struct rmap_compact_summary summary = {.weigh_one = false};
     *are_one_ret = false;
     if (self->map->content.piece[info->piece].encoding != RMAP_ENCODING_COMPACT)
         return RMAP_OK;
     RMAP_TRY(enter_rows(self, info, rmap_compact_header_streams(), &in_hand, err));
-    st = rmap_compact_tell_header(&in_hand.rows, &told, err);
+    st = rmap_compact_summarise_header(&in_hand.rows, &summary, err);
     if (st != RMAP_OK)
         say_where(self, info, err);
-    *are_one_ret = told.weigh_one;
+    *are_one_ret = summary.weigh_one;
 out:
     return st;
 }
 
-enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *self, struct rmap_told_paths *paths,
-                                        struct rmap_error *err)
+enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, struct rmap_path_summary *paths,
+                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     const size_t piece = (size_t)info->piece;
     struct compact_rows in_hand;
-    struct rmap_compact_told told;
-    *paths = (struct rmap_told_paths){.known = NULL};
+    struct rmap_compact_summary summary;
+    *paths = (struct rmap_path_summary){.paths = NULL};
     if (self->map->content.piece[piece].encoding != RMAP_ENCODING_COMPACT)
         return RMAP_OK;
     RMAP_TRY(enter_rows(self, info, rmap_compact_told_streams(), &in_hand, err));
-    st = rmap_compact_tell(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row, &told, err);
+    st = rmap_compact_summarise(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row, &summary,
+                                err);
     if (st != RMAP_OK) {
         say_where(self, info, err);
         return st;
     }
-    if (told.weigh_one && told.ids_run && told.media_told && told.first_ray == info->first_ray &&
-        rmap_map_paths_fit(self->map, piece))
-        *paths = (struct rmap_told_paths){
-            .known = rmap_path_table_rays(self->paths),
+    if (summary.weigh_one && summary.ids_run && summary.media_known &&
+        summary.first_ray == info->first_ray && rmap_map_paths_fit(self->map, piece))
+        *paths = (struct rmap_path_summary){
+            .paths = rmap_path_table_rays(self->paths),
             .first_segment = rmap_path_table_first_segments(self->paths),
             .first_registration = rmap_path_table_first_registrations(self->paths),
-            .path = told.path,
-            .n_own = told.n_own};
+            .path = summary.path,
+            .n_own = summary.n_own};
 out:
     return st;
 }
@@ -390,20 +391,21 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_
     (RMAP_COLUMN_BIT(RMAP_CURVE_ray) | RMAP_COLUMN_BIT(RMAP_CURVE_segment) |                       \
      RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count))
 
-/* Every point lies on a leg of a ray of the portion, in their order. */
+/* Every point lies on a segment of a ray of the portion, in their order. */
 static enum rmap_status check_curve(const struct rmap_cursor *self, struct rmap_error *err)
 {
     const struct rmap_portion *rows = &self->shown;
     const size_t n = rows->n_row[RMAP_TABLE_CURVE];
     size_t k = 0;
     for (size_t i = 0; k < n && i < rows->n_row[RMAP_TABLE_RAY]; i++)
-        for (uint32_t leg = 0; k < n && rows->curve.ray[k] == rows->ray.id[i]; k++) {
-            if (rows->curve.segment[k] < leg ||
+        for (uint32_t segment = 0; k < n && rows->curve.ray[k] == rows->ray.id[i]; k++) {
+            if (rows->curve.segment[k] < segment ||
                 rows->curve.segment[k] >= rows->ray.segment_count[i])
-                return rmap_error_set(err, RMAP_FORMAT,
-                                      "%s: the points of /curve of ray %llu lie on no leg of it",
-                                      self->map->path, (unsigned long long)rows->ray.id[i]);
-            leg = rows->curve.segment[k];
+                return rmap_error_set(
+                    err, RMAP_FORMAT,
+                    "%s: the points of /curve of ray %llu lie on no segment of it", self->map->path,
+                    (unsigned long long)rows->ray.id[i]);
+            segment = rows->curve.segment[k];
         }
     if (k == n)
         return RMAP_OK;

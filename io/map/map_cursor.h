@@ -41,10 +41,11 @@ enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret
 
 /* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
  * in row i is first_ray + i. Errors as of fetch. */
-enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *cursor, struct rmap_told_paths *paths,
-                                        struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *cursor,
+                                          struct rmap_path_summary *paths,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 
-/* Of one that was told of so, the rays with paths of their own, side by side in their order, with
+/* Of one that was summed up so, the rays with paths of their own, side by side in their order, with
  * those columns, ids and weights. */
 enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
                                        const struct rmap_portion **own_ret,

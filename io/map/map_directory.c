@@ -198,7 +198,7 @@ static enum rmap_status list_in_shard(void *context, int directory, const char *
     return add_leftover(walk, name, err);
 }
 
-/* What stands there as a link is none of the map's: it is told, and left to itself. */
+/* What stands there as a link is none of the map's: it is reported, and left to itself. */
 static enum rmap_status list_in_map(void *context, int directory, const char *name,
                                     struct rmap_error *err)
 {

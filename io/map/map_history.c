@@ -300,8 +300,8 @@ static bool map_history_stays(const struct rmap_map *map, size_t piece)
     struct rmap_histories *self = map->histories;
     (void)pthread_mutex_lock(&self->lock);
     struct slot *slot = &self->slot[piece];
-    if (!slot->is_kept && !slot->bytes.head && map->keeper &&
-        rmap_keeper_claim(map->keeper, slot->nbytes)) {
+    if (!slot->is_kept && !slot->bytes.head && map->arena &&
+        rmap_arena_claim(map->arena, slot->nbytes)) {
         self->kept_nbytes += slot->nbytes;
         slot->n_user++; /* for good */
         slot->is_kept = true;
@@ -409,19 +409,19 @@ out:
 static void claim_given(struct rmap_map *map, size_t budget_nbytes)
 {
     const size_t given = map_history_kept_nbytes(map);
-    (void)rmap_keeper_claim(map->keeper, given < budget_nbytes ? given : budget_nbytes);
+    (void)rmap_arena_claim(map->arena, given < budget_nbytes ? given : budget_nbytes);
 }
 
 enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_portion = map->content.n_portion;
-    if (map->keeper)
+    if (map->arena)
         return rmap_error_set(err, RMAP_USAGE, "%s: columns are kept already", map->path);
-    RMAP_TRY(rmap_keeper_create(budget_nbytes, &map->keeper, err));
+    RMAP_TRY(rmap_arena_create(budget_nbytes, &map->arena, err));
     claim_given(map, budget_nbytes);
-    RMAP_TRY(rmap_kept_views_create(n_portion, map->keeper, &map->views, err));
-    RMAP_TRY(rmap_column_store_create(n_portion, map->keeper, &map->store, err));
+    RMAP_TRY(rmap_kept_views_create(n_portion, map->arena, &map->views, err));
+    RMAP_TRY(rmap_column_store_create(n_portion, map->arena, &map->store, err));
 out:
     return st;
 }
@@ -460,12 +460,12 @@ enum rmap_status rmap_history_reader_enter(const struct rmap_map *map,
 {
     rmap_history_reader_leave(map, self);
     self->portion = portion;
-    self->lent = map->views ? rmap_kept_views_lend(map->views, portion) : NULL;
-    enum rmap_status st = self->lent
-                              ? rmap_history_view_reopen(index, at, self->lent, &self->view, err)
-                              : rmap_history_view_open(index, at, &self->view, err);
+    self->borrowed = map->views ? rmap_kept_views_borrow(map->views, portion) : NULL;
+    enum rmap_status st =
+        self->borrowed ? rmap_history_view_reopen(index, at, self->borrowed, &self->view, err)
+                       : rmap_history_view_open(index, at, &self->view, err);
     self->is_open = st == RMAP_OK;
-    if (self->is_open && !self->lent)
+    if (self->is_open && !self->borrowed)
         self->nbytes += self->view.nbytes;
     if (!self->is_open)
         rmap_history_reader_leave(map, self);
@@ -474,12 +474,12 @@ enum rmap_status rmap_history_reader_enter(const struct rmap_map *map,
 
 void rmap_history_reader_leave(const struct rmap_map *map, struct rmap_history_reader *self)
 {
-    if (self->lent)
-        rmap_kept_views_give_back(map->views, self->portion, self->lent);
+    if (self->borrowed)
+        rmap_kept_views_give_back(map->views, self->portion, self->borrowed);
     else if (self->is_open && map->views &&
              map_history_stays(map, (size_t)map->content.portion[self->portion].piece))
         rmap_kept_views_offer(map->views, self->portion, &self->view);
-    self->lent = NULL;
+    self->borrowed = NULL;
     self->is_open = false;
 }
 
@@ -492,10 +492,10 @@ void rmap_history_reader_fini(const struct rmap_map *map, struct rmap_history_re
 void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept)
 {
     *kept = (struct rmap_map_kept){.indexes = map_history_kept_nbytes(map)};
-    if (!map->keeper)
+    if (!map->arena)
         return;
-    kept->budget = rmap_keeper_limit(map->keeper);
-    kept->taken = rmap_keeper_nbytes(map->keeper);
+    kept->budget = rmap_arena_limit(map->arena);
+    kept->taken = rmap_arena_nbytes(map->arena);
     kept->views = map->views ? rmap_kept_views_nbytes(map->views) : 0;
     kept->columns = map->store ? rmap_column_store_nbytes(map->store) : 0;
 }

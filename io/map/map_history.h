@@ -29,8 +29,8 @@ void rmap_map_history_told(const struct rmap_map *map);
 /* A portion in the hands of a reader, one after the other. Zeroed at first; one thread. */
 struct rmap_history_reader {
     struct rmap_history_view view;
-    struct rmap_history_made *lent; /* by the map */
-    size_t portion;                 /* of the map */
+    struct rmap_history_made *borrowed; /* by the map */
+    size_t portion;                     /* of the map */
     bool is_open;
     uint64_t nbytes; /* of indexes that were read so far */
 };

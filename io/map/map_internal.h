@@ -49,7 +49,7 @@ struct rmap_map {
     struct rmap_tally *tally;
     struct rmap_selection *selection; /* or NULL */
     double *flux_per_weight;          /* [n_source] */
-    uint64_t *work;                   /* [n_portion + 1], running sum of legs and rays */
+    uint64_t *work;                   /* [n_portion + 1], running sum of segments and rays */
     uint64_t *reach;                  /* [n_portion + 1], largest end of the portions before */
 
     pthread_mutex_t lock;              /* of chunks and models */
@@ -59,8 +59,8 @@ struct rmap_map {
     struct rmap_kept_paths *paths;     /* [n_piece] */
     size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
     uint64_t paths_tick;
-    _Atomic int n_reader;       /* chunk readers that are there; they share the bytes */
-    struct rmap_keeper *keeper; /* NULL, as the next two: nothing is kept */
+    _Atomic int n_reader;     /* chunk readers that are there; they share the bytes */
+    struct rmap_arena *arena; /* NULL, as the next two: nothing is kept */
     struct rmap_column_store *store;
     struct rmap_kept_views *views;
     struct rmap_histories *_Atomic histories; /* indexes; NULL: none asked for yet */

@@ -18,7 +18,8 @@
 size_t rmap_map_share(const struct rmap_map *map, size_t nbytes);
 
 /* How many of n_thread threads may read: each has n_copy times these columns of a portion, and a
- * chunk of every one for one cursor that judges and one that reads. At least 1: a portion must fit.
+ * chunk of every one for one cursor that evaluates and one that reads. At least 1: a portion must
+ * fit.
  */
 int rmap_map_readers(const struct rmap_map *map, rmap_column_set columns, int n_copy, int n_thread);
 

@@ -490,7 +490,7 @@ void rmap_map_close(struct rmap_map *map)
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);
     rmap_kept_views_destroy(map->views);
-    rmap_keeper_destroy(map->keeper);
+    rmap_arena_destroy(map->arena);
     rmap_map_forget(map);
     (void)pthread_mutex_destroy(&map->paths_lock);
     for (size_t i = 0; map->model && i < map->spaces.n; i++)

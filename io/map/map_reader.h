@@ -63,7 +63,7 @@ struct rmap_run_row {
  * the map, too (their portions have is_added set): a killed or running trace. Portions that hold
  * the same rays count once. Of the added ones the tally is made from their columns, which reads
  * them: rmap_map_open_untallied leaves that to the caller, so that its tally and flux per weight
- * are those of the index. What cannot be used of them is left out and told by rmap_map_trouble.
+ * are those of the index. What cannot be used of them is left out and reported by rmap_map_trouble.
  *
  * RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
  * what to do); RMAP_SYSTEM: no permission, no memory. */
@@ -137,9 +137,10 @@ double rmap_map_flux(const struct rmap_map *map, size_t source, double weight);
 /* Portions are in the order of their first ray id.
  *
  * Splitting a scan: part `part` of n_part holds portions [split(part), split(part + 1)), about the
- * same number of legs each; split(n_part) is the number of portions. Two neighbouring parts decode
- * at most two chunks per column and shard twice, so a part should be long: RMAP_PART_PORTIONS
- * portions or more (a chunk of /ray is 16 of them). Give whole parts to threads. */
+ * same number of segments each; split(n_part) is the number of portions. Two neighbouring parts
+ * decode at most two chunks per column and shard twice, so a part should be long:
+ * RMAP_PART_PORTIONS portions or more (a chunk of /ray is 16 of them). Give whole parts to threads.
+ */
 #define RMAP_PART_PORTIONS 64
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
@@ -153,11 +154,11 @@ struct rmap_cursor;
 
 /* A portion by the paths of its rays: those that refer to the same one are alike in
  * RMAP_COLUMNS_DISCRETE. All borrowed until the cursor takes another portion in hand. */
-struct rmap_told_paths {
-    const struct rmap_portion *known; /* the piece's paths as rays, with those columns; NULL: the
-                                         portion is not told of so */
+struct rmap_path_summary {
+    const struct rmap_portion *paths; /* the piece's paths as rays, with those columns; NULL: the
+                                         portion is not summed up so */
     const uint32_t *first_segment, *first_registration; /* [its rays] of each one's rows */
-    const uint32_t *path; /* [n_ray] 1 + row of `known`; 0: one of its own */
+    const uint32_t *path; /* [n_ray] 1 + row of `paths`; 0: one of its own */
     size_t n_own;         /* rays with such */
 };
 

@@ -554,6 +554,6 @@ enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chun
     rmap_finding_set(&finding, info->name, layout->stream[entry->stream].path, "%s", wrong);
     add_portions(verification, piece, layout, entry, &finding);
     return wrong == cut_off && verification->piece_flag[piece] & RMAP_PIECE_TORN
-               ? RMAP_OK /* that it was cut is told, once */
+               ? RMAP_OK /* that it was cut is reported, once */
                : rmap_findings_add(findings, &finding, err);
 }

@@ -406,7 +406,7 @@ static enum rmap_status differ(const char *dataset, double says, double is, cons
     return rmap_findings_add(findings, &finding, err);
 }
 
-/* Values [n] of two tallies; the first that differs is told. */
+/* Values [n] of two tallies; the first that differs is reported. */
 static enum rmap_status compare_values(const char *dataset, const double *says, const double *is,
                                        size_t n, struct rmap_findings *findings,
                                        struct rmap_error *err)

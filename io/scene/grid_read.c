@@ -13,7 +13,7 @@
 #include "io/hdf5/h5_inside.h"
 #include "io/mesh/bundle.h"
 
-/* An open file and dataset; what goes wrong is told with both. */
+/* An open file and dataset; what goes wrong is reported with both. */
 struct source {
     const struct rmap_grid_file *file;
     const char *dataset;

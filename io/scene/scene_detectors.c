@@ -397,7 +397,7 @@ static void read_receivers(struct rmap_reader *reader)
 {
     enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
                                           &reader->root, reader->diagnostics, &reader->failure);
-    if (st != RMAP_OK && st != RMAP_INPUT) /* INPUT: told in the diagnostics */
+    if (st != RMAP_OK && st != RMAP_INPUT) /* INPUT: reported in the diagnostics */
         rmap_reader_fail(reader, st);
     if (st != RMAP_OK || !reader->root)
         return;

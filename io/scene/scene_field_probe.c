@@ -160,7 +160,7 @@ static void ask_side(struct probe *probe, int32_t gradient, bool inside)
     probe->finding = all;
 }
 
-/* ---- what is told ---- */
+/* ---- what is reported ---- */
 
 static void tell(struct rmap_reader *reader, const struct rmap_medium_frame *frame,
                  const struct finding *finding)

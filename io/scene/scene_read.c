@@ -72,7 +72,7 @@ static enum rmap_status parse(struct rmap_reader *reader)
     const struct rmap_scene_options *options = &reader->bundle->options;
     enum rmap_status st = rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes,
                                           &reader->root, reader->diagnostics, reader->err);
-    if (st == RMAP_INPUT) /* told in the diagnostics */
+    if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
     for (size_t i = 0; st == RMAP_OK && i < options->n_set; i++)
         st = rmap_yaml_edit(reader->root, options->set[i], reader->diagnostics, reader->err);
@@ -94,7 +94,7 @@ static void fini(struct rmap_reader *reader)
     rmap_reader_release(reader);
 }
 
-static enum rmap_status verdict(struct rmap_reader *reader)
+static enum rmap_status outcome(struct rmap_reader *reader)
 {
     size_t n = reader->diagnostics->n_error;
     const char *path = reader->bundle->path ? reader->bundle->path : "scene";
@@ -143,11 +143,11 @@ static enum rmap_status read_scene(struct rmap_reader *reader)
     name_bundled(reader);
     if (reader->root)
         read_sections(reader);
-    RMAP_TRY(verdict(reader));
+    RMAP_TRY(outcome(reader));
     if (reader->receivers) /* whatever is wrong from here on is theirs */
         reader->diagnostics = reader->receivers->diagnostics;
     finish(reader);
-    st = verdict(reader);
+    st = outcome(reader);
 out:
     return st;
 }

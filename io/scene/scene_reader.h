@@ -192,7 +192,7 @@ bool rmap_reader_parse_quantity(const char *text, double *value, const char **un
 void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);
 void rmap_reader_no_memory(struct rmap_reader *reader);
 
-/* Hands a library's verdict on, whose text is in reader->failure: RMAP_INPUT becomes a complaint at
+/* Hands a library's outcome on, whose text is in reader->failure: RMAP_INPUT becomes a complaint at
  * node. */
 void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       enum rmap_status status);

@@ -137,7 +137,8 @@ static enum rmap_status check(const struct rmap_shard_writer *self,
         return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
                               portion->n_channel, self->queue.n_channel);
     if (portion->n_row[RMAP_TABLE_CURVE] > 0 && !rmap_scene_is_curved(self->run.scene))
-        return rmap_error_set(err, RMAP_INTERNAL, "curved legs in a scene without gradient media");
+        return rmap_error_set(err, RMAP_INTERNAL,
+                              "curved segments in a scene without gradient media");
     return RMAP_OK;
 }
 

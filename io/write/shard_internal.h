@@ -70,7 +70,7 @@ struct rmap_shard_writer {
 enum rmap_status rmap_shard_enter(struct rmap_shard_writer *self,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
-/* Releases the lock; a failure st, told in err (or NULL), is the shard's. Returns st. */
+/* Releases the lock; a failure st, reported in err (or NULL), is the shard's. Returns st. */
 enum rmap_status rmap_shard_leave(struct rmap_shard_writer *self, enum rmap_status st,
                                   const struct rmap_error *err) RMAP_MUST_USE;
 

@@ -38,7 +38,7 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
     json_decref(ray);
     if (!ray || rmap_json_memory_failed())
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON of a ray");
-    if (failed && !ferror(out)) /* what happened to the file is told by its name */
+    if (failed && !ferror(out)) /* what happened to the file is reported by its name */
         return rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON of a ray");
     return RMAP_OK;
 }

@@ -20,8 +20,8 @@
 #include "mpi/scan/path_run.h"
 #include "mpi/scan/scan.h"
 
-/* Rays of the scene's picture; legs of a map that is not read as a whole for a page, paths that it
- * lists, and rays that they are then estimated from. */
+/* Rays of the scene's picture; segments of a map that is not read as a whole for a page, paths that
+ * it lists, and rays that they are then estimated from. */
 enum { DRAWN = 300, LARGE_SEGMENTS = 100000000, PATHS = 20, SAMPLED = 20000 };
 enum { MOST_SAMPLED = 10000000 };
 

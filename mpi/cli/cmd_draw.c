@@ -38,7 +38,7 @@ static const struct rmap_option options[] = {
     {"limit", 'l', "N",
      "draw the N matching rays with the smallest ids, of several criteria in colours each its "
      "share "
-     "(default 300, fewer of very many legs; in a page 2000)"},
+     "(default 300, fewer of very many segments; in a page 2000)"},
     {"view", 'v', "VIEW",
      "section yz, xz or xy, or 3d (default: 3d for scenes of meshes, else the section along the "
      "rays)"},
@@ -198,9 +198,10 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
     printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
            (unsigned long long)n_matched);
     if (self->request.thin && n_drawn < self->request.limit && n_drawn < n_matched)
-        fprintf(stderr,
-                "they have many legs: drawn are so many rays as make up %d, or by --limit N more\n",
-                RMAP_FIGURE_STROKES);
+        fprintf(
+            stderr,
+            "they have many segments: drawn are so many rays as make up %d, or by --limit N more\n",
+            RMAP_FIGURE_STROKES);
     if (self->misses)
         fprintf(stderr, "there is no object at --cut %g: the rays alone are drawn\n",
                 self->request.cut);

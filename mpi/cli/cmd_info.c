@@ -242,7 +242,7 @@ static void print_info(const char *path, const struct rmap_map *map,
             rmap_counted(summary->n_row[RMAP_TABLE_SEGMENT], "segment").text,
             rmap_counted(summary->n_row[RMAP_TABLE_REGISTRATION], "registration").text);
     if (rmap_scene_is_curved(scene))
-        fprintf(out, ", %s of curved legs",
+        fprintf(out, ", %s of curved segments",
                 rmap_counted(summary->n_row[RMAP_TABLE_CURVE], "point").text);
     fputc('\n', out);
     fprintf(out, "  %.1f MB", 1e-6 * (double)summary->nbytes);
@@ -282,7 +282,7 @@ static void print_info(const char *path, const struct rmap_map *map,
     rmap_free(flux);
 }
 
-/* What the index holds is told even if pieces are missing; the status then says so. */
+/* What the index holds is printed even if pieces are missing; the status then says so. */
 static enum rmap_status tell(const struct rmap_context *context, const char *path,
                              struct rmap_map *map, struct rmap_error *err)
 {

@@ -37,7 +37,7 @@ static const struct rmap_option options[] = {
     {"collapse", 0, NULL, "equal steps in a row count as one"},
     {"detector", 'd', "NAME", "only rays registered there, and their paths until then"},
     {"top", 0, "N", "so many classes (default 20); all: every one"},
-    {"sort", 0, "BY", "flux (default), share, rays or length (legs per ray)"},
+    {"sort", 0, "BY", "flux (default), share, rays or length (segments per ray)"},
     {"exact", 0, "N", "count up to N classes exactly (default 786432), the largest beyond"},
     {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
     {"matrix", 0, "LIST",

@@ -95,10 +95,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
         return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
     if (rmap_argument(given, "receivers") && request->explain)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--explain tells what the map's own columns and indexes decide; with "
-                              "--receivers all legs of portions that may match are read: leave one "
-                              "of them out");
+        return rmap_error_set(
+            err, RMAP_USAGE,
+            "--explain tells what the map's own columns and indexes decide; with "
+            "--receivers all segments of portions that may match are read: leave one "
+            "of them out");
     if (request->output_path && !request->map)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
 out:

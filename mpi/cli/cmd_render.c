@@ -203,7 +203,7 @@ static json_t *report_json(const struct session *session, const struct rmap_rend
         "s:i}",
         "output", outputs, "camera", session->camera->name, "size", (json_int_t)film->size[0],
         (json_int_t)film->size[1], "samples", (json_int_t)film->n_sample, "paths",
-        (json_int_t)counts->n_path, "legs", (json_int_t)counts->n_leg, "looks",
+        (json_int_t)counts->n_path, "legs", (json_int_t)counts->n_segment, "looks",
         (json_int_t)counts->n_look, "limits", (json_int_t)counts->n_limit, "errors",
         (json_int_t)counts->n_error, "seconds", outcome->seconds, "frames_per_second",
         (double)film->n_sample / outcome->seconds, "mean", mean, "noise", rmap_json_number(noise),
@@ -219,7 +219,7 @@ static void report_print(const struct session *session, const struct rmap_render
     rmap_film_noise(film, &noise, &mean);
     printf("camera %s, %u x %u, %s: %s, %s, %s at lights\n", session->camera->name, film->size[0],
            film->size[1], rmap_counted(film->n_sample, "sample").text,
-           rmap_counted(counts->n_path, "path").text, rmap_counted(counts->n_leg, "leg").text,
+           rmap_counted(counts->n_path, "path").text, rmap_counted(counts->n_segment, "leg").text,
            rmap_counted(counts->n_look, "look").text);
     printf("%.2f s, %.3g M paths/s, %.3g pictures of one sample a second\n", seconds,
            1e-6 * (double)counts->n_path / seconds, (double)film->n_sample / seconds);

@@ -236,7 +236,8 @@ const struct rmap_command rmap_command_report = {
     .summary = "everything that happened along one ray; a whole map's energy, or a page",
     .operands = "MAP RAY | SCENE --ray N | SCENE --rays A..B | MAP --energy | MAP --html",
     .help =
-        "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
+        "Prints a ray's history, segment by segment: the object met, what happened there, the "
+        "medium\n"
         "travelled, position, direction, colour, and the detectors that registered it.\n\n"
         "From a MAP positions have the 9 digits that are stored. From a SCENE the ray is\n"
         "traced again and printed with 17 digits; its flux is then what it would carry as its\n"

@@ -72,7 +72,7 @@ out:
     return st;
 }
 
-/* Rank 0. A wrong line is told where its answer would stand. */
+/* Rank 0. A wrong line is reported where its answer would stand. */
 static enum rmap_status tell_mistake(const struct rmap_context *context, uint64_t line,
                                      const struct rmap_error *mistake, struct rmap_error *err)
 {

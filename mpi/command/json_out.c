@@ -14,7 +14,7 @@
 static json_t *versioned(json_t *object)
 {
     json_t *with = json_pack("{s:i}", "version", RMAP_JSON_VERSION);
-    if (json_object_update(with, object) != 0) { /* out of memory: told by the watch */
+    if (json_object_update(with, object) != 0) { /* out of memory: reported by the watch */
         json_decref(with);
         with = NULL;
     }

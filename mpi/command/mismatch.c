@@ -19,9 +19,9 @@ struct watcher {
     int32_t source;
     int32_t left_object; /* -1: the source */
     int32_t met_object;  /* -1: none */
-    int32_t medium;      /* of the last leg */
+    int32_t medium;      /* of the last segment */
     bool from_front;
-    struct rmap_vec3 direction; /* of the last leg */
+    struct rmap_vec3 direction; /* of the last segment */
     struct rmap_hit hit;        /* its end */
     enum rmap_stop stop;
 };

@@ -59,7 +59,7 @@ void rmap_block_queue_discard(struct rmap_block_queue *queue)
 {
     (void)pthread_mutex_lock(&queue->mutex);
     for (; queue->n > 0; queue->n--) {
-        rmap_parcel_destroy(queue->item[queue->first].parcel);
+        rmap_message_destroy(queue->item[queue->first].message);
         queue->first = (queue->first + 1) % queue->cap;
     }
     (void)pthread_mutex_unlock(&queue->mutex);

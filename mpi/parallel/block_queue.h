@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "mpi/parallel/parcel.h"
+#include "mpi/parallel/message.h"
 
 enum rmap_work {
     RMAP_WORK_TRACE,   /* block `number` of the plan */
@@ -21,7 +21,7 @@ enum rmap_work {
 struct rmap_work_item {
     enum rmap_work work;
     uint64_t number;
-    struct rmap_parcel *parcel; /* STORE: owned by whoever holds the item */
+    struct rmap_message *message; /* STORE: owned by whoever holds the item */
 };
 
 struct rmap_block_queue {

@@ -72,7 +72,7 @@ static void rest(struct rmap_watchdog *self, double seconds)
 /* ---- the other ranks ---- */
 
 /* One message at a time is under way: a rank 0 that is stopped is not flooded. MPI's errors are met
- * by the main thread, too, and told there. */
+ * by the main thread, too, and reported there. */
 static void *say_alive(void *argument)
 {
     struct rmap_watchdog *self = argument;

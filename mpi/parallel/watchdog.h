@@ -14,7 +14,7 @@
 
 struct rmap_watchdog;
 
-/* Seconds until silence is told, and those that a trace waits for silent ranks beyond its time
+/* seconds until silence is reported, and those that a trace waits for silent ranks beyond its time
  * limit. A test shortens all times here by the factor RAYMAP_TEST_PACE. */
 double rmap_watchdog_silence_s(void);
 double rmap_watchdog_grace_s(void);

@@ -24,7 +24,7 @@
 /* Parts of the deal that a thread takes at a time: few matches make few blocks. */
 enum { PARTS = 4 };
 
-/* A thread has the rows that it judges, those of whole rays, and a block of those picked. */
+/* A thread has the rows that it evaluates, those of whole rays, and a block of those picked. */
 enum { COPIES = 3 };
 
 /* Threads wait for the disk rather than fill the memory; bytes per rank. */

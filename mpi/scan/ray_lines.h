@@ -9,9 +9,10 @@
 
 #include "analysis/report/ray_report.h"
 
-/* One row per segment: what the ray is, where the leg began and ended, what happened there.
- * Events of one step are joined by '+', registrations on the leg by ';'. Rows of a scene with
- * gradient media end with `curve`: the points of a curved leg between its ends, "x y z;x y z". */
+/* One row per segment: what the ray is, where the segment began and ended, what happened there.
+ * Events of one step are joined by '+', registrations on the segment by ';'. Rows of a scene with
+ * gradient media end with `curve`: the points of a curved segment between its ends, "x y z;x y z".
+ */
 #define RMAP_RAY_CSV_HEADER                                                                        \
     "ray,source,stop,flux,wavelength,step,object,face,primitive,events,medium,x0,y0,z0,x,y,z,nx,"  \
     "ny,nz,length,detectors"

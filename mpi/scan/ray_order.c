@@ -1,30 +1,30 @@
 /* SPDX-License-Identifier: MIT
  *
- * Parcels of rays that are handed out one by one in the order of their ids, as far as no parcel to
- * come can hold a smaller one.
+ * Messages of rays that are handed out one by one in the order of their ids, as far as no message
+ * to come can hold a smaller one.
  */
 #include "mpi/scan/ray_order.h"
 
 #include "base/alloc.h"
 
 struct rmap_held_rays {
-    struct rmap_parcel *parcel;
+    struct rmap_message *message;
     struct rmap_portion rays; /* a view of it */
     size_t row, segment, registration, space;
 };
 
 enum rmap_status rmap_ray_order_add(struct rmap_ray_order *self, size_t portion,
-                                    struct rmap_parcel *parcel, struct rmap_error *err)
+                                    struct rmap_message *message, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_RESERVE(self->held, self->cap_held, self->n_held + 1, err);
     if (st != RMAP_OK) {
-        rmap_parcel_destroy(parcel);
+        rmap_message_destroy(message);
         return st;
     }
     struct rmap_held_rays *held = &self->held[self->n_held++];
-    *held = (struct rmap_held_rays){.parcel = parcel,
+    *held = (struct rmap_held_rays){.message = message,
                                     .space = (size_t)rmap_map_portion(self->map, portion)->space};
-    return rmap_parcel_view(parcel, &held->rays, err);
+    return rmap_message_view(message, &held->rays, err);
 }
 
 static uint64_t current(const struct rmap_held_rays *held)
@@ -34,7 +34,7 @@ static uint64_t current(const struct rmap_held_rays *held)
 
 static void drop_held(struct rmap_ray_order *self, size_t i)
 {
-    rmap_parcel_destroy(self->held[i].parcel);
+    rmap_message_destroy(self->held[i].message);
     self->held[i] = self->held[--self->n_held];
 }
 

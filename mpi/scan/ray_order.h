@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- * Parcels of rays that are handed out one by one in the order of their ids, as far as no parcel to
- * come can hold a smaller one.
+ * Messages of rays that are handed out one by one in the order of their ids, as far as no message
+ * to come can hold a smaller one.
  */
 #ifndef RMAP_RAY_ORDER_H
 #define RMAP_RAY_ORDER_H
 
-#include "mpi/parallel/parcel.h"
+#include "mpi/parallel/message.h"
 #include "mpi/scan/ray_stream.h"
 
 /* Begins with the map, the sink and the limit, all else 0. */
@@ -19,9 +19,9 @@ struct rmap_ray_order {
 };
 void rmap_ray_order_fini(struct rmap_ray_order *order);
 
-/* Rays of a portion of the map. Takes the parcel over, whatever happens. */
+/* Rays of a portion of the map. Takes the message over, whatever happens. */
 enum rmap_status rmap_ray_order_add(struct rmap_ray_order *order, size_t portion,
-                                    struct rmap_parcel *parcel,
+                                    struct rmap_message *message,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* All rays held with ids below `end`, until the limit is reached. */

@@ -21,7 +21,7 @@ static const size_t room_nbytes = (size_t)48 << 20;
 /* Parts that a thread may be ahead of the one to be taken: an early stop costs no more. */
 enum { AHEAD = 3 };
 
-/* A thread has the rows that it judges, those of whole rays, and those picked of them. */
+/* A thread has the rows that it evaluates, those of whole rays, and those picked of them. */
 enum { COPIES = 3 };
 
 struct slot {
@@ -57,7 +57,7 @@ struct rmap_ray_parts {
 void rmap_sheaves_fini(struct rmap_sheaves *sheaves)
 {
     for (size_t i = 0; i < sheaves->n; i++)
-        rmap_parcel_destroy(sheaves->sheaf[i].parcel);
+        rmap_message_destroy(sheaves->sheaf[i].message);
     rmap_free(sheaves->sheaf);
     *sheaves = (struct rmap_sheaves){0};
 }
@@ -134,7 +134,7 @@ static enum rmap_status read_part(struct rmap_ray_parts *self, struct rmap_picke
             continue;
         RMAP_TRY(rmap_picker_read(picker, portion[i], marks->match + marks->first[i], marks->n[i],
                                   &rays, err));
-        RMAP_TRY(rmap_parcel_pack(rays, &sheaf->parcel, err));
+        RMAP_TRY(rmap_message_pack(rays, &sheaf->message, err));
         sheaf->portion = portion[i];
         sheaves->n++;
     }

@@ -8,12 +8,12 @@
 
 #include "analysis/query/query_mark.h"
 #include "mpi/parallel/deal.h"
-#include "mpi/parallel/parcel.h"
+#include "mpi/parallel/message.h"
 
 /* The picked rays of one portion. */
 struct rmap_sheaf {
     size_t portion; /* of the map */
-    struct rmap_parcel *parcel;
+    struct rmap_message *message;
 };
 
 struct rmap_sheaves {

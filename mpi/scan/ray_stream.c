@@ -44,7 +44,7 @@ struct listed {
     uint64_t sheaf[RMAP_DEAL_STEP_MAX][2];
 };
 
-/* A parcel travels in pieces, each of which rank 0 can take without asking for memory.
+/* A message travels in pieces, each of which rank 0 can take without asking for memory.
  * bytes NULL: they are dropped. */
 static enum rmap_status transfer(const struct stream *self, uint8_t *bytes, size_t nbytes, int from,
                                  struct rmap_error *err)
@@ -83,14 +83,14 @@ static enum rmap_status send(const struct stream *self, enum say say,
     }
     for (size_t i = 0; i < head[1]; i++) {
         list.sheaf[i][0] = sheaves->sheaf[i].portion;
-        list.sheaf[i][1] = sheaves->sheaf[i].parcel->nbytes;
+        list.sheaf[i][1] = sheaves->sheaf[i].message->nbytes;
     }
     if (head[1] > 0)
         RMAP_TRY(RMAP_MPI(
             MPI_Send(&list, (int)(2 * head[1]), MPI_UINT64_T, 0, TAG_LIST, context->comm)));
     for (size_t i = 0; i < head[1]; i++) {
-        struct rmap_parcel *parcel = sheaves->sheaf[i].parcel;
-        RMAP_TRY(transfer(self, parcel->bytes, parcel->nbytes, 0, err));
+        struct rmap_message *message = sheaves->sheaf[i].message;
+        RMAP_TRY(transfer(self, message->bytes, message->nbytes, 0, err));
     }
 out:
     return st;
@@ -179,14 +179,14 @@ static enum rmap_status receive(struct stream *self, int from, bool keep, enum s
         RMAP_TRY(RMAP_MPI(MPI_Recv(&list, (int)(2 * head[1]), MPI_UINT64_T, from, TAG_LIST, comm,
                                    MPI_STATUS_IGNORE)));
     for (size_t i = 0; i < head[1]; i++) {
-        struct rmap_parcel *parcel = NULL;
+        struct rmap_message *message = NULL;
         if (keep && kept == RMAP_OK)
-            kept = rmap_parcel_create((size_t)list.sheaf[i][1], &parcel, err);
-        st = transfer(self, parcel ? parcel->bytes : NULL, (size_t)list.sheaf[i][1], from, err);
-        if (st == RMAP_OK && parcel)
-            kept = rmap_ray_order_add(&self->order, (size_t)list.sheaf[i][0], parcel, err);
+            kept = rmap_message_create((size_t)list.sheaf[i][1], &message, err);
+        st = transfer(self, message ? message->bytes : NULL, (size_t)list.sheaf[i][1], from, err);
+        if (st == RMAP_OK && message)
+            kept = rmap_ray_order_add(&self->order, (size_t)list.sheaf[i][0], message, err);
         else
-            rmap_parcel_destroy(parcel);
+            rmap_message_destroy(message);
         RMAP_TRY(st);
     }
     st = kept;
@@ -205,9 +205,9 @@ static enum rmap_status take_own(struct stream *self, struct rmap_error *err)
             rmap_ray_parts_nap();
     }
     for (size_t i = 0; i < sheaves.n && st == RMAP_OK; i++) {
-        struct rmap_parcel *parcel = sheaves.sheaf[i].parcel;
-        sheaves.sheaf[i].parcel = NULL;
-        st = rmap_ray_order_add(&self->order, sheaves.sheaf[i].portion, parcel, err);
+        struct rmap_message *message = sheaves.sheaf[i].message;
+        sheaves.sheaf[i].message = NULL;
+        st = rmap_ray_order_add(&self->order, sheaves.sheaf[i].portion, message, err);
     }
 out:
     rmap_sheaves_fini(&sheaves);

@@ -19,7 +19,7 @@ enum { TRAVELLING_MAX = 4, WAITING_MAX = 8 };
 /* A block on its way: its size first (0: no more will come), then its bytes. */
 struct transfer {
     struct transfer *next;
-    struct rmap_parcel *parcel; /* NULL: the size 0 */
+    struct rmap_message *message; /* NULL: the size 0 */
     uint64_t size;
     MPI_Request *request;
     int n_request;
@@ -94,7 +94,7 @@ out:
 
 static void transfer_destroy(struct transfer *transfer)
 {
-    rmap_parcel_destroy(transfer->parcel);
+    rmap_message_destroy(transfer->message);
     rmap_free(transfer->request);
     rmap_free(transfer);
 }
@@ -132,28 +132,28 @@ bool rmap_forward_full(const struct rmap_forward *self)
 /* A transfer with room for its requests: the size, and the bytes in pieces that int counts hold. */
 static const size_t piece_nbytes = (size_t)1 << 30;
 
-static struct transfer *transfer_create(struct rmap_parcel *parcel)
+static struct transfer *transfer_create(struct rmap_message *message)
 {
     struct transfer *transfer = rmap_alloc(1, sizeof *transfer);
     if (!transfer)
         return NULL;
-    transfer->size = parcel ? parcel->nbytes : 0;
+    transfer->size = message ? message->nbytes : 0;
     transfer->request =
         rmap_alloc((size_t)(transfer->size / piece_nbytes) + 2, sizeof *transfer->request);
     if (!transfer->request) {
         rmap_free(transfer);
         return NULL;
     }
-    transfer->parcel = parcel;
+    transfer->message = message;
     return transfer;
 }
 
-enum rmap_status rmap_forward_put(struct rmap_forward *self, struct rmap_parcel *parcel,
+enum rmap_status rmap_forward_put(struct rmap_forward *self, struct rmap_message *message,
                                   struct rmap_error *err)
 {
-    struct transfer *transfer = transfer_create(parcel);
+    struct transfer *transfer = transfer_create(message);
     if (!transfer) {
-        rmap_parcel_destroy(parcel);
+        rmap_message_destroy(message);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block to be sent");
     }
     (void)pthread_mutex_lock(&self->lock);
@@ -196,7 +196,7 @@ static enum rmap_status post_bytes(struct rmap_forward *self, struct transfer *t
     for (size_t at = 0; at < transfer->size; at += piece_nbytes) {
         size_t left = (size_t)transfer->size - at;
         int n = (int)(left < piece_nbytes ? left : piece_nbytes);
-        uint8_t *bytes = transfer->parcel->bytes + at;
+        uint8_t *bytes = transfer->message->bytes + at;
         MPI_Request *request = &transfer->request[transfer->n_request];
         if (send)
             RMAP_TRY(
@@ -293,14 +293,14 @@ out:
 static enum rmap_status begin_receive(struct rmap_forward *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_parcel *parcel = NULL;
+    struct rmap_message *message = NULL;
     RMAP_TRY(listen(self, err));
     if (self->announced == 0)
         return RMAP_OK;
-    RMAP_TRY(rmap_parcel_create((size_t)self->announced, &parcel, err));
-    struct transfer *transfer = transfer_create(parcel);
+    RMAP_TRY(rmap_message_create((size_t)self->announced, &message, err));
+    struct transfer *transfer = transfer_create(message);
     if (!transfer) {
-        rmap_parcel_destroy(parcel);
+        rmap_message_destroy(message);
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block to come");
         goto out;
     }
@@ -343,17 +343,17 @@ out:
 }
 
 enum rmap_status rmap_forward_receive(struct rmap_forward *self, bool hold,
-                                      struct rmap_parcel **parcel_ret, struct rmap_error *err)
+                                      struct rmap_message **message_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct transfer *transfer = NULL;
-    *parcel_ret = NULL;
+    *message_ret = NULL;
     if (!hold && self->n_sender > 0 && self->n_travelling < TRAVELLING_MAX)
         RMAP_TRY(begin_receive(self, err));
     RMAP_TRY(take_arrived(self, &transfer, err));
     if (transfer) {
-        *parcel_ret = transfer->parcel;
-        transfer->parcel = NULL;
+        *message_ret = transfer->message;
+        transfer->message = NULL;
         transfer_destroy(transfer);
     }
 out:

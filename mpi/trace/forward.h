@@ -11,7 +11,7 @@
 #define RMAP_FORWARD_H
 
 #include "mpi/command/command.h"
-#include "mpi/parallel/parcel.h"
+#include "mpi/parallel/message.h"
 
 struct rmap_forward;
 
@@ -28,16 +28,16 @@ bool rmap_forward_writes(const struct rmap_forward *forward);
 /* On a rank that does not write. Any thread: full says that a worker had better wait; put takes a
  * block over, also when it fails. */
 bool rmap_forward_full(const struct rmap_forward *forward);
-enum rmap_status rmap_forward_put(struct rmap_forward *forward, struct rmap_parcel *parcel,
+enum rmap_status rmap_forward_put(struct rmap_forward *forward, struct rmap_message *message,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* The MPI thread's part, which never waits. A sender: sends what waits; `last` says that no more
- * will be put. A writer: *parcel_ret is a block that came (owned by the caller), or NULL; while
+ * will be put. A writer: *message_ret is a block that came (owned by the caller), or NULL; while
  * `hold` is set no new one is begun. */
 enum rmap_status rmap_forward_send(struct rmap_forward *forward, bool last,
                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_forward_receive(struct rmap_forward *forward, bool hold,
-                                      struct rmap_parcel **parcel_ret,
+                                      struct rmap_message **message_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* A writer that failed takes what still comes, so that senders do not wait, and throws it away. It

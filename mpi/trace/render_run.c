@@ -32,7 +32,7 @@ out:
     return st;
 }
 
-/* Collective. Sums and verdicts that every rank needs alike. */
+/* Collective. Sums and outcomes that every rank needs alike. */
 struct tidings {
     uint64_t n_tile;
     bool late; /* by rank 0's clock */
@@ -45,13 +45,13 @@ static enum rmap_status tell(const struct rmap_context *context, struct rmap_ren
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_render_counts *c = &pass->counts;
-    uint64_t sum[6] = {c->n_path, c->n_leg, c->n_look, c->n_limit, c->n_error, pass->n_tile};
-    int verdict[2] = {rmap_interrupt_caught(), context->rank == 0 && tidings->late};
+    uint64_t sum[6] = {c->n_path, c->n_segment, c->n_look, c->n_limit, c->n_error, pass->n_tile};
+    int stop[2] = {rmap_interrupt_caught(), context->rank == 0 && tidings->late};
     RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPI_UINT64_T, MPI_SUM, context->comm)));
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, verdict, 2, MPI_INT, MPI_MAX, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, stop, 2, MPI_INT, MPI_MAX, context->comm)));
     *c = (struct rmap_render_counts){sum[0], sum[1], sum[2], sum[3], sum[4]};
-    *tidings = (struct tidings){sum[5], verdict[1] != 0, verdict[0]};
-    outcome->interrupt = verdict[0];
+    *tidings = (struct tidings){sum[5], stop[1] != 0, stop[0]};
+    outcome->interrupt = stop[0];
 out:
     return st;
 }

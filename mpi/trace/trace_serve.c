@@ -85,7 +85,7 @@ static enum rmap_status pass_blocks(struct rmap_trace_serve *self, struct rmap_e
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_forward *forward = self->plan->forward;
-    struct rmap_parcel *parcel = NULL;
+    struct rmap_message *message = NULL;
     if (!forward)
         return RMAP_OK;
     if (!rmap_forward_writes(forward))
@@ -94,11 +94,11 @@ static enum rmap_status pass_blocks(struct rmap_trace_serve *self, struct rmap_e
         bool hold = rmap_block_queue_length(&self->queue) >= inbox_max(self);
         if (rmap_block_queue_length(&self->queue) + 1 >= rmap_trace_serve_queue_cap(self))
             break;
-        RMAP_TRY(rmap_forward_receive(forward, hold, &parcel, err));
-        if (parcel)
+        RMAP_TRY(rmap_forward_receive(forward, hold, &message, err));
+        if (message)
             rmap_block_queue_push(
-                &self->queue, (struct rmap_work_item){.work = RMAP_WORK_STORE, .parcel = parcel});
-    } while (parcel);
+                &self->queue, (struct rmap_work_item){.work = RMAP_WORK_STORE, .message = message});
+    } while (message);
 out:
     return st;
 }

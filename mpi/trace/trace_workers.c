@@ -43,13 +43,13 @@ struct rmap_trace_workers {
 /* A block goes to this rank's shard, or to the rank that writes for this one. */
 static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker *self)
 {
-    struct rmap_parcel *parcel = NULL;
+    struct rmap_message *message = NULL;
     if (all->plan->writer)
         return rmap_shard_writer_append(all->plan->writer, self->portion, &self->error);
-    enum rmap_status st = rmap_parcel_pack(self->portion, &parcel, &self->error);
+    enum rmap_status st = rmap_message_pack(self->portion, &message, &self->error);
     while (st == RMAP_OK && rmap_forward_full(all->plan->forward) && !atomic_load(&all->abandoned))
         rmap_nap();
-    return st == RMAP_OK ? rmap_forward_put(all->plan->forward, parcel, &self->error) : st;
+    return st == RMAP_OK ? rmap_forward_put(all->plan->forward, message, &self->error) : st;
 }
 
 /* A block in hand. It stays where it is: its recorders know each other. */
@@ -161,11 +161,11 @@ out:
 }
 
 /* A block that another rank traced, into this rank's shard. */
-static enum rmap_status store_parcel(struct rmap_trace_workers *all, struct worker *self,
-                                     const struct rmap_parcel *parcel)
+static enum rmap_status store_message(struct rmap_trace_workers *all, struct worker *self,
+                                      const struct rmap_message *message)
 {
     struct rmap_portion view;
-    enum rmap_status st = rmap_parcel_view(parcel, &view, &self->error);
+    enum rmap_status st = rmap_message_view(message, &view, &self->error);
     if (st == RMAP_OK)
         st = rmap_shard_writer_append(all->plan->writer, &view, &self->error);
     return st;
@@ -213,7 +213,7 @@ static enum rmap_status do_item(struct rmap_trace_workers *all, struct worker *s
     case RMAP_WORK_RECOUNT:
         return recount(all, self, item->number);
     case RMAP_WORK_STORE:
-        st = store_parcel(all, self, item->parcel);
+        st = store_message(all, self, item->message);
         return st == RMAP_OK ? encode_chunks(all, self) : st;
     case RMAP_WORK_TRACE:
         break;
@@ -234,7 +234,7 @@ static void work(void *context, int thread)
     while (st == RMAP_OK && !atomic_load(&all->abandoned) &&
            rmap_block_queue_pop(all->queue, &item)) {
         st = do_item(all, self, &item);
-        rmap_parcel_destroy(item.parcel);
+        rmap_message_destroy(item.message);
     }
     if (st != RMAP_OK)
         atomic_store(&all->failed, true);

@@ -11,7 +11,7 @@
 #include "accel/accel_build.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
-#include "accel/accel_sieve.h"
+#include "accel/accel_prefilter.h"
 #include "accel/accel_start.h"
 #include "accel/accel_triangle.h"
 #include "base/alloc.h"
@@ -349,7 +349,7 @@ static void look_around(struct rmap_query *query)
 }
 
 /* Do the bounds of what Embree holds lie beside the ray as far as it is of interest? Mostly where
- * the sieve has found something near, or little is asked for. */
+ * the prefilter has found something near, or little is asked for. */
 static bool passes_rest(const struct rmap_query *query, const float origin[3],
                         const float direction[3], double shift)
 {
@@ -389,10 +389,10 @@ static void search_rest(struct rmap_query *query, const float origin[3], const f
 static void search_shapes(struct rmap_query *query, const float origin[3], const float direction[3],
                           double shift)
 {
-    if (query->accel->balls.n > 0)
-        rmap_balls_search(query, origin, direction, shift);
-    if (query->accel->sieve.n_slot > 0)
-        rmap_sieve_search(query, origin, direction, shift);
+    if (query->accel->spheres.n > 0)
+        rmap_spheres_search(query, origin, direction, shift);
+    if (query->accel->prefilter.n_slot > 0)
+        rmap_prefilter_search(query, origin, direction, shift);
 }
 
 /* The weights are none of them negative: the position lies on the triangle, never beside it. */
@@ -443,7 +443,7 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
     look_around(&query);
     if (accel->rest_inside) {
         search_rest(&query, origin, direction, shift);
-        if (!rmap_clearing_holds(&query, origin, direction, shift))
+        if (!rmap_clearance_holds(&query, origin, direction, shift))
             search_shapes(&query, origin, direction, shift);
     } else {
         search_shapes(&query, origin, direction, shift);

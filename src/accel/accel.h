@@ -85,7 +85,7 @@ enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_thr
 const char *rmap_accel_embree_version(void);
 
 /* Nearest surface along the ray; false when it meets none. Thread-safe. Call
- * rmap_contact_pass or rmap_contact_turn before the next leg. */
+ * rmap_contact_pass or rmap_contact_turn before the next segment. */
 bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
                      struct rmap_hit *hit);
 

@@ -13,7 +13,7 @@
 #include "accel/accel_build.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
-#include "accel/accel_sieve.h"
+#include "accel/accel_prefilter.h"
 #include "accel/accel_triangle.h"
 #include "base/alloc.h"
 
@@ -464,14 +464,14 @@ static RTCScene build_scene(struct rmap_accel *accel, bool with_shapes)
     return scene;
 }
 
-/* A few shapes are found faster through the sieve than by Embree, which then holds the meshes
+/* A few shapes are found faster through the prefilter than by Embree, which then holds the meshes
  * only. */
 static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t n_shape = 0;
     RMAP_TRY(reserve_parts(accel, &n_shape, err));
-    bool sieved = n_shape > 0 && n_shape <= RMAP_SIEVE_MAX && rmap_accel_is_wide(accel);
+    bool sieved = n_shape > 0 && n_shape <= RMAP_PREFILTER_MAX && rmap_accel_is_wide(accel);
     for (size_t i = 0; i < accel->n_object; i++) {
         const struct rmap_accel_object *object = &accel->object[i];
         if (object->shape || object->mesh->n_triangle > 0)
@@ -482,9 +482,9 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
     if (sieved) {
         set_rest_bounds(accel);
         if (accel->rest_inside)
-            rmap_clearing_build(accel);
-        rmap_balls_build(accel);
-        rmap_sieve_build(accel);
+            rmap_clearance_build(accel);
+        rmap_spheres_build(accel);
+        rmap_prefilter_build(accel);
     } else {
         accel->whole = accel->rest;
         rtcRetainScene(accel->whole);

@@ -82,7 +82,7 @@ struct rmap_accel_object {
     const struct rmap_facets *facets;
     const struct rmap_object_rims *rims; /* NULL: no other shape shares one */
     RTCScene bottom;
-    bool ball;                     /* among the balls: the sieve does not hold it */
+    bool ball;                     /* among the spheres: the prefilter does not hold it */
     struct rmap_vec3 lower, upper; /* local bounds */
     bool rigid;                    /* a rotation or mirror: lengths are kept */
     double tolerance;              /* surfaces this near to one another coincide */
@@ -92,7 +92,7 @@ struct rmap_accel_object {
     double local_error;      /* meshes: of Embree's float rays in the local frame, at most */
     struct rmap_vec3 middle; /* meshes: of the sphere about the local bounds */
     double half;             /* its radius */
-    int side; /* shapes: of the clearing, 2 * axis + upper, that ends at this one; 6: none */
+    int side; /* shapes: of the clearance, 2 * axis + upper, that ends at this one; 6: none */
     int32_t medium_front, medium_back;
     const void *soon; /* what the tracer asks for first of an object that is hit */
 };
@@ -112,32 +112,32 @@ struct rmap_accel_parts {
 /* Analytic surfaces eight at a time, as float cylinder shells in their own frames: a ray that
  * misses the shell misses the surface. Slots [0, n_row) have parallel frames and stand in a row, as
  * the surfaces of a lens do, by their lower ends; the others begin at the next group. */
-#define RMAP_SIEVE_WIDE  8
-#define RMAP_SIEVE_SLOTS 64
-#define RMAP_SIEVE_MAX   (RMAP_SIEVE_SLOTS - RMAP_SIEVE_WIDE + 1)
-struct rmap_sieve_group {
-    float turn[3][3][RMAP_SIEVE_WIDE];                        /* from Embree's world */
-    float place_x[RMAP_SIEVE_WIDE], place_y[RMAP_SIEVE_WIDE]; /* of its origin */
-    float low[RMAP_SIEVE_WIDE], high[RMAP_SIEVE_WIDE];        /* along the axis, from there */
-    float inner2[RMAP_SIEVE_WIDE], outer2[RMAP_SIEVE_WIDE];   /* from the axis, squared */
-    float half_x[RMAP_SIEVE_WIDE], half_y[RMAP_SIEVE_WIDE];
+#define RMAP_PREFILTER_WIDE  8
+#define RMAP_PREFILTER_SLOTS 64
+#define RMAP_PREFILTER_MAX   (RMAP_PREFILTER_SLOTS - RMAP_PREFILTER_WIDE + 1)
+struct rmap_prefilter_group {
+    float turn[3][3][RMAP_PREFILTER_WIDE];                            /* from Embree's world */
+    float place_x[RMAP_PREFILTER_WIDE], place_y[RMAP_PREFILTER_WIDE]; /* of its origin */
+    float low[RMAP_PREFILTER_WIDE], high[RMAP_PREFILTER_WIDE];      /* along the axis, from there */
+    float inner2[RMAP_PREFILTER_WIDE], outer2[RMAP_PREFILTER_WIDE]; /* from the axis, squared */
+    float half_x[RMAP_PREFILTER_WIDE], half_y[RMAP_PREFILTER_WIDE];
     float lowest, highest, highest_before; /* of a row: of this group; and of those before too */
 };
-struct rmap_sieve {
+struct rmap_prefilter {
     int n_row, n_slot;       /* n_slot 0: not in use */
     uint64_t row, others;    /* bits of slots in use */
     float longest, rounding; /* ray inside the scene, and the error of distances along it */
-    int32_t object[RMAP_SIEVE_SLOTS];
-    bool flat[RMAP_SIEVE_SLOTS];
-    struct rmap_sieve_group group[RMAP_SIEVE_SLOTS / RMAP_SIEVE_WIDE];
+    int32_t object[RMAP_PREFILTER_SLOTS];
+    bool flat[RMAP_PREFILTER_SLOTS];
+    struct rmap_prefilter_group group[RMAP_PREFILTER_SLOTS / RMAP_PREFILTER_WIDE];
 };
 
 /* Spheres, about Embree's origin; squared radii. Unused ones have an outer2 below 0. */
-struct rmap_balls {
+struct rmap_spheres {
     int n; /* 0: not in use */
-    float x[RMAP_SIEVE_WIDE], y[RMAP_SIEVE_WIDE], z[RMAP_SIEVE_WIDE];
-    float outer2[RMAP_SIEVE_WIDE], inner2[RMAP_SIEVE_WIDE];
-    int32_t object[RMAP_SIEVE_WIDE];
+    float x[RMAP_PREFILTER_WIDE], y[RMAP_PREFILTER_WIDE], z[RMAP_PREFILTER_WIDE];
+    float outer2[RMAP_PREFILTER_WIDE], inner2[RMAP_PREFILTER_WIDE];
+    int32_t object[RMAP_PREFILTER_WIDE];
 };
 
 /* A box without shapes, about Embree's origin; and the same open to one side, for rays that start
@@ -145,7 +145,7 @@ struct rmap_balls {
 struct rmap_box3f {
     float lower[3], upper[3];
 };
-struct rmap_clearing {
+struct rmap_clearance {
     struct rmap_box3f box, begin[7];
 };
 
@@ -157,14 +157,14 @@ struct rmap_accel_failure {
 
 struct rmap_accel {
     RTCDevice device;
-    RTCScene rest;                      /* what the sieve does not hold; NULL: nothing */
+    RTCScene rest;                      /* what the prefilter does not hold; NULL: nothing */
     RTCScene whole;                     /* everything, for replays; NULL: not built */
     float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
     bool rest_apart;                    /* most of the scene is outside them */
-    bool rest_inside;                   /* they lie within those of the sieve's shapes */
-    struct rmap_clearing clearing;      /* where they do */
-    struct rmap_balls balls;
-    struct rmap_sieve sieve;
+    bool rest_inside;                   /* they lie within those of the prefilter's shapes */
+    struct rmap_clearance clearance;    /* where they do */
+    struct rmap_spheres spheres;
+    struct rmap_prefilter prefilter;
     RTCScene *bottom;           /* [n_geometry], NULL for shapes */
     struct rmap_facets *facets; /* [n_geometry] */
     size_t n_bottom;
@@ -265,7 +265,7 @@ static inline void rmap_facets_corners(const struct rmap_facets *facets, int32_t
 enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* Are vectors of eight floats to be had, without which the sieve is slower than Embree? */
+/* Are vectors of eight floats to be had, without which the prefilter is slower than Embree? */
 bool rmap_accel_is_wide(const struct rmap_accel *accel);
 
 /* Callbacks of the structure. */

@@ -14,7 +14,8 @@
     X(EMIT_POINT)     /* where on the source; which triangle */                                    \
     X(EMIT_DIRECTION) /* direction of emission */                                                  \
     X(SURFACE)        /* outcome at a surface; wavelength; two for the direction */                \
-    X(MEDIUM)  /* channel and free path in a turbid medium; which of both; wavelength of a leg */  \
+    X(MEDIUM)  /* channel and free path in a turbid medium; which of both; wavelength of a segment \
+                */                                                                                 \
     X(SCATTER) /* direction after scattering inside a medium */                                    \
     X(CAMERA)  /* place in the pixel and on the lens */                                            \
     X(LIGHT)   /* which light, and where on it */                                                  \

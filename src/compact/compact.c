@@ -39,7 +39,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
         return;
     rmap_lanes_fini(encoder->lane);
     rmap_lane_store_fini(&encoder->store);
-    rmap_wave_fini(&encoder->wave);
+    rmap_batch_fini(&encoder->batch);
     rmap_portion_destroy(encoder->predicted);
     rmap_few_destroy(encoder->few);
     rmap_path_rows_fini(&encoder->own);
@@ -94,7 +94,8 @@ out:
     return st;
 }
 
-/* Points of curved legs follow from nothing but the media's fields, which a reader need not have.
+/* Points of curved segments follow from nothing but the media's fields, which a reader need not
+ * have.
  */
 static enum rmap_status copy_curve(struct rmap_compact_encoder *encoder,
                                    const struct rmap_portion *portion, struct rmap_error *err)
@@ -136,10 +137,10 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
     if (few) {
         const struct rmap_retrace of_few = rmap_retrace_of(encoder->model, encoder->seed, rows,
                                                            encoder->few->channel, encoder->lane);
-        RMAP_TRY(rmap_settle_encode_few(&encoder->wave, &r, &of_few, encoder->few, predicted,
+        RMAP_TRY(rmap_settle_encode_few(&encoder->batch, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
-        RMAP_TRY(rmap_settle_encode(&encoder->wave, &r, predicted, one_by_one_ret, err));
+        RMAP_TRY(rmap_settle_encode(&encoder->batch, &r, predicted, one_by_one_ret, err));
     }
 out:
     return st;
@@ -229,7 +230,7 @@ out:
 struct rmap_compact_decoder {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT];
-    struct rmap_wave wave;
+    struct rmap_batch batch;
 };
 
 enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *model,
@@ -249,14 +250,14 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 {
     if (!decoder)
         return;
-    rmap_wave_fini(&decoder->wave);
+    rmap_batch_fini(&decoder->batch);
     rmap_free(decoder);
 }
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
-/* Columns that only the legs, traced again, tell. */
-#define LEG_COLUMNS                                                                                \
+/* Columns that only the segments, traced again, tell. */
+#define SEGMENT_COLUMNS                                                                            \
     (BIT(RMAP_RAY_path_length) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_RAY_start) |                \
      BIT(RMAP_RAY_start_normal) | BIT(RMAP_RAY_end_direction) | BIT(RMAP_SEGMENT_position) |       \
      BIT(RMAP_SEGMENT_normal) | BIT(RMAP_SEGMENT_colour) | CROSSING_LANES)
@@ -275,7 +276,7 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 /* What must be decoded so that these columns can be. */
 static rmap_column_set with_needs(rmap_column_set columns)
 {
-    if (columns & LEG_COLUMNS)
+    if (columns & SEGMENT_COLUMNS)
         columns |= BIT(RMAP_RAY_id) | BIT(RMAP_SEGMENT_primitive) | BIT(RMAP_SEGMENT_medium) |
                    RMAP_HEAD_COLUMNS;
     if (columns & CROSSING_LANES)
@@ -331,7 +332,7 @@ static void fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t 
         (void)rmap_lane_offer(lane, i, 1, sizeof id, &id);
 }
 
-/* Lanes that need no leg. */
+/* Lanes that need no segment. */
 static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_rows *rows,
                         uint64_t first, rmap_column_set columns, struct rmap_portion *out)
 {
@@ -386,7 +387,7 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
         r.crossing_segment = NULL;
     r.colour = (columns & COLOUR_COLUMNS) || decoder->model->absorbing;
     bool one_by_one = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
-    return rmap_settle_decode(&decoder->wave, &r, one_by_one, out, err);
+    return rmap_settle_decode(&decoder->batch, &r, one_by_one, out, err);
 }
 
 static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
@@ -412,7 +413,7 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
             fill_primitives(decoder->model, &lane[RMAP_LANE_SEGMENT_primitive], rows, out, err));
     if (columns & BIT(RMAP_SEGMENT_medium))
         correct_media(&lane[RMAP_LANE_SEGMENT_medium], out);
-    if (columns & LEG_COLUMNS)
+    if (columns & SEGMENT_COLUMNS)
         RMAP_TRY(retrace_rows(decoder, rows, store.pool64, columns, out, err));
 out:
     return st;
@@ -420,7 +421,7 @@ out:
 
 bool rmap_compact_retraces(rmap_column_set columns)
 {
-    return (columns & LEG_COLUMNS) != 0;
+    return (columns & SEGMENT_COLUMNS) != 0;
 }
 
 /* Of columns that are to be decoded, what must be made, where some are there. Media are written
@@ -448,7 +449,7 @@ static enum rmap_status fill(struct rmap_compact_decoder *decoder,
     }
     rmap_paths_fill(&own, table, columns, out);
     fill_curve(rows, columns, out);
-    if (columns & (LEG_COLUMNS | SIMPLE_COLUMNS))
+    if (columns & (SEGMENT_COLUMNS | SIMPLE_COLUMNS))
         st = fill_lanes(decoder, rows, columns, out, err);
 out:
     return st;
@@ -471,8 +472,8 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
-        return rmap_portion_damaged("it has not as many points of curved legs as the index says",
-                                    err);
+        return rmap_portion_damaged(
+            "it has not as many points of curved segments as the index says", err);
     if (!present) {
         const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
         RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));

@@ -81,14 +81,14 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
 /* Whether rays must be traced again for these columns, which takes longest by far. */
 bool rmap_compact_retraces(rmap_column_set columns);
 
-/* What the rays of a portion are known by, without going through their legs. */
-struct rmap_compact_told {
+/* What the rays of a portion are known by, without going through their segments. */
+struct rmap_compact_summary {
     const uint32_t *path; /* [n_ray] 1 + row of the table; 0: the next of its own; borrowed from the
                              rows */
     size_t n_own;         /* rays with a path of their own */
     bool weigh_one;       /* each weighs 1 */
     bool ids_run;         /* row i has the id first_ray + i */
-    bool media_told;      /* media are those that the paths say */
+    bool media_known;     /* media are those that the paths say */
     uint64_t first_ray;
 };
 

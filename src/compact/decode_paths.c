@@ -111,7 +111,7 @@ static void fill_heads(const struct rmap_path_table *table, const struct rmap_ow
     }
 }
 
-/* Path k of the portion's own, whose legs begin at row `from`. */
+/* Path k of the portion's own, whose segments begin at row `from`. */
 static inline struct rmap_folded_path own_path(const struct rmap_own_paths *own, size_t k,
                                                size_t from)
 {
@@ -136,8 +136,8 @@ static struct rmap_path_columns table_rows(const struct rmap_path_table *table)
         .object = table->object, .event = table->event, .medium = table->medium};
 }
 
-static inline void copy_legs(const struct rmap_path_columns *from, size_t n,
-                             const struct rmap_path_columns *to)
+static inline void copy_segments(const struct rmap_path_columns *from, size_t n,
+                                 const struct rmap_path_columns *to)
 {
     if (to->object)
         memcpy(to->object, from->object, n * sizeof *to->object);
@@ -148,23 +148,23 @@ static inline void copy_legs(const struct rmap_path_columns *from, size_t n,
 }
 
 /* Objects, events, and media as the paths say. */
-static void fill_legs(const struct rmap_path_table *table, const struct rmap_own_paths *own,
-                      size_t n_ray, const struct rmap_path_columns *out)
+static void fill_segments(const struct rmap_path_table *table, const struct rmap_own_paths *own,
+                          size_t n_ray, const struct rmap_path_columns *out)
 {
     const struct rmap_path_columns known = table_rows(table);
     size_t k = 0, from = 0, to = 0;
     for (size_t i = 0; i < n_ray; i++) {
-        const struct rmap_path_columns legs = rows_from(out, to);
+        const struct rmap_path_columns segments = rows_from(out, to);
         if (own->path[i] == 0) {
             const struct rmap_folded_path path = own_path(own, k++, from);
-            rmap_path_unfold(own->model, &path, &legs);
+            rmap_path_unfold(own->model, &path, &segments);
             from += path.n;
             to += path.n;
             continue;
         }
         const struct rmap_known_path *path = &table->path[own->path[i] - 1];
         const struct rmap_path_columns its = rows_from(&known, path->segment);
-        copy_legs(&its, path->n_segment, &legs);
+        copy_segments(&its, path->n_segment, &segments);
         to += path->n_segment;
     }
 }
@@ -245,12 +245,12 @@ void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_ta
         known.path = &no_path;
     if (columns & RMAP_HEAD_COLUMNS)
         fill_heads(&known, &some, columns, out);
-    const struct rmap_path_columns legs = {
+    const struct rmap_path_columns segments = {
         .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
         .event = columns & BIT(RMAP_SEGMENT_event) ? out->segment.event : NULL,
         .medium = columns & BIT(RMAP_SEGMENT_medium) ? out->segment.medium : NULL};
-    if (legs.object || legs.event)
-        fill_legs(table, own, n_ray, &legs);
+    if (segments.object || segments.event)
+        fill_segments(table, own, n_ray, &segments);
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(&known, &some, columns, out);
@@ -266,7 +266,7 @@ void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion
 {
     const struct rmap_ray_columns *ray = &out->ray;
     const struct rmap_registration_columns *hit = &out->registration;
-    const struct rmap_path_columns legs = {
+    const struct rmap_path_columns segments = {
         .object = out->segment.object, .event = out->segment.event, .medium = out->segment.medium};
     copy(ray->source, own->source, own->n * sizeof *ray->source);
     copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
@@ -278,7 +278,7 @@ void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion
     copy(hit->registered, own->registered, own->n_registration * sizeof *hit->registered);
     for (size_t k = 0, from = 0; k < own->n; from += own->segment_count[k++]) {
         const struct rmap_folded_path path = own_path(own, k, from);
-        const struct rmap_path_columns to = rows_from(&legs, from);
+        const struct rmap_path_columns to = rows_from(&segments, from);
         rmap_path_unfold(own->model, &path, &to);
     }
 }

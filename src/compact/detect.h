@@ -8,7 +8,7 @@
 
 #include "compact/model.h"
 
-/* A plane detector that lies on objects: a leg's end is where it is met. */
+/* A plane detector that lies on objects: a segment's end is where it is met. */
 static inline bool rmap_detect_lies_on(const struct rmap_detector *detector)
 {
     return detector->type == RMAP_DETECTOR_PLANE &&

@@ -7,7 +7,7 @@
 
 #include "compact/encoder.h"
 
-/* What a part is encoded to without a look at where its legs go. */
+/* What a part is encoded to without a look at where its segments go. */
 
 /* Bits of primitives that are not what they are without meshes: 0 on an object, -1 on none. */
 static uint32_t odd_primitives(const struct rmap_portion *part)
@@ -19,8 +19,8 @@ static uint32_t odd_primitives(const struct rmap_portion *part)
     return wrong;
 }
 
-/* The same of legs that do not end on meshes, and the triangles of those that do, without branches:
- * what a leg meets is anybody's guess. */
+/* The same of segments that do not end on meshes, and the triangles of those that do, without
+ * branches: what a segment meets is anybody's guess. */
 static uint32_t note_triangles(struct rmap_compact_encoder *encoder,
                                const struct rmap_portion *part)
 {
@@ -39,8 +39,8 @@ static uint32_t note_triangles(struct rmap_compact_encoder *encoder,
     return wrong;
 }
 
-/* Triangles of the legs that end on meshes, unless too many of the others have numbers that do not
- * follow: then the whole lane is kept as it is, where all of it is there. */
+/* Triangles of the segments that end on meshes, unless too many of the others have numbers that do
+ * not follow: then the whole lane is kept as it is, where all of it is there. */
 static void list_triangles(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
                            bool all)
 {
@@ -76,7 +76,7 @@ static uint8_t channel_of(const struct rmap_compact_model *model, double wavelen
     return 0;
 }
 
-/* Lanes that need no leg. */
+/* Lanes that need no segment. */
 static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap_portion *part)
 {
     struct rmap_lane *lane = encoder->lane;
@@ -114,7 +114,7 @@ void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_p
 
 #include "compact/encoder.h"
 
-/* The words of ray i, whose rows begin at s and r, and the media of its legs. */
+/* The words of ray i, whose rows begin at s and r, and the media of its segments. */
 static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap_portion *portion,
                        size_t i, size_t s, size_t r, uint32_t *word, int16_t *expected_medium)
 {

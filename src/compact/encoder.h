@@ -27,12 +27,12 @@ struct rmap_compact_encoder {
     size_t cap_word;
     uint32_t *triangle;
     size_t n_triangle, cap_triangle;
-    int16_t *medium; /* expected, [legs of the part in hand] */
+    int16_t *medium; /* expected, [segments of the part in hand] */
     size_t cap_medium;
     struct rmap_path_rows own, entered;
     struct rmap_curve_columns curve; /* as they are */
     size_t n_curve, cap_ray, cap_segment, cap_position;
-    struct rmap_wave wave;
+    struct rmap_batch batch;
     struct rmap_portion *predicted;
     struct rmap_few *few;
 };
@@ -40,7 +40,7 @@ struct rmap_compact_encoder {
 /* Words, hashes and expected media of the rays of a part. */
 void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *part);
 
-/* Lists the triangles and offers what needs no leg traced. all: the part is the portion. */
+/* Lists the triangles and offers what needs no segment traced. all: the part is the portion. */
 void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
                        bool all);
 

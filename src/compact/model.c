@@ -5,8 +5,8 @@
 #include "compact/model.h"
 
 #include "base/alloc.h"
+#include "compact/batch.h"
 #include "compact/portable.h"
-#include "compact/wave.h"
 #include "formula/azimuth.h"
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
@@ -181,7 +181,7 @@ static void set_media(struct rmap_compact_model *model)
         *index++ = 1.0;
     }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] = medium[i].dispersive || medium[i].absorbing ? RMAP_WAVE_TINTS << 8 : 0;
+        model->tint[i] = medium[i].dispersive || medium[i].absorbing ? RMAP_BATCH_TINTS << 8 : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */
@@ -239,10 +239,10 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {
-        rmap_wave_set_flat(&model->object[i]);
-        rmap_wave_guide(scene, &model->object[i], &model->guide[i]);
+        rmap_batch_set_flat(&model->object[i]);
+        rmap_batch_guide(scene, &model->object[i], &model->guide[i]);
     }
-    rmap_wave_guide_out(model, &model->guide[scene->n_object]);
+    rmap_batch_guide_out(model, &model->guide[scene->n_object]);
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);

@@ -40,16 +40,16 @@ struct rmap_compact_body {
     bool mesh;
 };
 
-/* What waves need of it beforehand. */
+/* What batches need of it beforehand. */
 #define RMAP_GUIDE_STEPS 14 /* event bits, and none of them */
 struct rmap_compact_guide {
     const float *corner; /* of a triangle; of other objects, what is read first */
-    size_t n_primitive;  /* of others, legs go alone */
+    size_t n_primitive;  /* of others, segments go alone */
     uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
-    uint8_t wave;        /* kind of its legs, as wave.h has them */
+    uint8_t batch;       /* kind of its segments, as batch.h has them */
     uint8_t stride;      /* floats from the corners of one triangle to those of the next */
-    uint16_t quadric;    /* legs that start on it go so many queues farther on */
-    uint16_t step[RMAP_GUIDE_STEPS]; /* of a leg with this one event: flags << 8 | queue */
+    uint16_t quadric;    /* segments that start on it go so many queues farther on */
+    uint16_t step[RMAP_GUIDE_STEPS]; /* of a segment with this one event: flags << 8 | queue */
 };
 
 /* The light of the ray in hand. */
@@ -82,17 +82,17 @@ struct rmap_compact_model {
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
-    uint16_t *tint; /* [n_medium + 1]: flags << 8 of legs through it */
+    uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };
 
-/* Where a leg ends on the surface that the path names. */
+/* Where a segment ends on the surface that the path names. */
 struct rmap_facing {
     double t;
     struct rmap_vec3 position, normal; /* world; unit normal, unflipped */
 };
 
-/* How a leg's event turns the ray. */
+/* How a segment's event turns the ray. */
 enum rmap_turn { RMAP_TURN_NONE, RMAP_TURN_REFLECT, RMAP_TURN_REFRACT, RMAP_TURN_DIFFUSE };
 
 struct rmap_departure {
@@ -110,8 +110,8 @@ struct rmap_encounter {
     int channel; /* that the ray ends with; -1: several */
 };
 
-/* What a leg says of a registration on it. */
-struct rmap_compact_leg {
+/* What a segment says of a registration on it. */
+struct rmap_compact_segment {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
     bool left; /* out of the scene */
@@ -175,7 +175,7 @@ static inline uint32_t rmap_swap_expected(uint32_t object, uint32_t expected)
     return object == expected ? 0 : object == 0 ? expected : object;
 }
 
-/* Medium of each leg as the path says; media of a path with unknown parts are guesses too. */
+/* Medium of each segment as the path says; media of a path with unknown parts are guesses too. */
 void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
                      const uint32_t *event, size_t n, int16_t *medium);
 
@@ -189,7 +189,7 @@ static inline const struct rmap_medium *rmap_medium_beyond(const struct rmap_com
     return far >= 0 ? &model->scene->medium[far] : near;
 }
 
-/* What the primitive of a leg follows from. */
+/* What the primitive of a segment follows from. */
 enum rmap_primitive_kind {
     RMAP_PRIMITIVE_NONE,  /* -1 */
     RMAP_PRIMITIVE_ZERO,  /* 0: an analytic surface, or an object that is not there */

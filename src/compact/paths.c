@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * A ray's path as 32-bit words: head (source, stop, start object + 1, legs, registrations), then
- * object + 1 of each leg, 0 and the one expected swapped, then its event xor the one expected,
- * then segment, detector and registered of each registration.
+ * A ray's path as 32-bit words: head (source, stop, start object + 1, segments, registrations),
+ * then object + 1 of each segment, 0 and the one expected swapped, then its event xor the one
+ * expected, then segment, detector and registered of each registration.
  */
 #include <string.h>
 
@@ -192,7 +192,7 @@ void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_
     uint32_t before = 0; /* 1 + object */
     for (size_t k = 0; k < path->n; k++) {
         uint32_t now = path->object[k];
-        /* a branch that is predicted: the next legs need not wait for this one */
+        /* a branch that is predicted: the next segments need not wait for this one */
         if ((now == 0 || now == before) && body->inside == medium)
             now = before - now;
         body = now > 0 && now <= model->n_object ? &model->body[now - 1] : nobody;
@@ -383,14 +383,14 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
 
 size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
 {
-    size_t leg = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
+    size_t segment = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
     size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
     const struct rmap_ray_columns *ray = &table->rays.ray;
     size_t head = sizeof *ray->source + sizeof *ray->stop + sizeof *ray->segment_count +
                   sizeof *ray->registration_count + sizeof *table->first_segment +
                   sizeof *table->first_registration;
     return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count + head) +
-           table->n_segment * leg + table->n_registration * crossing;
+           table->n_segment * segment + table->n_registration * crossing;
 }
 
 /* A portion by the paths of its rays. */
@@ -401,33 +401,34 @@ static bool is_predicted(uint64_t modes, enum rmap_lane_id lane)
     return (modes >> (2 * lane) & 3) == RMAP_LANE_PREDICTED;
 }
 
-enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
-                                          struct rmap_compact_told *told, struct rmap_error *err)
+enum rmap_status rmap_compact_summarise_header(const struct rmap_rows *rows,
+                                               struct rmap_compact_summary *summary,
+                                               struct rmap_error *err)
 {
     const uint64_t *header = rows->data[RMAP_STREAM_pool64];
     if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
         return rmap_portion_damaged("it has no header", err);
     const uint64_t modes = header[RMAP_HEADER_MODES];
-    *told = (struct rmap_compact_told){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
-                                       .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
-                                       .media_told = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
-                                       .first_ray = header[RMAP_HEADER_FIRST]};
+    *summary =
+        (struct rmap_compact_summary){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
+                                      .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
+                                      .media_known = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
+                                      .first_ray = header[RMAP_HEADER_FIRST]};
     return RMAP_OK;
 }
 
-enum rmap_status rmap_compact_tell(const struct rmap_compact_model *model,
-                                   const struct rmap_path_table *table,
-                                   const struct rmap_rows *rows,
-                                   const size_t n_row[RMAP_TABLE_COUNT],
-                                   struct rmap_compact_told *told, struct rmap_error *err)
+enum rmap_status
+rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap_path_table *table,
+                       const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
+                       struct rmap_compact_summary *summary, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_own_paths own = rmap_own_paths(model, rows);
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
-    RMAP_TRY(rmap_compact_tell_header(rows, told, err));
-    told->path = own.path;
-    told->n_own = own.n;
+    RMAP_TRY(rmap_compact_summarise_header(rows, summary, err));
+    summary->path = own.path;
+    summary->n_own = own.n;
     st = rmap_own_paths_check(&own, table, n_row, err);
 out:
     return st;

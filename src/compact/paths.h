@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
- * A ray's path as 32-bit words: head (source, stop, start object + 1, legs, registrations), then
- * object + 1 of each leg, 0 and the one expected swapped, then its event xor the one expected, then
- * segment, detector and registered of each registration. Equal words are equal paths.
+ * A ray's path as 32-bit words: head (source, stop, start object + 1, segments, registrations),
+ * then object + 1 of each segment, 0 and the one expected swapped, then its event xor the one
+ * expected, then segment, detector and registered of each registration. Equal words are equal
+ * paths.
  */
 #ifndef RMAP_COMPACT_PATHS_H
 #define RMAP_COMPACT_PATHS_H
@@ -52,11 +53,11 @@ void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);
 struct rmap_folded_path {
     int32_t source;
     uint8_t stop;
-    size_t n; /* legs */
+    size_t n; /* segments */
     const uint32_t *object, *event;
 };
 
-/* Where a path's legs go; any column may be NULL. */
+/* Where a path's segments go; any column may be NULL. */
 struct rmap_path_columns {
     int32_t *object;
     uint32_t *event;
@@ -65,7 +66,7 @@ struct rmap_path_columns {
 void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
                       const struct rmap_path_columns *out);
 
-/* The event of the last leg: another one is expected there. */
+/* The event of the last segment: another one is expected there. */
 static inline void rmap_path_end(const struct rmap_folded_path *path,
                                  const struct rmap_path_columns *out)
 {
@@ -123,17 +124,17 @@ const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *tab
 const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table);
 
 /* What the portion's header says of it: all but path and n_own. RMAP_FORMAT where there is none. */
-enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
-                                          struct rmap_compact_told *told,
-                                          struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_compact_summarise_header(const struct rmap_rows *rows,
+                                               struct rmap_compact_summary *summary,
+                                               struct rmap_error *err) RMAP_MUST_USE;
 
-/* rows, n_row: as for decoding, by which RMAP_FORMAT is told here, too. */
+/* rows, n_row: as for decoding, by which RMAP_FORMAT is found here, too. */
 enum rmap_status
-rmap_compact_tell(const struct rmap_compact_model *model, const struct rmap_path_table *table,
-                  const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
-                  struct rmap_compact_told *told, struct rmap_error *err) RMAP_MUST_USE;
+rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap_path_table *table,
+                       const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
+                       struct rmap_compact_summary *summary, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The rays with paths of their own, side by side, of rows that were told of: columns
+/* The rays with paths of their own, side by side, of rows that were summed up: columns
  * RMAP_COLUMNS_DISCRETE, media as the paths say; and room for id and weight. out: emptied first. */
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
                                          const struct rmap_rows *rows, struct rmap_portion *out,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Primitives of legs: triangles of meshes are listed, all others follow from the object.
+ * Primitives of segments: triangles of meshes are listed, all others follow from the object.
  */
 #include "compact/primitives.h"
 

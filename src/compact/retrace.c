@@ -14,28 +14,30 @@
 #include "formula/triangle.h"
 #include "trace/source.h"
 
-/* Where a leg crosses the detector that its path names (trace/detector.c has the physics). */
+/* Where a segment crosses the detector that its path names (trace/detector.c has the physics). */
 
-static void on_plane(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
-                     double relative[2], double *distance)
+static void on_plane(const struct rmap_detector *detector,
+                     const struct rmap_compact_segment *segment, double relative[2],
+                     double *distance)
 {
-    struct rmap_vec3 point = leg->to;
-    *distance = leg->length;
+    struct rmap_vec3 point = segment->to;
+    *distance = segment->length;
     if (!rmap_detect_lies_on(detector)) {
-        double from = rmap_dot(rmap_sub(leg->from, detector->origin), detector->axis);
-        double to = rmap_dot(rmap_sub(leg->to, detector->origin), detector->axis);
-        *distance = leg->length * (from / (from - to));
-        point = rmap_axpy(*distance, leg->direction, leg->from);
+        double from = rmap_dot(rmap_sub(segment->from, detector->origin), detector->axis);
+        double to = rmap_dot(rmap_sub(segment->to, detector->origin), detector->axis);
+        *distance = segment->length * (from / (from - to));
+        point = rmap_axpy(*distance, segment->direction, segment->from);
     }
     rmap_detect_point(detector, point, relative);
 }
 
-static void far_away(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
-                     double relative[2])
+static void far_away(const struct rmap_detector *detector,
+                     const struct rmap_compact_segment *segment, double relative[2])
 {
-    double c = rmap_dot(leg->direction, detector->axis);
+    double c = rmap_dot(segment->direction, detector->axis);
     c = c > -1.0 ? c < 1.0 ? c : 1.0 : -1.0;
-    double x = rmap_dot(leg->direction, detector->x), y = rmap_dot(leg->direction, detector->y);
+    double x = rmap_dot(segment->direction, detector->x),
+           y = rmap_dot(segment->direction, detector->y);
     double phi = rmap_portable_angle(x, y < 0.0 ? -y : y);
     if (y < 0.0)
         phi = 2.0 * RMAP_PI - phi;
@@ -43,16 +45,16 @@ static void far_away(const struct rmap_detector *detector, const struct rmap_com
     relative[1] = phi / (2.0 * RMAP_PI);
 }
 
-void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
-                        struct rmap_crossing *crossing)
+void rmap_crossing_find(const struct rmap_detector *detector,
+                        const struct rmap_compact_segment *segment, struct rmap_crossing *crossing)
 {
     double relative[2], distance = 0.0;
     if (detector->type == RMAP_DETECTOR_PLANE)
-        on_plane(detector, leg, relative, &distance);
+        on_plane(detector, segment, relative, &distance);
     else
-        far_away(detector, leg, relative);
+        far_away(detector, segment, relative);
     rmap_detect_record(detector, relative, crossing->cell, crossing->relative);
-    crossing->optical_path = leg->optical_from + leg->index * distance;
+    crossing->optical_path = segment->optical_from + segment->index * distance;
 }
 
 /* Where a ray starts: the source's random numbers drawn again. */
@@ -124,7 +126,7 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
 }
 
-/* The point where a leg meets the surface that its path names. The steps are the tracer's, so
+/* The point where a segment meets the surface that its path names. The steps are the tracer's, so
  * that the doubles come out the same; but they are part of the format, and stay as they are when
  * the tracer's change. */
 
@@ -142,7 +144,7 @@ static void flat(struct local *l)
     l->normal = rmap_vec3(0, 0, 1);
 }
 
-/* own: the leg starts on it. */
+/* own: the segment starts on it. */
 static bool meet_quadric(const struct rmap_compact_object *o, bool own, double behind,
                          struct local *l)
 {
@@ -157,7 +159,7 @@ static bool meet_quadric(const struct rmap_compact_object *o, bool own, double b
     return roots.missed == 0.0;
 }
 
-/* Newton's method on z - sag(x^2 + y^2) along the leg, from the conic's point on. */
+/* Newton's method on z - sag(x^2 + y^2) along the segment, from the conic's point on. */
 #define ASPHERE_STEPS 8
 
 static void descend_asphere(const struct rmap_shape *shape, struct local *l)
@@ -234,7 +236,7 @@ struct walk {
     const struct rmap_retrace *r;
     size_t ray, crossing, crossing_end; /* rows */
     struct rmap_vec3 position, direction;
-    int32_t object; /* the leg starts on, or -1 */
+    int32_t object; /* the segment starts on, or -1 */
     int channel;    /* at the end; -1: several */
     double path_length, optical_path;
     struct rmap_compact_light light;
@@ -269,10 +271,10 @@ static double between(double x, float f)
 /* Distances at which a prediction counts as failed, in radii of the scene. */
 #define FAR 1e-6
 
-enum verdict { RIGHT, NEAR, WRONG };
+enum outcome { RIGHT, NEAR, WRONG };
 
 /* Offers a point; *point becomes the best guess at the double behind the true floats. */
-static enum verdict offer_point(const struct rmap_retrace *r, struct rmap_lane *lane, size_t row,
+static enum outcome offer_point(const struct rmap_retrace *r, struct rmap_lane *lane, size_t row,
                                 struct rmap_vec3 *point)
 {
     float value[3];
@@ -293,19 +295,20 @@ static enum verdict offer_point(const struct rmap_retrace *r, struct rmap_lane *
     return NEAR;
 }
 
-/* Registrations up to leg `segment` (from 0 within the ray). */
-static void offer_crossings(struct walk *walk, uint32_t segment, const struct rmap_compact_leg *leg)
+/* Registrations up to this number of segment (from 0 within the ray). */
+static void offer_crossings(struct walk *walk, uint32_t number,
+                            const struct rmap_compact_segment *segment)
 {
     const struct rmap_retrace *r = walk->r;
     for (; walk->crossing < walk->crossing_end; walk->crossing++) {
         size_t row = walk->crossing;
-        if (r->crossing_segment[row] > segment)
+        if (r->crossing_segment[row] > number)
             return;
         int32_t detector = r->crossing_detector[row];
         struct rmap_crossing crossing = {.optical_path = 0.0};
         if (detector >= 0 && (size_t)detector < r->model->n_detector)
-            rmap_crossing_find(&r->model->scene->detector[detector], leg, &crossing);
-        rmap_step_float3(leg->direction, crossing.direction);
+            rmap_crossing_find(&r->model->scene->detector[detector], segment, &crossing);
+        rmap_step_float3(segment->direction, crossing.direction);
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_cell], 2 * row, 2,
                               sizeof *crossing.cell, crossing.cell);
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_relative], 2 * row, 2,
@@ -327,7 +330,7 @@ static void offer_colour(struct walk *walk, size_t row)
         rmap_light_set(walk->light.quantised, r->model->n_channel, &walk->light);
 }
 
-/* Direction and colour behind the surface at the end of leg `segment`. */
+/* Direction and colour behind the surface at the end of segment `segment`. */
 static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_vec3 normal)
 {
     const struct rmap_retrace *r = walk->r;
@@ -361,52 +364,52 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_ve
     rmap_light_meet(&encounter, &walk->light);
 }
 
-/* One leg. last: of the ray. */
-static void advance(struct walk *walk, size_t row, uint32_t segment, bool last)
+/* One segment. last: of the ray. */
+static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
 {
     const struct rmap_retrace *r = walk->r;
     struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
     const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
     bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], walk->object,
                                 walk->position, walk->direction, &facing);
-    struct rmap_compact_leg leg = {.from = walk->position,
-                                   .direction = walk->direction,
-                                   .length = facing.t,
-                                   .optical_from = walk->optical_path,
-                                   .index = 1.0,
-                                   .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
+    struct rmap_compact_segment segment = {.from = walk->position,
+                                           .direction = walk->direction,
+                                           .length = facing.t,
+                                           .optical_from = walk->optical_path,
+                                           .index = 1.0,
+                                           .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
     bool absorbed = !met && (r->event[row] & RMAP_EVENT_ABSORB);
     if (!met)
-        leg.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
+        segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour)
-        leg.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
-                                       : medium->n[walk->light.colour.begin];
+        segment.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
+                                           : medium->n[walk->light.colour.begin];
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && medium->absorbing && leg.length > 0.0 && (absorbed || !single)) {
-        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], segment + 1,
-                                             leg.length, absorbed, &walk->light);
-        leg.length = absorbed ? travelled : leg.length;
+    if (medium && medium->absorbing && segment.length > 0.0 && (absorbed || !single)) {
+        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], number + 1,
+                                             segment.length, absorbed, &walk->light);
+        segment.length = absorbed ? travelled : segment.length;
     }
     if (!met)
-        facing.position = rmap_axpy(leg.length, walk->direction, walk->position);
+        facing.position = rmap_axpy(segment.length, walk->direction, walk->position);
     if (offer_point(r, &r->lane[RMAP_LANE_SEGMENT_position], row, &facing.position) == WRONG) {
         struct rmap_vec3 way = rmap_sub(facing.position, walk->position);
-        leg.length = rmap_length(way);
-        if (leg.length > 0.0)
-            walk->direction = leg.direction = rmap_scale(way, 1.0 / leg.length);
+        segment.length = rmap_length(way);
+        if (segment.length > 0.0)
+            walk->direction = segment.direction = rmap_scale(way, 1.0 / segment.length);
     }
-    leg.to = facing.position;
+    segment.to = facing.position;
     offer_normal(&r->lane[RMAP_LANE_SEGMENT_normal], row, facing.normal);
     if (r->colour)
         offer_colour(walk, row);
     if (r->crossing_segment)
-        offer_crossings(walk, segment, &leg);
-    if (!leg.left) {
-        walk->path_length += leg.length;
-        walk->optical_path += leg.index * leg.length;
+        offer_crossings(walk, number, &segment);
+    if (!segment.left) {
+        walk->path_length += segment.length;
+        walk->optical_path += segment.index * segment.length;
     }
     if (met && !last)
-        meet(walk, row, segment, facing.normal);
+        meet(walk, row, number, facing.normal);
     walk->position = facing.position;
     walk->object = met ? r->object[row] : -1;
 }
@@ -434,7 +437,7 @@ static void end(struct walk *walk)
     struct rmap_vec3 way = {0.0, 0.0, 0.0};
     float value[3];
     if (r->crossing_segment) {
-        const struct rmap_compact_leg none = {.index = 1.0};
+        const struct rmap_compact_segment none = {.index = 1.0};
         offer_crossings(walk, UINT32_MAX, &none);
     }
     offer_double(&r->lane[RMAP_LANE_RAY_path_length], walk->ray, walk->path_length);

@@ -8,7 +8,7 @@
 
 #include "compact/model.h"
 
-/* False when there is no such surface; *facing is then unset. from: object that the leg starts
+/* False when there is no such surface; *facing is then unset. from: object that the segment starts
  * on, or -1. */
 bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
                       int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
@@ -26,7 +26,7 @@ void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_s
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t source, struct rmap_departure *departure);
 
-void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
-                        struct rmap_crossing *crossing);
+void rmap_crossing_find(const struct rmap_detector *detector,
+                        const struct rmap_compact_segment *segment, struct rmap_crossing *crossing);
 
 #endif

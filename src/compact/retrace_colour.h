@@ -13,7 +13,7 @@ void rmap_light_begin(const struct rmap_compact_model *model, int32_t source, in
 void rmap_light_set(const uint16_t *quantised, int n_channel, struct rmap_compact_light *light);
 void rmap_light_quantise(int n_channel, struct rmap_compact_light *light);
 
-/* A leg of this length through an absorbing medium: how far the light came on it. */
+/* A segment of this length through an absorbing medium: how far the light came on it. */
 double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
                          uint32_t step, double length, bool absorbed,
                          struct rmap_compact_light *light);

@@ -7,16 +7,16 @@
 #include "compact/settle.h"
 #include "compact/retrace.h"
 
-/* A lane of the legs, with the rows of a ray in its table. */
+/* A lane of the segments, with the rows of a ray in its table. */
 enum span { SPAN_RAY, SPAN_SEGMENT, SPAN_REGISTRATION };
 
-struct leg_lane {
+struct segment_lane {
     enum rmap_lane_id id;
     enum span span;
     bool leads; /* later predictions depend on it */
 };
 
-static const struct leg_lane leg_lane[] = {
+static const struct segment_lane segment_lane[] = {
     {RMAP_LANE_RAY_start, SPAN_RAY, true},
     {RMAP_LANE_SEGMENT_position, SPAN_SEGMENT, true},
     {RMAP_LANE_SEGMENT_colour, SPAN_SEGMENT, true},
@@ -30,7 +30,7 @@ static const struct leg_lane leg_lane[] = {
     {RMAP_LANE_REGISTRATION_direction, SPAN_REGISTRATION, false},
     {RMAP_LANE_REGISTRATION_optical_path, SPAN_REGISTRATION, false},
 };
-#define LEG_LANES (sizeof leg_lane / sizeof *leg_lane)
+#define SEGMENT_LANES (sizeof segment_lane / sizeof *segment_lane)
 
 /* Numbers of a ray in each table's lanes, per row. */
 struct strip {
@@ -48,20 +48,20 @@ struct rows {
 };
 
 static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *predicted,
-                     struct strip strip[LEG_LANES])
+                     struct strip strip[SEGMENT_LANES])
 {
     int n = 0;
-    for (size_t i = 0; i < LEG_LANES; i++) {
-        struct rmap_lane *lane = &r->lane[leg_lane[i].id];
-        if ((leg_lane[i].id == RMAP_LANE_SEGMENT_colour && !r->colour) ||
-            (leg_lane[i].span == SPAN_REGISTRATION && !r->crossing_segment))
+    for (size_t i = 0; i < SEGMENT_LANES; i++) {
+        struct rmap_lane *lane = &r->lane[segment_lane[i].id];
+        if ((segment_lane[i].id == RMAP_LANE_SEGMENT_colour && !r->colour) ||
+            (segment_lane[i].span == SPAN_REGISTRATION && !r->crossing_segment))
             continue;
         strip[n++] = (struct strip){
             .lane = lane,
             .width = rmap_portion_row_nbytes(predicted, lane->column) / lane->element_nbytes,
             .predicted = rmap_portion_column(predicted, lane->column),
-            .span = leg_lane[i].span,
-            .leads = leg_lane[i].leads,
+            .span = segment_lane[i].span,
+            .leads = segment_lane[i].leads,
         };
     }
     return n;
@@ -90,9 +90,9 @@ static void settle_ray(const struct strip *strip, int n, const struct rows *rows
     }
 }
 
-static bool any_careful(const struct rmap_wave *wave, size_t n_ray)
+static bool any_careful(const struct rmap_batch *batch, size_t n_ray)
 {
-    return n_ray > 0 && memchr(wave->careful, 1, n_ray) != NULL;
+    return n_ray > 0 && memchr(batch->careful, 1, n_ray) != NULL;
 }
 
 /* Drops the strips in which every prediction of the portion is right; how many are left. Those
@@ -151,26 +151,26 @@ static size_t all_patches(const struct strip *strip, int n)
     return sum;
 }
 
-enum rmap_status rmap_settle_decode(struct rmap_wave *wave, const struct rmap_retrace *r,
+enum rmap_status rmap_settle_decode(struct rmap_batch *batch, const struct rmap_retrace *r,
                                     bool one_by_one, struct rmap_portion *out,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[LEG_LANES];
+    struct strip strip[SEGMENT_LANES];
     struct rows rows = {.end = {0}};
     int n = strips_of(r, out, strip);
     for (int k = 0; k < n && strip[k].leads; k++)
         one_by_one = one_by_one || strip[k].lane->mode == RMAP_LANE_RESIDUAL ||
                      strip[k].lane->mode == RMAP_LANE_VERBATIM;
     if (!one_by_one)
-        RMAP_TRY(rmap_wave_run(wave, r, out, err));
+        RMAP_TRY(rmap_batch_run(batch, r, out, err));
     if (!one_by_one)
         n = drop_right_ones(strip, n, out->n_row);
-    if (!one_by_one && n == 0 && !any_careful(wave, r->n_ray))
+    if (!one_by_one && n == 0 && !any_careful(batch, r->n_ray))
         return RMAP_OK;
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
-        if (one_by_one || wave->careful[i] || misled(strip, n, &rows))
+        if (one_by_one || batch->careful[i] || misled(strip, n, &rows))
             rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
         else
             settle_ray(strip, n, &rows);
@@ -179,8 +179,8 @@ out:
     return st;
 }
 
-/* A ray at `rows`, ray number `ray` of r. False when the wave got it wrong and it came out right by
- * itself: a decoder could not know. */
+/* A ray at `rows`, ray number `ray` of r. False when the batch got it wrong and it came out right
+ * by itself: a decoder could not know. */
 static bool encode_ray(const struct rmap_retrace *r, size_t ray, bool careful,
                        const struct strip *strip, int n, const struct rows *rows)
 {
@@ -193,13 +193,13 @@ static bool encode_ray(const struct rmap_retrace *r, size_t ray, bool careful,
     return careful || leading_patches(strip, n) > before;
 }
 
-static bool encode_side_by_side(const struct rmap_wave *wave, const struct rmap_retrace *r,
+static bool encode_side_by_side(const struct rmap_batch *batch, const struct rmap_retrace *r,
                                 const struct strip *strip, int n)
 {
     struct rows rows = {.end = {0}};
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
-        if (!encode_ray(r, i, wave->careful[i], strip, n, &rows))
+        if (!encode_ray(r, i, batch->careful[i], strip, n, &rows))
             return false;
     }
     return true;
@@ -217,43 +217,43 @@ static void encode_one_by_one(const struct rmap_retrace *r, const struct strip *
     }
 }
 
-enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_retrace *r,
+enum rmap_status rmap_settle_encode(struct rmap_batch *batch, const struct rmap_retrace *r,
                                     struct rmap_portion *predicted, bool *one_by_one_ret,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[LEG_LANES];
+    struct strip strip[SEGMENT_LANES];
     int n = strips_of(r, predicted, strip);
-    RMAP_TRY(rmap_wave_run(wave, r, predicted, err));
+    RMAP_TRY(rmap_batch_run(batch, r, predicted, err));
     n = drop_right_ones(strip, n, predicted->n_row);
     *one_by_one_ret = false;
-    if (n == 0 && !any_careful(wave, r->n_ray))
+    if (n == 0 && !any_careful(batch, r->n_ray))
         return RMAP_OK;
-    *one_by_one_ret = !encode_side_by_side(wave, r, strip, n);
+    *one_by_one_ret = !encode_side_by_side(batch, r, strip, n);
     if (*one_by_one_ret)
         encode_one_by_one(r, strip, strips_of(r, predicted, strip));
 out:
     return st;
 }
 
-enum rmap_status rmap_settle_encode_few(struct rmap_wave *wave, const struct rmap_retrace *r,
+enum rmap_status rmap_settle_encode_few(struct rmap_batch *batch, const struct rmap_retrace *r,
                                         const struct rmap_retrace *of_few,
                                         const struct rmap_few *few, struct rmap_portion *predicted,
                                         bool *one_by_one_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[LEG_LANES];
+    struct strip strip[SEGMENT_LANES];
     struct rows rows = {.end = {0}};
     int n = strips_of(of_few, predicted, strip);
     *one_by_one_ret = false;
-    RMAP_TRY(rmap_wave_run(wave, of_few, predicted, err));
+    RMAP_TRY(rmap_batch_run(batch, of_few, predicted, err));
     for (size_t k = 0; k < few->n && !*one_by_one_ret; k++) {
         size_t before = all_patches(strip, n);
         next_rows(of_few, k, &rows);
         rows.at[SPAN_RAY] = few->ray[k];
         rows.at[SPAN_SEGMENT] = few->first_segment[k];
         rows.at[SPAN_REGISTRATION] = few->first_registration[k];
-        *one_by_one_ret = !encode_ray(r, few->ray[k], wave->careful[k], strip, n, &rows);
+        *one_by_one_ret = !encode_ray(r, few->ray[k], batch->careful[k], strip, n, &rows);
         if (few->sample[k] && (*one_by_one_ret || all_patches(strip, n) != before))
             return rmap_error_set(err, RMAP_INTERNAL,
                                   "ray %llu is not what its path predicts, as was promised: a "

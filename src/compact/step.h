@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The steps of a leg that both ways of tracing again share: one ray at a time (retrace.c) and
- * many side by side (wave.c).
+ * The steps of a segment that both ways of tracing again share: one ray at a time (retrace.c) and
+ * many side by side (batch.c).
  */
 #ifndef RMAP_COMPACT_STEP_H
 #define RMAP_COMPACT_STEP_H
@@ -73,7 +73,7 @@ static inline enum rmap_turn rmap_step_turn(uint32_t event)
 /* What a turn depends on beside direction and normal. */
 struct rmap_turning {
     uint64_t seed, ray;
-    uint32_t step; /* of the random numbers: the leg's number from 1 */
+    uint32_t step; /* of the random numbers: the segment's number from 1 */
     uint32_t event;
     const struct rmap_medium *near, *far; /* or NULL */
     int channel;                          /* that refracts */

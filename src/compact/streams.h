@@ -65,10 +65,10 @@ enum rmap_compact_stream {
  * whole tables. */
 uint64_t rmap_compact_streams(rmap_column_set columns);
 
-/* The stream of rmap_compact_tell_header. */
+/* The stream of rmap_compact_summarise_header. */
 uint64_t rmap_compact_header_streams(void);
 
-/* Streams that rmap_compact_tell and rmap_compact_decode_own need. */
+/* Streams that rmap_compact_summarise and rmap_compact_decode_own need. */
 uint64_t rmap_compact_told_streams(void);
 
 #endif

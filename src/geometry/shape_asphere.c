@@ -177,9 +177,10 @@ static double refine(const struct rmap_shape *shape, const struct ray2 *ray, str
 }
 
 /* What an interval holds: nothing, at most one root, or it must be cut. */
-enum verdict { EMPTY, MONOTONIC, UNCLEAR };
+enum outcome { EMPTY, MONOTONIC, UNCLEAR };
 
-static enum verdict judge(const struct rmap_shape *shape, const struct ray2 *ray, struct range t)
+static enum outcome evaluator(const struct rmap_shape *shape, const struct ray2 *ray,
+                              struct range t)
 {
     struct range s = s_range(shape, ray, t);
     struct range sag = sag_range(shape, s, false);
@@ -250,10 +251,10 @@ static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
     while (n > 0) {
         struct range now = stack[--n];
         bool touches = now.lower == known || now.upper == known;
-        enum verdict verdict = judge(shape, ray, now);
-        if (verdict == EMPTY || (verdict == MONOTONIC && touches))
+        enum outcome outcome = evaluator(shape, ray, now);
+        if (outcome == EMPTY || (outcome == MONOTONIC && touches))
             continue;
-        if (verdict == UNCLEAR && now.upper - now.lower > smallest && n + 2 <= DEPTH) {
+        if (outcome == UNCLEAR && now.upper - now.lower > smallest && n + 2 <= DEPTH) {
             double middle = 0.5 * (now.lower + now.upper);
             stack[n++] = (struct range){middle, now.upper};
             stack[n++] = (struct range){now.lower, middle};

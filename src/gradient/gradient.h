@@ -30,7 +30,7 @@ struct rmap_curve_options {
     double step_min, step_max; /* SHARMA: geometric lengths; default 1e-4, 1e-2 x size */
     double step;               /* SHARMA_FIXED; default 1e-2 x size */
     double amplitude;          /* SHARMA: of the directional derivative of n; default 1 / size */
-    uint64_t max_steps;        /* per leg, then the ray ends with `limit`; default 1,000,000 */
+    uint64_t max_steps;        /* per segment, then the ray ends with `limit`; default 1,000,000 */
     double first_6, first_8;   /* what a first step may be of the length over which the field is
                                   like a polynomial, by either pair: rmap_curve_prepare; 0: worked
                                   out for every curve anew */

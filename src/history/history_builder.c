@@ -9,8 +9,8 @@
 #include "base/alloc.h"
 #include "history/history_builder.h"
 
-/* Writes a portion in the form ROWS: a byte for the class of a leg, and one more for the few that
- * are too rare to have a code. */
+/* Writes a portion in the form ROWS: a byte for the class of a segment, and one more for the few
+ * that are too rare to have a code. */
 
 enum { MANY = 15 }; /* registrations that four bits do not hold */
 
@@ -123,9 +123,9 @@ static void write_counts(const uint32_t *count, size_t n, uint8_t *to, uint32_t 
     }
 }
 
-static void write_legs(const struct rmap_history_builder *self,
-                       const struct rmap_history_shape *shape,
-                       const struct rmap_history_layout *layout, uint8_t *bytes)
+static void write_segments(const struct rmap_history_builder *self,
+                           const struct rmap_history_shape *shape,
+                           const struct rmap_history_layout *layout, uint8_t *bytes)
 {
     uint16_t *local = (uint16_t *)(void *)(bytes + layout->at[RMAP_PART_LOCAL_CLASS]);
     uint8_t *rows = bytes + layout->at[RMAP_PART_LOCAL_ROWS];
@@ -164,7 +164,7 @@ static void history_write_rows(const struct rmap_history_builder *self,
     }
     if (shape->kind_nbytes > 0)
         write_numbers(self->ray_kind, n_ray, shape->kind_nbytes, bytes + at[RMAP_PART_KIND]);
-    write_legs(self, shape, layout, bytes);
+    write_segments(self, shape, layout, bytes);
     write_counts(p->ray.segment_count, n_ray, bytes + at[RMAP_PART_COUNT],
                  (uint32_t *)(void *)(bytes + at[RMAP_PART_LONG]));
     uint32_t *many = (uint32_t *)(void *)(bytes + at[RMAP_PART_MANY]);
@@ -175,7 +175,7 @@ static void history_write_rows(const struct rmap_history_builder *self,
             *many++ = p->ray.registration_count[i];
     }
     write_numbers(self->row_hit, n_registration, shape->hit_nbytes, bytes + at[RMAP_PART_HIT]);
-    write_counts(p->registration.segment, n_registration, bytes + at[RMAP_PART_LEG],
+    write_counts(p->registration.segment, n_registration, bytes + at[RMAP_PART_SEGMENT],
                  (uint32_t *)(void *)(bytes + at[RMAP_PART_FAR]));
 }
 

@@ -8,7 +8,8 @@
 #include "history/history_parts.h"
 #include "history/word_book.h"
 
-/* A ray's words: these, then the classes of its legs, the legs of its registrations, their hits. */
+/* A ray's words: these, then the classes of its segments, the segments of its registrations, their
+ * hits. */
 enum {
     RMAP_HISTORY_WORD_SOURCE,
     RMAP_HISTORY_WORD_STOP,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Classes of legs, of all rays of a portion or of some.
+ * Classes of segments, of all rays of a portion or of some.
  */
 #include <string.h>
 
@@ -20,19 +20,19 @@ struct class_codes {
 static struct class_codes class_codes(const struct rmap_history_view *view)
 {
     struct class_codes codes = {.n_common = view->rows->shape.n_common,
-                                .rare = rmap_history_rare_legs(view)};
+                                .rare = rmap_history_rare_segments(view)};
     for (uint32_t k = 0; k < codes.n_common; k++)
         codes.class_of[k] = view->local_class[k];
     return codes;
 }
 
 static inline uint16_t class_at(const struct rmap_history_view *view,
-                                const struct class_codes *codes, size_t leg)
+                                const struct class_codes *codes, size_t segment)
 {
-    uint8_t code = view->rows->code[leg];
+    uint8_t code = view->rows->code[segment];
     return code < codes->n_common || !codes->rare
                ? codes->class_of[code]
-               : view->local_class[rmap_history_rare_at(view, codes->rare, leg)];
+               : view->local_class[rmap_history_rare_at(view, codes->rare, segment)];
 }
 
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class)
@@ -42,15 +42,15 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
         row_class[i] = class_at(view, &codes, i);
 }
 
-/* Where legs and registrations of each of n rays begin, registrations in the upper half; returns
- * where the next ones do. */
-static inline uint64_t place_block(const uint32_t *legs, const uint32_t *hits, size_t n,
+/* Where segments and registrations of each of n rays begin, registrations in the upper half;
+ * returns where the next ones do. */
+static inline uint64_t place_block(const uint32_t *segments, const uint32_t *hits, size_t n,
                                    uint64_t at, uint64_t *begin)
 {
     RMAP_UNROLL
     for (size_t i = 0; i < n; i++) {
         begin[i] = at;
-        at += legs[i] | (uint64_t)hits[i] << 32;
+        at += segments[i] | (uint64_t)hits[i] << 32;
     }
     return at;
 }
@@ -61,12 +61,13 @@ size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint6
     enum { BLOCK = 64 };
     const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     const bool has_hits = view->registration_count != NULL;
-    const uint32_t *legs = view->segment_count, *hits = has_hits ? view->registration_count : legs;
+    const uint32_t *segments = view->segment_count,
+                   *hits = has_hits ? view->registration_count : segments;
     uint64_t at = 0, begin[BLOCK];
     size_t n = 0;
     for (size_t first = 0; first < n_ray; first += BLOCK) {
         size_t few = n_ray - first < BLOCK ? n_ray - first : BLOCK;
-        at = place_block(legs + first, hits + first, few, at, begin);
+        at = place_block(segments + first, hits + first, few, at, begin);
         for (uint64_t left = bits[first / BLOCK]; left != 0; left &= left - 1) {
             size_t i = (size_t)__builtin_ctzll(left);
             ray[n++] =
@@ -77,7 +78,7 @@ size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint6
     return n;
 }
 
-/* Far legs of registrations before one of them, counted on from an earlier one. */
+/* Far segments of registrations before one of them, counted on from an earlier one. */
 struct far_walk {
     size_t at;
     uint32_t n;
@@ -86,16 +87,18 @@ struct far_walk {
 static uint32_t far_before(const struct rmap_history_rows *rows, struct far_walk *walk, size_t hit)
 {
     for (; rows->shape.n_far > 0 && walk->at < hit; walk->at++)
-        walk->n += rows->leg[walk->at] == UINT8_MAX;
+        walk->n += rows->segment[walk->at] == UINT8_MAX;
     return walk->n;
 }
 
-/* The leg on which a registration happened; later ones must be asked for after earlier ones. */
-static uint32_t leg_of_hit(const struct rmap_history_rows *rows, struct far_walk *walk, size_t hit)
+/* The segment on which a registration happened; later ones must be asked for after earlier ones. */
+static uint32_t segment_of_hit(const struct rmap_history_rows *rows, struct far_walk *walk,
+                               size_t hit)
 {
-    uint32_t leg = rows->leg[hit];
-    return leg == UINT8_MAX && far_before(rows, walk, hit) < rows->shape.n_far ? rows->far[walk->n]
-                                                                               : leg;
+    uint32_t segment = rows->segment[hit];
+    return segment == UINT8_MAX && far_before(rows, walk, hit) < rows->shape.n_far
+               ? rows->far[walk->n]
+               : segment;
 }
 
 static void copy_hits(const struct rmap_history_view *view, struct far_walk *walk, size_t first,
@@ -108,7 +111,7 @@ static void copy_hits(const struct rmap_history_view *view, struct far_walk *wal
             &view->index->hit[rmap_history_number(rows->hit, rows->shape.hit_nbytes, i)];
         out->registration.detector[to] = hit->detector;
         out->registration.registered[to] = (uint8_t)hit->registered;
-        out->registration.segment[to] = leg_of_hit(rows, walk, i);
+        out->registration.segment[to] = segment_of_hit(rows, walk, i);
     }
 }
 
@@ -120,12 +123,13 @@ void rmap_history_gather(const struct rmap_history_view *view,
     struct far_walk walk = {0};
     out->n_row[RMAP_TABLE_REGISTRATION] = 0;
     for (size_t k = 0; k < n; k++) {
-        uint32_t n_leg = view->segment_count[ray[k].ray];
+        uint32_t n_segment = view->segment_count[ray[k].ray];
         uint32_t n_hit = view->registration_count ? view->registration_count[ray[k].ray] : 0;
-        for (size_t leg = ray[k].leg; leg < (size_t)ray[k].leg + n_leg; leg++)
-            *row_class++ = class_at(view, &codes, leg);
+        for (size_t segment = ray[k].segment; segment < (size_t)ray[k].segment + n_segment;
+             segment++)
+            *row_class++ = class_at(view, &codes, segment);
         copy_hits(view, &walk, ray[k].registration, n_hit, out);
-        out->ray.segment_count[k] = n_leg;
+        out->ray.segment_count[k] = n_segment;
         out->ray.registration_count[k] = n_hit;
     }
     out->n_row[RMAP_TABLE_RAY] = n;
@@ -177,28 +181,28 @@ static void unfold_rays(const struct rmap_history_view *view, rmap_column_set co
         out->ray.stop[i] = view->kind_stop[view->kind ? view->kind[i] : 0];
 }
 
-static void unfold_rare_legs(const struct rmap_history_view *view, rmap_column_set columns,
-                             struct rmap_portion *out)
+static void unfold_rare_segments(const struct rmap_history_view *view, rmap_column_set columns,
+                                 struct rmap_portion *out)
 {
-    const uint64_t *rare = rmap_history_rare_legs(view);
+    const uint64_t *rare = rmap_history_rare_segments(view);
     const struct rmap_history_class *what = view->index->class_of;
     for (size_t w = 0; rare && w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
         for (uint64_t left = rare[w]; left != 0; left &= left - 1) {
-            size_t leg = w * 64 + (size_t)__builtin_ctzll(left);
+            size_t segment = w * 64 + (size_t)__builtin_ctzll(left);
             const struct rmap_history_class *is =
-                &what[view->local_class[rmap_history_rare_at(view, rare, leg)]];
+                &what[view->local_class[rmap_history_rare_at(view, rare, segment)]];
             if (asked(columns, RMAP_SEGMENT_object))
-                out->segment.object[leg] = is->object;
+                out->segment.object[segment] = is->object;
             if (asked(columns, RMAP_SEGMENT_event))
-                out->segment.event[leg] = is->event;
+                out->segment.event[segment] = is->event;
             if (asked(columns, RMAP_SEGMENT_medium))
-                out->segment.medium[leg] = (int16_t)is->medium;
+                out->segment.medium[segment] = (int16_t)is->medium;
         }
 }
 
-/* What the classes with codes are, then each leg's, then the rare ones. */
-static void unfold_legs(const struct rmap_history_view *view, rmap_column_set columns,
-                        struct rmap_portion *out)
+/* What the classes with codes are, then each segment's, then the rare ones. */
+static void unfold_segments(const struct rmap_history_view *view, rmap_column_set columns,
+                            struct rmap_portion *out)
 {
     const uint8_t *code = view->rows->code;
     const struct rmap_history_class *what = view->index->class_of;
@@ -223,7 +227,7 @@ static void unfold_legs(const struct rmap_history_view *view, rmap_column_set co
         out->segment.event[i] = of.event[code[i]];
     for (size_t i = 0; medium && i < n; i++)
         out->segment.medium[i] = of.medium[code[i]];
-    unfold_rare_legs(view, columns, out);
+    unfold_rare_segments(view, columns, out);
 }
 
 static bool unfold_hits(const struct rmap_history_view *view, rmap_column_set columns,
@@ -239,7 +243,7 @@ static bool unfold_hits(const struct rmap_history_view *view, rmap_column_set co
         out->registration.registered[i] =
             (uint8_t)what[rmap_history_number(rows->hit, nbytes, i)].registered;
     return !asked(columns, RMAP_REGISTRATION_segment) ||
-           rmap_history_widen(rows->leg, n, rows->far, rows->shape.n_far,
+           rmap_history_widen(rows->segment, n, rows->far, rows->shape.n_far,
                               out->registration.segment);
 }
 
@@ -302,32 +306,33 @@ enum rmap_status rmap_history_unfold(const struct rmap_history_view *view, rmap_
     if (view->form == RMAP_HISTORY_PATHS)
         return unfold_paths(view, columns, out, err);
     unfold_rays(view, columns, out);
-    unfold_legs(view, columns, out);
+    unfold_segments(view, columns, out);
     return unfold_hits(view, columns, out) ? RMAP_OK : does_not_add_up(view, err);
 }
 
-/* Legs whose class is wanted, as a bit each. A set that was marked in this portion is not marked
- * again. */
+/* Segments whose class is wanted, as a bit each. A set that was marked in this portion is not
+ * marked again. */
 
-/* Rare legs of the set: a bit for each more. What is stored may be shorter than it should, or name
- * classes that are not there: damage that a checksum hides. */
+/* Rare segments of the set: a bit for each more. What is stored may be shorter than it should, or
+ * name classes that are not there: damage that a checksum hides. */
 static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, uint64_t *mark)
 {
     const struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
-    const uint64_t *rare = rmap_history_rare_legs(view);
+    const uint64_t *rare = rmap_history_rare_segments(view);
     size_t n = 0, n_word = rmap_bit_words(view->n_row[RMAP_TABLE_SEGMENT]);
     for (size_t w = 0; rare && w < n_word; w++)
         for (uint64_t left = rare[w]; left != 0 && n < shape->n_rare; left &= left - 1, n++) {
-            size_t leg = w * 64 + (size_t)__builtin_ctzll(left);
-            uint32_t k = rmap_history_rare_class(shape, rows->code[leg], rows->rare[n]);
+            size_t segment = w * 64 + (size_t)__builtin_ctzll(left);
+            uint32_t k = rmap_history_rare_class(shape, rows->code[segment], rows->rare[n]);
             if (k < shape->n_local && wanted[view->local_class[k]])
                 mark[w] |= left & (0 - left);
         }
 }
 
-/* False: there is no such leg. */
-static bool mark_legs(const struct rmap_history_view *view, const uint8_t *wanted, uint64_t *mark)
+/* False: there is no such segment. */
+static bool mark_segments(const struct rmap_history_view *view, const uint8_t *wanted,
+                          uint64_t *mark)
 {
     const struct rmap_history_shape *shape = &view->rows->shape;
     uint8_t member[256] = {0};
@@ -353,7 +358,7 @@ const uint64_t *rmap_history_mark(const struct rmap_history_view *view, const ui
     if (s == n) { /* in the place of the oldest */
         s = sets->n++ % RMAP_HISTORY_SET_MAX;
         memcpy(sets->wanted + s * n_class, wanted, n_class);
-        sets->any[s] = mark_legs(view, wanted, sets->mark + s * rmap_history_mark_words(view));
+        sets->any[s] = mark_segments(view, wanted, sets->mark + s * rmap_history_mark_words(view));
     }
     return sets->any[s] ? sets->mark + s * rmap_history_mark_words(view) : NULL;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The history index of a piece: everything of its rays that is no floating number (source, stop,
- * object, event and medium of each leg, detector of each registration), in a form that a question
- * is answered from without a column being inflated.
+ * object, event and medium of each segment, detector of each registration), in a form that a
+ * question is answered from without a column being inflated.
  */
 #include <string.h>
 #include <xxhash.h>
@@ -58,7 +58,7 @@ void rmap_history_arrange(const struct rmap_history_place *place,
         [RMAP_PART_MANY] = {shape->n_many, 4},
         [RMAP_PART_HIT] = {shape->hit_nbytes ? n_hit : 1,
                            shape->hit_nbytes ? shape->hit_nbytes : 2},
-        [RMAP_PART_LEG] = {n_hit, 1},
+        [RMAP_PART_SEGMENT] = {n_hit, 1},
         [RMAP_PART_FAR] = {shape->n_far, 4},
         [RMAP_PART_RELATIVE] = {place->has_relative ? n_registration : 0, 4},
     };
@@ -99,7 +99,7 @@ void rmap_history_arrange_head(const struct rmap_history_head *head,
         [RMAP_HEAD_SEGMENT_COUNT] = {head->n_path, 4},
         [RMAP_HEAD_REGISTRATION_COUNT] = {head->n_path, 4},
         [RMAP_HEAD_PATH_CLASS] = {head->n_path_segment, 2},
-        [RMAP_HEAD_PATH_LEG] = {head->n_path_registration, 4},
+        [RMAP_HEAD_PATH_SEGMENT] = {head->n_path_registration, 4},
         [RMAP_HEAD_PATH_HIT] = {head->n_path_registration, 2},
         [RMAP_HEAD_PORTION] = {head->n_portion, sizeof(struct rmap_history_place)},
     };
@@ -230,13 +230,13 @@ static enum rmap_status read_path_rows(struct rmap_history_index *self,
     const uint16_t *hit = (const void *)(bytes + layout->at[RMAP_HEAD_PATH_HIT]);
     for (size_t i = 0; i < paths->n_row[RMAP_TABLE_SEGMENT]; i++) {
         if (class_of[i] >= self->n_class)
-            return bad(err, "a leg of its paths has no class");
+            return bad(err, "a segment of its paths has no class");
         const struct rmap_history_class *what = &self->class_of[class_of[i]];
         paths->segment.object[i] = what->object;
         paths->segment.event[i] = what->event;
         paths->segment.medium[i] = (int16_t)what->medium;
     }
-    memcpy(paths->registration.segment, bytes + layout->at[RMAP_HEAD_PATH_LEG],
+    memcpy(paths->registration.segment, bytes + layout->at[RMAP_HEAD_PATH_SEGMENT],
            paths->n_row[RMAP_TABLE_REGISTRATION] * sizeof(uint32_t));
     for (size_t i = 0; i < paths->n_row[RMAP_TABLE_REGISTRATION]; i++) {
         if (hit[i] >= self->n_hit)
@@ -394,7 +394,7 @@ static void write_paths(const struct rmap_word_book *path, const struct rmap_his
     uint32_t *segments = (uint32_t *)(void *)(bytes + at[RMAP_HEAD_SEGMENT_COUNT]);
     uint32_t *registrations = (uint32_t *)(void *)(bytes + at[RMAP_HEAD_REGISTRATION_COUNT]);
     uint16_t *class_of = (uint16_t *)(void *)(bytes + at[RMAP_HEAD_PATH_CLASS]);
-    uint32_t *leg = (uint32_t *)(void *)(bytes + at[RMAP_HEAD_PATH_LEG]);
+    uint32_t *segment = (uint32_t *)(void *)(bytes + at[RMAP_HEAD_PATH_SEGMENT]);
     uint16_t *hit = (uint16_t *)(void *)(bytes + at[RMAP_HEAD_PATH_HIT]);
     for (size_t i = 0; i < path->n; i++) {
         const uint32_t *word = words_of(path, i);
@@ -406,7 +406,7 @@ static void write_paths(const struct rmap_word_book *path, const struct rmap_his
         for (uint32_t k = 0; k < segments[i]; k++)
             *class_of++ = (uint16_t)*word++;
         for (uint32_t k = 0; k < registrations[i]; k++)
-            *leg++ = *word++;
+            *segment++ = *word++;
         for (uint32_t k = 0; k < registrations[i]; k++)
             *hit++ = (uint16_t)*word++;
     }

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
  * The history index of a piece: everything of its rays that is no floating number (source, stop,
- * object, event and medium of each leg, detector of each registration), in a form that a question
- * is answered from without a column being inflated. Derived data: what it says, the columns say.
- * No files: bytes come from memory or from a function that reads them.
+ * object, event and medium of each segment, detector of each registration), in a form that a
+ * question is answered from without a column being inflated. Derived data: what it says, the
+ * columns say. No files: bytes come from memory or from a function that reads them.
  *
  * Each portion is in one of two forms. PATHS: rays that did the same share a path of the piece's
- * dictionary, and the portion has a path per ray. ROWS: each leg has its class (object, event,
+ * dictionary, and the portion has a path per ray. ROWS: each segment has its class (object, event,
  * medium) in about a byte. Portions that fit neither (wider numbers than any example's) are left
  * out: they are not found, and their columns are to be read.
  */
@@ -33,7 +33,7 @@ void rmap_history_destroy(struct rmap_history_index *index);
 /* Memory that it holds, without a body in memory. */
 size_t rmap_history_nbytes(const struct rmap_history_index *index);
 
-/* What can happen at the end of a leg, and on a detector: those that do in the piece. */
+/* What can happen at the end of a segment, and on a detector: those that do in the piece. */
 struct rmap_history_class {
     int32_t object; /* -1: none */
     uint32_t event; /* bits */
@@ -87,9 +87,9 @@ struct rmap_history_view {
     const int32_t *kind_source;         /* [n_kind] */
     const uint8_t *kind_stop;           /* [n_kind] */
     const uint16_t *kind;               /* [n_ray] in [0, n_kind), or NULL: all are of kind 0 */
-    size_t n_local;                     /* distinct classes of legs in this portion */
+    size_t n_local;                     /* distinct classes of segments in this portion */
     const uint16_t *local_class;        /* [n_local] number of the class in the index */
-    const uint32_t *local_rows;         /* [n_local] legs of that class */
+    const uint32_t *local_rows;         /* [n_local] segments of that class */
 
     struct rmap_history_rows *rows; /* how classes are stored, and buffers; owned */
 };
@@ -102,9 +102,9 @@ struct rmap_history_made {
     uint8_t has_rare, is_ranked, zero[6];
 };
 
-/* A ray of a portion: its row, and where its legs and registrations begin. */
+/* A ray of a portion: its row, and where its segments and registrations begin. */
 struct rmap_history_place_of_ray {
-    uint32_t ray, leg, registration;
+    uint32_t ray, segment, registration;
 };
 
 /* ---- making one ---- */

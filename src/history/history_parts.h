@@ -12,10 +12,11 @@
     UINT64_C(0x31747369482e6d72) /* "rm.Hist1": its last byte counts formats */
 
 enum {
-    RMAP_HISTORY_RAY_MAX = 65535,       /* of a portion */
-    RMAP_HISTORY_CLASS_MAX = 65535,     /* of a piece; kinds of rays of a portion */
-    RMAP_HISTORY_PATH_MAX = 1 << 20,    /* of a piece */
-    RMAP_HISTORY_PATH_ROW_MAX = 1 << 22 /* legs of all paths of a piece; registrations likewise */
+    RMAP_HISTORY_RAY_MAX = 65535,    /* of a portion */
+    RMAP_HISTORY_CLASS_MAX = 65535,  /* of a piece; kinds of rays of a portion */
+    RMAP_HISTORY_PATH_MAX = 1 << 20, /* of a piece */
+    RMAP_HISTORY_PATH_ROW_MAX =
+        1 << 22 /* segments of all paths of a piece; registrations likewise */
 };
 
 /* The head: this, then its arrays in the order of enum rmap_history_head_part, then the XXH3-64 of
@@ -34,7 +35,7 @@ enum rmap_history_head_part {
     RMAP_HEAD_SEGMENT_COUNT,      /* u32 [n_path] */
     RMAP_HEAD_REGISTRATION_COUNT, /* u32 [n_path] */
     RMAP_HEAD_PATH_CLASS,         /* u16 [n_path_segment] */
-    RMAP_HEAD_PATH_LEG,           /* u32 [n_path_registration] */
+    RMAP_HEAD_PATH_SEGMENT,       /* u32 [n_path_registration] */
     RMAP_HEAD_PATH_HIT,           /* u16 [n_path_registration] */
     RMAP_HEAD_PORTION,            /* struct rmap_history_place [n_portion] */
     RMAP_HEAD_PARTS
@@ -55,11 +56,11 @@ struct rmap_history_shape {
     uint32_t n_path;
     uint32_t n_kind, n_local;
     uint32_t n_common;   /* of the local classes, the first ones: they have codes of their own */
-    uint32_t n_rare;     /* legs of the others */
-    uint32_t n_long;     /* rays of 255 legs and more */
-    uint32_t n_frequent; /* local classes of 255 legs and more */
+    uint32_t n_rare;     /* segments of the others */
+    uint32_t n_long;     /* rays of 255 segments and more */
+    uint32_t n_frequent; /* local classes of 255 segments and more */
     uint32_t n_many;     /* rays of 15 registrations and more */
-    uint32_t n_far;      /* registrations on leg 255 and later ones */
+    uint32_t n_far;      /* registrations on segment 255 and later ones */
     uint8_t kind_nbytes; /* of a number: 0 (all the same), 1 or 2 */
     uint8_t hit_nbytes;
     uint8_t zero[2];
@@ -85,13 +86,13 @@ enum rmap_history_part {
     RMAP_PART_FREQUENT,    /* u32 [n_frequent] */
     RMAP_PART_CODE,        /* u8 [n_segment]: of the local class, or of 256 rare ones */
     RMAP_PART_RARE,        /* u8 [n_rare]: which of them */
-    RMAP_PART_COUNT,       /* u8 [n_ray]: legs; 255: the next of the long ones */
+    RMAP_PART_COUNT,       /* u8 [n_ray]: segments; 255: the next of the long ones */
     RMAP_PART_LONG,        /* u32 [n_long] */
     RMAP_PART_HITS,        /* 4 bits [n_ray], if there are registrations, the lower half of a byte
                               first: how many; 15: the next of the many */
     RMAP_PART_MANY,        /* u32 [n_many] */
     RMAP_PART_HIT,         /* [n_registration], or [1] if all are the same */
-    RMAP_PART_LEG,         /* u8 [n_registration]; 255: the next of the far ones */
+    RMAP_PART_SEGMENT,     /* u8 [n_registration]; 255: the next of the far ones */
     RMAP_PART_FAR,         /* u32 [n_far] */
     RMAP_PART_RELATIVE,    /* u16 [n_registration][2], if it has them */
     RMAP_PART_COUNT_OF
@@ -118,25 +119,25 @@ struct rmap_history_index {
     struct rmap_history_body body;
 };
 
-/* Sets of classes that were asked for in the portion in hand, and their legs. */
+/* Sets of classes that were asked for in the portion in hand, and their segments. */
 enum { RMAP_HISTORY_SET_MAX = 16 };
 struct rmap_history_sets {
     size_t n; /* asked for so far; set k is in place k % RMAP_HISTORY_SET_MAX */
     size_t n_class;
-    bool any[RMAP_HISTORY_SET_MAX]; /* there are such legs */
+    bool any[RMAP_HISTORY_SET_MAX]; /* there are such segments */
     uint8_t *wanted;                /* [places][n_class] */
     uint64_t *mark;                 /* [places][rmap_history_mark_words] */
     size_t cap_wanted, cap_mark;
 };
 
-/* A portion was opened: room for its legs. RMAP_SYSTEM. */
+/* A portion was opened: room for its segments. RMAP_SYSTEM. */
 enum rmap_status rmap_history_sets_enter(struct rmap_history_view *view,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_history_sets_fini(struct rmap_history_sets *sets);
 
 /* What a view of the form ROWS has beside what it shows. */
 struct rmap_history_rows {
-    struct rmap_history_made *made; /* of the portion in hand: own, or lent */
+    struct rmap_history_made *made; /* of the portion in hand: own, or borrowed */
     struct rmap_history_made *own;
     size_t cap_own; /* bytes */
     /* In what was made: */
@@ -147,7 +148,7 @@ struct rmap_history_rows {
     const uint8_t *code;
     const uint8_t *rare;
     const uint8_t *hit; /* numbers of as many bytes as the shape says */
-    const uint8_t *leg;
+    const uint8_t *segment;
     const uint32_t *far;
     struct rmap_history_shape shape;
     /* For counting: */
@@ -155,8 +156,8 @@ struct rmap_history_rows {
     uint64_t *mark_hit; /* [rmap_history_hit_words], a bit per registration */
     size_t cap_mark_hit;
     /* In what was made, once it is there: */
-    uint64_t *rare_mark; /* [rmap_history_mark_words], a bit per rare leg */
-    uint32_t *rank;      /* [the same] rare legs before each word of these */
+    uint64_t *rare_mark; /* [rmap_history_mark_words], a bit per rare segment */
+    uint32_t *rank;      /* [the same] rare segments before each word of these */
 };
 
 /* The arrays of struct rmap_history_made. */
@@ -176,7 +177,7 @@ void rmap_history_arrange_made(const struct rmap_history_place *place,
                                const struct rmap_history_shape *shape, uint64_t nbytes_read,
                                struct rmap_history_layout *layout);
 
-/* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
+/* Words of a bit per segment, and one more, so that eight bytes may be read at any of them. */
 static inline size_t rmap_history_mark_words(const struct rmap_history_view *view)
 {
     return view->n_row[RMAP_TABLE_SEGMENT] / 64 + 2;
@@ -187,12 +188,12 @@ static inline size_t rmap_history_hit_words(const struct rmap_history_view *view
     return view->n_row[RMAP_TABLE_REGISTRATION] / 64 + 2;
 }
 
-/* Legs whose class is in the list of rare ones: a bit for each, found when first asked for. NULL:
- * there are none. */
-const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view);
+/* Segments whose class is in the list of rare ones: a bit for each, found when first asked for.
+ * NULL: there are none. */
+const uint64_t *rmap_history_rare_segments(const struct rmap_history_view *view);
 
-/* Local class of a leg with this code, for which the list of rare ones says `rare`. n_local: there
- * is no such class. */
+/* Local class of a segment with this code, for which the list of rare ones says `rare`. n_local:
+ * there is no such class. */
 static inline uint32_t rmap_history_rare_class(const struct rmap_history_shape *shape, uint8_t code,
                                                uint8_t rare)
 {
@@ -200,16 +201,16 @@ static inline uint32_t rmap_history_rare_class(const struct rmap_history_shape *
     return k < shape->n_local ? k : shape->n_local;
 }
 
-/* Local class of a leg whose code is one of the rare ones'; rare: rmap_history_rare_legs. Damage
- * that a checksum hides may name classes that are not there. */
+/* Local class of a segment whose code is one of the rare ones'; rare: rmap_history_rare_segments.
+ * Damage that a checksum hides may name classes that are not there. */
 static inline uint32_t rmap_history_rare_at(const struct rmap_history_view *view,
-                                            const uint64_t *rare, size_t leg)
+                                            const uint64_t *rare, size_t segment)
 {
     const struct rmap_history_rows *rows = view->rows;
-    uint64_t below = rare[leg / 64] & ((UINT64_C(1) << leg % 64) - 1);
-    uint32_t at = rows->rank[leg / 64] + (uint32_t)__builtin_popcountll(below);
+    uint64_t below = rare[segment / 64] & ((UINT64_C(1) << segment % 64) - 1);
+    uint32_t at = rows->rank[segment / 64] + (uint32_t)__builtin_popcountll(below);
     uint32_t k = at < rows->shape.n_rare
-                     ? rmap_history_rare_class(&rows->shape, rows->code[leg], rows->rare[at])
+                     ? rmap_history_rare_class(&rows->shape, rows->code[segment], rows->rare[at])
                      : 0;
     return k < rows->shape.n_local ? k : 0;
 }

@@ -161,7 +161,7 @@ static void point_bytes(struct rmap_history_view *view, const struct rmap_histor
     rows->code = bytes + at[RMAP_PART_CODE];
     rows->rare = bytes + at[RMAP_PART_RARE];
     rows->hit = bytes + at[RMAP_PART_HIT];
-    rows->leg = bytes + at[RMAP_PART_LEG];
+    rows->segment = bytes + at[RMAP_PART_SEGMENT];
     rows->far = (const void *)(bytes + at[RMAP_PART_FAR]);
 }
 
@@ -202,7 +202,7 @@ static bool open_kinds(const struct rmap_history_view *view, const uint8_t *byte
     return good;
 }
 
-/* How many legs and registrations each ray has. */
+/* How many segments and registrations each ray has. */
 static bool open_counts(const struct rmap_history_view *view, const uint8_t *bytes,
                         const uint64_t *at)
 {
@@ -224,9 +224,9 @@ static bool open_counts(const struct rmap_history_view *view, const uint8_t *byt
     return rmap_sums_to(rows->registration_count, n_ray, n_registration);
 }
 
-/* Legs and registrations: their classes. Codes may say anything. */
-static bool open_legs(const struct rmap_history_view *view, const uint8_t *bytes,
-                      const uint64_t *at)
+/* Segments and registrations: their classes. Codes may say anything. */
+static bool open_segments(const struct rmap_history_view *view, const uint8_t *bytes,
+                          const uint64_t *at)
 {
     const struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
@@ -288,7 +288,7 @@ static enum rmap_status open_form(struct rmap_history_view *view,
     if (by_path)
         return open_paths(view, err);
     return open_kinds(view, bytes, layout.at) && open_counts(view, bytes, layout.at) &&
-                   open_legs(view, bytes, layout.at)
+                   open_segments(view, bytes, layout.at)
                ? RMAP_OK
                : bad(view, err);
 }
@@ -374,12 +374,12 @@ void rmap_history_view_fini(struct rmap_history_view *view)
     *view = (struct rmap_history_view){0};
 }
 
-/* Legs whose class is rare, and registrations that are wanted, as a bit each. */
+/* Segments whose class is rare, and registrations that are wanted, as a bit each. */
 
-const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
+const uint64_t *rmap_history_rare_segments(const struct rmap_history_view *view)
 {
     struct rmap_history_rows *rows = view->rows;
-    const size_t n_leg = view->n_row[RMAP_TABLE_SEGMENT];
+    const size_t n_segment = view->n_row[RMAP_TABLE_SEGMENT];
     uint64_t *rare = rows->rare_mark;
     uint8_t member[256] = {0};
     uint32_t n = 0;
@@ -390,8 +390,8 @@ const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
     for (uint32_t k = 0; k < rmap_history_n_page(rows->shape.n_local); k++)
         member[255 - k] = 1;
     if (!rows->made->has_rare)
-        rmap_byte_set_bits(rows->code, n_leg, member, rare);
-    for (size_t w = 0; w < rmap_bit_words(n_leg); w++) {
+        rmap_byte_set_bits(rows->code, n_segment, member, rare);
+    for (size_t w = 0; w < rmap_bit_words(n_segment); w++) {
         rows->rank[w] = n;
         n += (uint32_t)__builtin_popcountll(rare[w]);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The points of a curved leg that are recorded: as few as keep their polyline within the medium's
- * `polyline` of the curve, none for a leg straight enough.
+ * The points of a curved segment that are recorded: as few as keep their polyline within the
+ * medium's `polyline` of the curve, none for a segment straight enough.
  */
 #include "portion/curve_points.h"
 

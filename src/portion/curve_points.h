@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The points of a curved leg that are recorded: as few as keep their polyline within the medium's
- * `polyline` of the curve, none for a leg straight enough.
+ * The points of a curved segment that are recorded: as few as keep their polyline within the
+ * medium's `polyline` of the curve, none for a segment straight enough.
  */
 #ifndef RMAP_CURVE_POINTS_H
 #define RMAP_CURVE_POINTS_H
@@ -21,8 +21,8 @@ struct rmap_curve_points {
 void rmap_curve_points_begin(struct rmap_curve_points *points, struct rmap_recorder *recorder,
                              double polyline);
 
-/* The leg's next step, which starts after `length` and `optical_path`. The end of its last one is
- * the leg's end and not recorded. */
+/* The segment's next step, which starts after `length` and `optical_path`. The end of its last one
+ * is the segment's end and not recorded. */
 void rmap_curve_points_add(struct rmap_curve_points *points, const struct rmap_curve_step *step,
                            uint32_t segment, double length, double optical_path);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What can happen at the end of a leg.
+ * What can happen at the end of a segment.
  */
 #include "portion/event.h"
 

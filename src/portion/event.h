@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What can happen at the end of a leg. This one table drives the tracer, the writer, the
+ * What can happen at the end of a segment. This one table drives the tracer, the writer, the
  * reader, the words of the criterion language, the report's text and the docs.
  * Columns: symbol, bit, letter (of `path("...")`), word, meaning.
  */

@@ -20,7 +20,7 @@ struct rmap_history {
     size_t n_step, step_cap;
     struct rmap_registration *registration; /* [n_registration], in order of happening */
     size_t n_registration, registration_cap;
-    struct rmap_curve_point *curve; /* [n_curve], of all curved legs, along the light */
+    struct rmap_curve_point *curve; /* [n_curve], of all curved segments, along the light */
     size_t n_curve, curve_cap;
     struct rmap_ending ending;
 

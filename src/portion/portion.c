@@ -34,7 +34,7 @@ static const size_t pointer_offset[RMAP_COLUMN_COUNT] = {
 };
 /* clang-format on */
 
-/* Legs and registrations per ray to begin with; they grow as needed. */
+/* Segments and registrations per ray to begin with; they grow as needed. */
 #define FIRST_SEGMENTS_PER_RAY 8
 #define FIRST_ROWS_MIN         64
 

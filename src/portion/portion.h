@@ -54,7 +54,7 @@ struct rmap_portion {
     struct rmap_curve_columns curve; /* see rmap_portion_curve_of */
     int n_channel;
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
-                         the leg's arrival */
+                         the segment's arrival */
     const struct rmap_unpredicted
         *unpredicted; /* of the rows as they are, borrowed; NULL: not known */
 };
@@ -92,7 +92,8 @@ void **rmap_portion_column_address(struct rmap_portion *portion, enum rmap_colum
 size_t rmap_portion_row_nbytes(const struct rmap_portion *portion, enum rmap_column column);
 
 /* Rows of /curve that belong to the ray with that id, the first of them in *first_ret; they go from
- * leg to leg. 0: none of its legs has points between its ends. For portions whose ids ascend. */
+ * segment to segment. 0: none of its segments has points between its ends. For portions whose ids
+ * ascend. */
 size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, size_t *first_ret);
 
 /* Appends ray number `ray` of src (a row of /ray with its rows of the other tables, which begin
@@ -112,9 +113,9 @@ void rmap_portion_summary_add(struct rmap_portion_summary *sum,
                               const struct rmap_portion_summary *more);
 
 /* 128-bit logical digest: the sum modulo 2^128 over rays of XXH3-128 of the ray's rows, column
- * by column in the order of columns.h (the ray id comes first, points of curved legs come last, so
- * that rays without them have the digest that they have always had). Floats are stored with -0 as 0
- * and one NaN, so the bytes in memory are the canonical ones. */
+ * by column in the order of columns.h (the ray id comes first, points of curved segments come last,
+ * so that rays without them have the digest that they have always had). Floats are stored with -0
+ * as 0 and one NaN, so the bytes in memory are the canonical ones. */
 struct rmap_digest {
     uint64_t low, high;
 };

@@ -167,7 +167,7 @@ static inline bool same_colour(const struct rmap_known_colour *known, const doub
     return i == n;
 }
 
-/* Another colour than that of the leg before: the other one that is known, or a new one in its
+/* Another colour than that of the segment before: the other one that is known, or a new one in its
  * place. */
 static void change_colour(struct rmap_portion_recorder *self, const double *colour)
 {
@@ -245,33 +245,33 @@ static void emit(struct rmap_recorder *base, const struct rmap_emission *emissio
     store_normal(ray->start_normal + 3 * i, &emission->normal);
 }
 
-static void step(struct rmap_recorder *base, const struct rmap_step *leg);
+static void step(struct rmap_recorder *base, const struct rmap_step *segment);
 
-static RMAP_SELDOM void step_with_room(struct rmap_recorder *base, const struct rmap_step *leg)
+static RMAP_SELDOM void step_with_room(struct rmap_recorder *base, const struct rmap_step *segment)
 {
     if (make_room((struct rmap_portion_recorder *)base, RMAP_TABLE_SEGMENT))
-        step(base, leg);
+        step(base, segment);
 }
 
-/* Calls come last here, so that nothing need be kept over them: it runs once a leg. */
-static void step(struct rmap_recorder *base, const struct rmap_step *leg)
+/* Calls come last here, so that nothing need be kept over them: it runs once a segment. */
+static void step(struct rmap_recorder *base, const struct rmap_step *segment)
 {
     struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
     struct rmap_portion *portion = self->portion;
-    struct rmap_segment_columns *segment = &portion->segment;
+    struct rmap_segment_columns *row = &portion->segment;
     if (is_full(self, RMAP_TABLE_SEGMENT)) {
-        step_with_room(base, leg);
+        step_with_room(base, segment);
         return;
     }
     size_t i = portion->n_row[RMAP_TABLE_SEGMENT]++;
     int n_channel = portion->n_channel;
-    segment->object[i] = leg->object;
-    segment->primitive[i] = leg->primitive;
-    segment->event[i] = leg->events;
-    segment->medium[i] = (int16_t)leg->medium;
-    store_float3(segment->position + 3 * i, &leg->position);
-    store_normal(segment->normal + 3 * i, &leg->normal);
-    store_colour(self, n_channel, leg->colour, portion->colour + i * (size_t)n_channel);
+    row->object[i] = segment->object;
+    row->primitive[i] = segment->primitive;
+    row->event[i] = segment->events;
+    row->medium[i] = (int16_t)segment->medium;
+    store_float3(row->position + 3 * i, &segment->position);
+    store_normal(row->normal + 3 * i, &segment->normal);
+    store_colour(self, n_channel, segment->colour, portion->colour + i * (size_t)n_channel);
 }
 
 /* Of the ray that was emitted last. */

@@ -20,7 +20,8 @@ struct rmap_portion_recorder {
     struct rmap_portion *portion; /* borrowed */
     enum rmap_status status;      /* RMAP_SYSTEM once memory ran short: the portion is unusable */
 
-    /* The last two colours: most legs keep that of the one before, and most rays begin alike. */
+    /* The last two colours: most segments keep that of the one before, and most rays begin alike.
+     */
     struct rmap_known_colour colour[2];
     struct rmap_known_colour *last;
     size_t first_segment;                /* of the ray in hand */

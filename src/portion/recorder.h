@@ -24,32 +24,32 @@ struct rmap_emission {
     bool predicted;       /* as in struct rmap_hit */
 };
 
-/* The end of a leg. */
+/* The end of a segment. */
 struct rmap_step {
     int32_t object, primitive; /* -1: none */
     uint32_t events;
     int32_t medium; /* travelled */
     struct rmap_vec3 position, normal;
-    struct rmap_vec3 direction;       /* of the leg */
-    struct rmap_vec3 first_direction; /* where a curved leg begins; 0 for straight ones */
-    double length;                    /* of the leg, geometric; 0 when it left the scene */
+    struct rmap_vec3 direction;       /* of the segment */
+    struct rmap_vec3 first_direction; /* where a curved segment begins; 0 for straight ones */
+    double length;                    /* of the segment, geometric; 0 when it left the scene */
     double optical_path;              /* from emission to here */
     const double *colour;             /* [n_channel], on arrival; borrowed during the call */
 };
 
-/* A point of a curved leg between its ends, thinned to the medium's polyline tolerance. */
+/* A point of a curved segment between its ends, thinned to the medium's polyline tolerance. */
 struct rmap_curve_point {
-    uint32_t segment; /* leg, from 0 */
+    uint32_t segment; /* segment, from 0 */
     struct rmap_vec3 position;
     struct rmap_vec3 direction; /* unit */
     double index;               /* of the field there */
-    double length;              /* of the leg up to here, geometric */
+    double length;              /* of the segment up to here, geometric */
     double optical_path;        /* from emission to here */
 };
 
 struct rmap_registration {
     int32_t detector;
-    uint32_t segment; /* leg, from 0 */
+    uint32_t segment; /* segment, from 0 */
     uint32_t cell[2];
     double relative[2]; /* 0..1 */
     bool registered;
@@ -80,7 +80,7 @@ struct rmap_ending {
 struct rmap_recorder {
     void (*emit)(struct rmap_recorder *self, const struct rmap_emission *emission);
     void (*step)(struct rmap_recorder *self, const struct rmap_step *step);
-    /* Points of a curved leg, before its step. NULL: not wanted. */
+    /* Points of a curved segment, before its step. NULL: not wanted. */
     void (*curve)(struct rmap_recorder *self, const struct rmap_curve_point *point);
     void (*registration)(struct rmap_recorder *self, const struct rmap_registration *registration);
     void (*end)(struct rmap_recorder *self, const struct rmap_ending *ending);

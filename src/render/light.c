@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * The scene's sources as seen from where light arrives: by sampling them from a point (next-event
- * estimation), and by meeting their shining side along a leg.
+ * estimation), and by meeting their shining side along a segment.
  */
 #include "render/light.h"
 
@@ -253,7 +253,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
     return seen;
 }
 
-/* ---- met by a leg ---- */
+/* ---- met by a segment ---- */
 
 /* From the side to which the triangle's normal points (Moeller & Trumbore 1997,
  * doi:10.1080/10867651.1997.10487468). */

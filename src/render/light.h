@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * The scene's sources as seen from where light arrives: by sampling them from a point (next-event
- * estimation), and by meeting their shining side along a leg.
+ * estimation), and by meeting their shining side along a segment.
  */
 #ifndef RMAP_LIGHT_H
 #define RMAP_LIGHT_H
@@ -27,8 +27,8 @@ struct rmap_lights {
     const struct rmap_scene *scene; /* borrowed */
     size_t n;
     struct rmap_light *light;
-    size_t n_area;     /* the first ones are AREA: those that a leg can meet */
-    size_t n_bent;     /* of them in gradient media: curved legs meet no others */
+    size_t n_area;     /* the first ones are AREA: those that a segment can meet */
+    size_t n_bent;     /* of them in gradient media: curved segments meet no others */
     size_t n_unseen;   /* lists of rays, which no point can look at */
     bool four_numbers; /* a draw takes more than two: there is a choice, or a mesh */
     double unit_m2;    /* a square of the scene's unit */

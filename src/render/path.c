@@ -10,7 +10,7 @@
 #include "trace/walk.h"
 
 struct path {
-    struct rmap_recorder base; /* is told the points of curved legs */
+    struct rmap_recorder base; /* is told the points of curved segments */
     const struct rmap_renderer *renderer;
     struct rmap_render_counts *counts;
     struct rmap_walk walk;
@@ -19,10 +19,10 @@ struct path {
 
     double rgb[3];
     double scale;  /* of diffuse transmission between media of different index */
-    bool looked;   /* at all lights, from where the leg in hand begins */
+    bool looked;   /* at all lights, from where the segment in hand begins */
     bool lit_once; /* lights have been looked at before */
 
-    struct rmap_vec3 point;    /* the leg in hand has been searched for light up to here, */
+    struct rmap_vec3 point;    /* the segment in hand has been searched for light up to here, */
     double done;               /* over this length, */
     struct rmap_colour before; /* in a medium that weighs it: the colour that it began with */
 };
@@ -125,9 +125,9 @@ static const double *transmittance(const struct path *path, int32_t medium, doub
     return through;
 }
 
-/* ---- lights met along a leg ---- */
+/* ---- lights met along a segment ---- */
 
-/* Over the channels that the path still has: a curved leg may have chosen one of them. */
+/* Over the channels that the path still has: a curved segment may have chosen one of them. */
 static double live_sum(const struct path *path, const double *share, const double *factor)
 {
     double sum = 0.0;
@@ -270,7 +270,7 @@ static void look_from_surface(struct path *path, const struct rmap_arrival *arri
     const struct rmap_scene *scene = path->renderer->scene;
     const struct rmap_hit *hit = &arrival->hit;
     const struct rmap_object *object = &scene->object[hit->object];
-    bool front = rmap_dot(arrival->leg.direction, hit->normal) < 0.0;
+    bool front = rmap_dot(arrival->segment.direction, hit->normal) < 0.0;
     int32_t index = front ? object->surface_front : object->surface_back;
     int32_t far = front ? object->medium_back : object->medium_front;
     if (!path->renderer->scatters[index])
@@ -336,7 +336,7 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
     }
     struct receiver receiver = {
         .ray = walk->ray, .direction = walk->ray.direction, .inside = true, .factor = 1.0};
-    receiver.ray.origin = arrival->leg.to;
+    receiver.ray.origin = arrival->segment.to;
     rmap_contact_clear(&receiver.ray.contact);
     path->looked = walk->ray.gradient == 0;
     if (path->looked)
@@ -356,7 +356,7 @@ static void see_background(struct path *path)
                               .colour = walk->scene->background});
 }
 
-/* One leg; true when the path goes on. */
+/* One segment; true when the path goes on. */
 static bool advance(struct path *path)
 {
     struct rmap_walk *walk = &path->walk;
@@ -371,24 +371,24 @@ static bool advance(struct path *path)
     path->point = walk->ray.origin;
     path->done = 0.0;
     walk->recorder = seek && walk->ray.gradient > 0 ? &path->base : NULL;
-    rmap_walk_leg(walk, &arrival);
-    path->counts->n_leg++;
+    rmap_walk_segment(walk, &arrival);
+    path->counts->n_segment++;
     if (seek)
-        search(path, &arrival.leg.to);
+        search(path, &arrival.segment.to);
     switch (arrival.end) {
-    case RMAP_LEG_SURFACE:
+    case RMAP_SEGMENT_SURFACE:
         return meet_surface(path, &arrival);
-    case RMAP_LEG_LEFT:
+    case RMAP_SEGMENT_LEFT:
         see_background(path);
         return false;
-    case RMAP_LEG_LIMIT:
+    case RMAP_SEGMENT_LIMIT:
         path->counts->n_limit++;
         return false;
-    case RMAP_LEG_ABSORBED:
+    case RMAP_SEGMENT_ABSORBED:
         return false;
-    case RMAP_LEG_SCATTERED:
+    case RMAP_SEGMENT_SCATTERED:
         return scatter(path, &arrival);
-    case RMAP_LEG_ERROR:
+    case RMAP_SEGMENT_ERROR:
         break;
     }
     path->counts->n_error++;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Pictures: light traced backward, from a camera to the sources (Kajiya 1986,
- * doi:10.1145/15922.15902), through the same legs and by the same decisions as forward rays take.
+ * doi:10.1145/15922.15902), through the same segments and by the same decisions as forward rays
+ * take.
  */
 #include "render/renderer.h"
 
@@ -12,7 +13,7 @@ void rmap_render_counts_add(struct rmap_render_counts *counts,
                             const struct rmap_render_counts *more)
 {
     counts->n_path += more->n_path;
-    counts->n_leg += more->n_leg;
+    counts->n_segment += more->n_segment;
     counts->n_look += more->n_look;
     counts->n_limit += more->n_limit;
     counts->n_error += more->n_error;

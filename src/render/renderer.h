@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Pictures: light traced backward, from a camera to the sources (Kajiya 1986,
- * doi:10.1145/15922.15902), through the same legs and by the same decisions as forward rays take.
+ * doi:10.1145/15922.15902), through the same segments and by the same decisions as forward rays
+ * take.
  *
  * A path is analog, as rays are: one outcome at each event, drawn with its probability. It carries
  * shares per channel; a channel's share times the path's probability is the product of that
@@ -45,8 +46,8 @@ enum rmap_status rmap_renderer_create(const struct rmap_scene *scene,
 void rmap_renderer_destroy(struct rmap_renderer *renderer);
 
 struct rmap_render_counts {
-    uint64_t n_path, n_leg, n_look; /* looks at a light */
-    uint64_t n_limit, n_error;      /* paths that ended so; they keep what they had found */
+    uint64_t n_path, n_segment, n_look; /* looks at a light */
+    uint64_t n_limit, n_error;          /* paths that ended so; they keep what they had found */
 };
 
 void rmap_render_counts_add(struct rmap_render_counts *counts,

@@ -17,7 +17,7 @@
 /* A piece shorter than this share of its run is straight. */
 #define SHORTEST 1e-12
 
-/* Shares of the tolerance that the chord on which a leg ends may leave the curve by: steps are
+/* Shares of the tolerance that the chord on which a segment ends may leave the curve by: steps are
  * mostly far better than the tolerance. Pictures do not show it. */
 static const double chord_off = 1e-4, chord_off_in_pictures = 0.1;
 
@@ -123,7 +123,7 @@ bool rmap_curve_search_start(struct rmap_curve_search *search, const struct rmap
     if (!met || hit->t > 0.0)
         return false;
     if (!starts_on_surface(search))
-        hit->t = DBL_MIN; /* a point of its own, not the leg's start */
+        hit->t = DBL_MIN; /* a point of its own, not the segment's start */
     return true;
 }
 
@@ -141,8 +141,8 @@ bool rmap_curve_search_add(struct rmap_curve_search *search)
            0.125 * run->bend * time * time > straight;
 }
 
-/* Does a surface cross the line between two points? The contact counts where it starts the leg. A
- * mesh may be met a little behind `to`, within its tolerance: *share is then above 1. */
+/* Does a surface cross the line between two points? The contact counts where it starts the segment.
+ * A mesh may be met a little behind `to`, within its tolerance: *share is then above 1. */
 RMAP_COPIED bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struct rmap_vec3 to,
                        struct rmap_hit *hit, double *share)
 {
@@ -268,8 +268,8 @@ RMAP_COPIED bool same_side(const struct rmap_curve_search *search, const struct 
     return tangent == 0.0 || chord * tangent > 0.0;
 }
 
-/* The piece up to `end`, or a shorter one whose sag the medium allows; one that starts the leg on
- * a surface leaves it to the side to which the curve does. */
+/* The piece up to `end`, or a shorter one whose sag the medium allows; one that starts the segment
+ * on a surface leaves it to the side to which the curve does. */
 RMAP_COPIED void set_piece(struct rmap_curve_search *search, const struct measure *of,
                            struct piece *piece, double end)
 {
@@ -296,7 +296,7 @@ RMAP_COPIED bool reads_time(const struct rmap_curve_search *search, double span)
     return search->run.pull * square * square <= most * most;
 }
 
-enum verdict { CLEAR, MET, UNDECIDED };
+enum outcome { CLEAR, MET, UNDECIDED };
 
 /* When pieces are to end: the one in hand, and the one after it once that is clear. */
 struct aim {
@@ -304,8 +304,8 @@ struct aim {
     double wider; /* of the window about the crossing, after failures */
 };
 
-RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct measure *of,
-                               const struct piece *piece, struct aim *aim, struct rmap_hit *hit)
+RMAP_COPIED enum outcome evaluator(struct rmap_curve_search *search, const struct measure *of,
+                                   const struct piece *piece, struct aim *aim, struct rmap_hit *hit)
 {
     double share = 0.0, from = piece->a.time, span = piece->b.time - from;
     bool decides = piece->sag <= search->decides || span <= of->shortest;
@@ -353,7 +353,7 @@ bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struc
     while (piece.a.time < end) {
         set_piece(search, &of, &piece, aim.next);
         double span = piece.b.time - piece.a.time;
-        switch (judge(search, &of, &piece, &aim, hit)) {
+        switch (evaluator(search, &of, &piece, &aim, hit)) {
         case MET:
             *time = aim.next;
             if (!starts_on_surface(search))

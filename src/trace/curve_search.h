@@ -34,14 +34,14 @@ struct rmap_curve_search {
     const struct rmap_accel *accel;           /* borrowed */
     const struct rmap_curve_options *options; /* borrowed */
     bool rough;                               /* for a picture */
-    double decides;                           /* sag of a chord that may end the leg */
+    double decides;                           /* sag of a chord that may end the segment */
     struct rmap_curve_run run;
     double ahead;            /* distance to a surface straight ahead of the run's start */
-    struct rmap_ray ray;     /* of the chord in hand; contact: as long as it starts the leg */
-    struct rmap_vec3 normal; /* of the surface that the leg starts on */
+    struct rmap_ray ray;     /* of the chord in hand; contact: as long as it starts the segment */
+    struct rmap_vec3 normal; /* of the surface that the segment starts on */
 };
 
-/* A leg that starts as `ray` does; normal: of the surface it starts on, if its contact has one.
+/* A segment that starts as `ray` does; normal: of the surface it starts on, if its contact has one.
  * rough: only a picture is made of it, which does not show the last tenth of the tolerance. */
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
                              const struct rmap_curve_options *options, bool rough,
@@ -56,7 +56,7 @@ bool rmap_curve_search_start(struct rmap_curve_search *search, const struct rmap
 bool rmap_curve_search_add(struct rmap_curve_search *search);
 
 /* The first surface on the run up to `*time`. hit: position on the surface; t: 0 for a surface that
- * touches the leg's start, else > 0. */
+ * touches the segment's start, else > 0. */
 bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struct rmap_hit *hit);
 
 #endif

@@ -38,7 +38,7 @@ static void place(const struct rmap_detector *detector, struct rmap_registration
         registration->cell[k] = cell_of(registration->relative[k], detector->cells[k]);
 }
 
-/* Light at a point of a leg. */
+/* Light at a point of a segment. */
 struct passage {
     struct rmap_vec3 point, direction;
     double optical_path;
@@ -108,18 +108,18 @@ static void sort_in(struct sorted *sorted, struct crossing c)
     sorted->c[at] = c;
 }
 
-/* The straight leg, or the step of a curve, that detectors watch. */
+/* The straight segment, or the step of a curve, that detectors watch. */
 struct watched {
-    const struct rmap_leg *leg;
-    const struct rmap_leg_piece *piece; /* NULL: a straight leg */
+    const struct rmap_segment *segment;
+    const struct rmap_segment_piece *piece; /* NULL: a straight segment */
 };
 
 static void find_straight(const struct rmap_detector *detector, int32_t index,
-                          const struct rmap_leg *leg, struct sorted *sorted)
+                          const struct rmap_segment *segment, struct sorted *sorted)
 {
-    double from = height(detector, leg->from), to = height(detector, leg->to);
+    double from = height(detector, segment->from), to = height(detector, segment->to);
     if (crosses(from, to))
-        sort_in(sorted, (struct crossing){leg->length * (from / (from - to)), index});
+        sort_in(sorted, (struct crossing){segment->length * (from / (from - to)), index});
 }
 
 /* An interval of theta, and the curve's height over the detector at its ends. */
@@ -222,7 +222,8 @@ static void find_curved(const struct search *search, struct interval at, int dep
 
 #define ROUNDING 1e-14 /* of a height, in its point's coordinates */
 
-static double tolerance_of(const struct rmap_detector *detector, const struct rmap_leg_piece *piece)
+static double tolerance_of(const struct rmap_detector *detector,
+                           const struct rmap_segment_piece *piece)
 {
     const double scale =
         rmap_length(piece->from) + rmap_length(piece->to) + rmap_length(detector->origin);
@@ -239,9 +240,9 @@ static void find(const struct rmap_scene *scene, int32_t index, const struct wat
                  struct sorted *sorted)
 {
     const struct rmap_detector *detector = &scene->detector[index];
-    const struct rmap_leg_piece *piece = light->piece;
+    const struct rmap_segment_piece *piece = light->piece;
     if (!piece) {
-        find_straight(detector, index, light->leg, sorted);
+        find_straight(detector, index, light->segment, sorted);
         return;
     }
     struct interval at = {0.0, 1.0, height(detector, piece->from), height(detector, piece->to)};
@@ -253,11 +254,12 @@ static void find(const struct rmap_scene *scene, int32_t index, const struct wat
 
 static struct passage passage_at(const struct watched *light, double along)
 {
-    const struct rmap_leg *leg = light->leg;
-    const struct rmap_leg_piece *piece = light->piece;
+    const struct rmap_segment *segment = light->segment;
+    const struct rmap_segment_piece *piece = light->piece;
     if (!piece)
-        return (struct passage){rmap_axpy(along, leg->direction, leg->from), leg->direction,
-                                leg->optical_from + leg->index * along, leg->segment};
+        return (struct passage){rmap_axpy(along, segment->direction, segment->from),
+                                segment->direction, segment->optical_from + segment->index * along,
+                                segment->segment};
     struct passage passage = {.segment = piece->segment};
     double length;
     rmap_curve_at(piece->step, along, &passage.point, &passage.direction);
@@ -284,14 +286,14 @@ static void detect(const struct rmap_scene *scene, const struct watched *light,
     } while (sorted.n == SORTED_MAX);
 }
 
-void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_leg *leg,
+void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_segment *segment,
                       struct rmap_recorder *recorder)
 {
     if (scene->n_free_detector > 0)
-        detect(scene, &(struct watched){.leg = leg}, recorder);
+        detect(scene, &(struct watched){.segment = segment}, recorder);
 }
 
-void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_piece *piece,
+void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_segment_piece *piece,
                        struct rmap_recorder *recorder)
 {
     if (scene->n_free_detector > 0)
@@ -307,37 +309,38 @@ static bool has_face(const struct rmap_scene *scene, const struct rmap_detector 
     return (uint32_t)primitive < mesh->n_triangle && detector->face[mesh->face[primitive]];
 }
 
-void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
-                    int32_t primitive, struct rmap_recorder *recorder)
+void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_segment *segment,
+                    int32_t object, int32_t primitive, struct rmap_recorder *recorder)
 {
     if (scene->on_first[object] == scene->on_first[object + 1])
         return;
-    const struct passage light = {leg->to, leg->direction,
-                                  leg->optical_from + leg->index * leg->length, leg->segment};
+    const struct passage light = {segment->to, segment->direction,
+                                  segment->optical_from + segment->index * segment->length,
+                                  segment->segment};
     for (size_t k = scene->on_first[object]; k < scene->on_first[object + 1]; k++)
         if (has_face(scene, &scene->detector[scene->on_detector[k]], object, primitive))
             register_plane(scene, scene->on_detector[k], &light, recorder);
 }
 
-void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,
+void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_segment *segment,
                      struct rmap_recorder *recorder)
 {
     for (size_t k = 0; k < scene->n_far_detector; k++) {
         int32_t index = scene->far_detector[k];
         const struct rmap_detector *detector = &scene->detector[index];
-        double cosine = rmap_dot(leg->direction, detector->axis), theta = rmap_angle_of(cosine);
-        double phi =
-            atan2(rmap_dot(leg->direction, detector->y), rmap_dot(leg->direction, detector->x));
+        double cosine = rmap_dot(segment->direction, detector->axis), theta = rmap_angle_of(cosine);
+        double phi = atan2(rmap_dot(segment->direction, detector->y),
+                           rmap_dot(segment->direction, detector->x));
         if (phi < 0.0)
             phi += 2.0 * RMAP_PI;
         struct rmap_registration registration = {
             .detector = index,
-            .segment = leg->segment,
+            .segment = segment->segment,
             .relative = {theta / RMAP_PI, phi / (2.0 * RMAP_PI)},
-            .position = leg->to,
-            .direction = leg->direction,
+            .position = segment->to,
+            .direction = segment->direction,
             .cosine = cosine,
-            .optical_path = leg->optical_from};
+            .optical_path = segment->optical_from};
         registration.registered = accepts_angle(detector, cosine);
         place(detector, &registration);
         recorder->registration(recorder, &registration);

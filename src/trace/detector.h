@@ -10,24 +10,24 @@
 #include "portion/recorder.h"
 #include "scene/scene.h"
 
-/* A straight leg. `to` must be the very point at which the next leg starts: a plane is crossed
- * when `from` lies on one side of it and `to` on it or on the other, so that no crossing is
+/* A straight segment. `to` must be the very point at which the next segment starts: a plane is
+ * crossed when `from` lies on one side of it and `to` on it or on the other, so that no crossing is
  * missed or counted twice by rounding. */
-struct rmap_leg {
+struct rmap_segment {
     struct rmap_vec3 from, to;
     struct rmap_vec3 direction; /* unit */
     double length;
-    double optical_from, index; /* optical path at `from`; refractive index along the leg */
+    double optical_from, index; /* optical path at `from`; refractive index along the segment */
     uint32_t segment;           /* its number within the ray, from 0 */
 };
 
-/* Planes free in space that the leg crosses, by distance, then by detector index. */
-void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_leg *leg,
+/* Planes free in space that the segment crosses, by distance, then by detector index. */
+void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_segment *segment,
                       struct rmap_recorder *recorder);
 
-/* A step of a curved leg, from theta 0 to 1. from, to: the very points at which its neighbours end
- * and start, as above. */
-struct rmap_leg_piece {
+/* A step of a curved segment, from theta 0 to 1. from, to: the very points at which its neighbours
+ * end and start, as above. */
+struct rmap_segment_piece {
     const struct rmap_curve_step *step;
     struct rmap_vec3 from, to;
     double optical_from; /* optical path at `from` */
@@ -36,16 +36,16 @@ struct rmap_leg_piece {
 };
 
 /* Planes free in space that the curve crosses, each as often as it does, along the curve. */
-void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_piece *piece,
+void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_segment_piece *piece,
                        struct rmap_recorder *recorder);
 
-/* Planes lying on the object met at the end of the leg, or on the face that this primitive of it is
- * of: the point is projected along the detector's axis onto its plane. */
-void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
-                    int32_t primitive, struct rmap_recorder *recorder);
+/* Planes lying on the object met at the end of the segment, or on the face that this primitive of
+ * it is of: the point is projected along the detector's axis onto its plane. */
+void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_segment *segment,
+                    int32_t object, int32_t primitive, struct rmap_recorder *recorder);
 
-/* Intensity grids, for a leg that leaves the scene. optical_path: without that leg. */
-void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,
+/* Intensity grids, for a segment that leaves the scene. optical_path: without that segment. */
+void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_segment *segment,
                      struct rmap_recorder *recorder);
 
 #endif

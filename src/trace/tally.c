@@ -326,14 +326,15 @@ enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
     struct ray_rows rows = {0};
     for (size_t i = 0; i < n; i++) {
         if (!advance(portion, &rows, i))
-            return complain(err, portion, i, "counts more legs or registrations than there are");
+            return complain(err, portion, i,
+                            "counts more segments or registrations than there are");
         enum rmap_status st = check_ray(tally->scene, portion, &rows, err);
         if (st != RMAP_OK)
             return st;
     }
     if (rows.first_segment + rows.n_segment != portion->n_row[RMAP_TABLE_SEGMENT] ||
         rows.first_registration + rows.n_registration != portion->n_row[RMAP_TABLE_REGISTRATION])
-        return rmap_error_set(err, RMAP_FORMAT, "legs or registrations that belong to no ray");
+        return rmap_error_set(err, RMAP_FORMAT, "segments or registrations that belong to no ray");
     rows = (struct ray_rows){0};
     for (size_t i = 0; i < n && advance(portion, &rows, i); i++)
         add_ray(tally, portion, &rows);

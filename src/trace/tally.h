@@ -23,7 +23,7 @@ struct rmap_tally {
     double *left;            /* [n_source] */
     double *limit;           /* [n_source] */
     double *error;           /* [n_source] */
-    double *segments;        /* [1] legs in all */
+    double *segments;        /* [1] segments in all */
     double *image;           /* sum of weights per detector, source, cell; see rmap_tally_image */
     double *image_squared;   /* sum of squared weights, same layout */
     size_t *image_offset;    /* [n_detector + 1], in cells x sources */

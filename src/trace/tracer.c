@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The tracer of one ray: emission, legs, surfaces, media, detectors, limits.
+ * The tracer of one ray: emission, segments, surfaces, media, detectors, limits.
  */
 #include "trace/tracer.h"
 
@@ -43,27 +43,27 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
 static inline void record_step(struct rmap_walk *walk, const struct rmap_arrival *arrival,
                                uint32_t events)
 {
-    const struct rmap_leg *leg = &arrival->leg;
-    const struct rmap_hit *hit = arrival->end == RMAP_LEG_SURFACE ? &arrival->hit : NULL;
+    const struct rmap_segment *segment = &arrival->segment;
+    const struct rmap_hit *hit = arrival->end == RMAP_SEGMENT_SURFACE ? &arrival->hit : NULL;
     struct rmap_step step = {.object = hit ? hit->object : -1,
                              .primitive = hit ? hit->primitive : -1,
                              .events = events | arrival->events,
                              .medium = walk->ray.medium,
-                             .position = leg->to,
-                             .direction = leg->direction,
-                             .length = leg->length,
+                             .position = segment->to,
+                             .direction = segment->direction,
+                             .length = segment->length,
                              .optical_path = walk->optical_path,
                              .colour = walk->colour.share};
     if (hit)
         step.normal = hit->normal;
     if (arrival->events & RMAP_EVENT_GRADIENT)
         step.first_direction = arrival->first_direction;
-    if (arrival->end == RMAP_LEG_LEFT)
+    if (arrival->end == RMAP_SEGMENT_LEFT)
         step.length = 0.0;
     walk->recorder->step(walk->recorder, &step);
 }
 
-/* The surface at the end of a leg; true when the ray goes on. */
+/* The surface at the end of a segment; true when the ray goes on. */
 static bool meet_surface(struct rmap_walk *walk, const struct rmap_arrival *arrival)
 {
     struct rmap_decision decision;
@@ -78,7 +78,7 @@ static bool meet_surface(struct rmap_walk *walk, const struct rmap_arrival *arri
         end(walk, RMAP_STOP_ERROR);
         return false;
     }
-    rmap_detect_on(walk->scene, &arrival->leg, arrival->hit.object, arrival->hit.primitive,
+    rmap_detect_on(walk->scene, &arrival->segment, arrival->hit.object, arrival->hit.primitive,
                    walk->recorder);
     if (decision.events & RMAP_EVENT_ABSORB) {
         end(walk, RMAP_STOP_ABSORBED);
@@ -93,7 +93,7 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
 {
     record_step(walk, arrival, event);
     if (stop == RMAP_STOP_LEFT && walk->scene->n_far_detector > 0) {
-        rmap_detect_far(walk->scene, &arrival->leg, walk->recorder);
+        rmap_detect_far(walk->scene, &arrival->segment, walk->recorder);
         walk->predicted = false; /* angles of another library */
     }
     end(walk, stop);
@@ -109,23 +109,23 @@ static bool meet_particle(struct rmap_walk *walk, const struct rmap_arrival *arr
     return true;
 }
 
-/* One leg; true when the ray goes on. */
+/* One segment; true when the ray goes on. */
 static bool advance(struct rmap_walk *walk)
 {
     struct rmap_arrival arrival;
-    rmap_walk_leg(walk, &arrival);
+    rmap_walk_segment(walk, &arrival);
     switch (arrival.end) {
-    case RMAP_LEG_SURFACE:
+    case RMAP_SEGMENT_SURFACE:
         return meet_surface(walk, &arrival);
-    case RMAP_LEG_ABSORBED:
+    case RMAP_SEGMENT_ABSORBED:
         return stop_here(walk, &arrival, RMAP_EVENT_ABSORB, RMAP_STOP_ABSORBED);
-    case RMAP_LEG_LEFT:
+    case RMAP_SEGMENT_LEFT:
         return stop_here(walk, &arrival, RMAP_EVENT_LEFT, RMAP_STOP_LEFT);
-    case RMAP_LEG_LIMIT:
+    case RMAP_SEGMENT_LIMIT:
         return stop_here(walk, &arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
-    case RMAP_LEG_SCATTERED:
+    case RMAP_SEGMENT_SCATTERED:
         return meet_particle(walk, &arrival);
-    case RMAP_LEG_ERROR:
+    case RMAP_SEGMENT_ERROR:
         break;
     }
     return stop_here(walk, &arrival, RMAP_EVENT_ERROR, RMAP_STOP_ERROR);

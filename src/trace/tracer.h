@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The tracer of one ray: emission, legs, surfaces, media, detectors, limits. A ray is a pure
+ * The tracer of one ray: emission, segments, surfaces, media, detectors, limits. A ray is a pure
  * function of (scene, seed, ray id). Analog Monte Carlo: a ray keeps its weight, and at each
  * event one outcome is drawn with its physical probability.
  */

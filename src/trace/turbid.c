@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Absorption and scattering inside a medium: a free path drawn per leg, and what happens at its
+ * Absorption and scattering inside a medium: a free path drawn per segment, and what happens at its
  * end (analog Monte Carlo).
  */
 #include "trace/turbid.h"

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  *
- * Light on its way, one leg at a time. The tracer records what happens at the end of each leg;
- * the renderer looks for light there. Both take the same steps:
+ * Light on its way, one segment at a time. The tracer records what happens at the end of each
+ * segment; the renderer looks for light there. Both take the same steps:
  *
  *     rmap_walk_begin      and the colour
- *     rmap_walk_leg        to the end of the next leg
+ *     rmap_walk_segment        to the end of the next segment
  *     rmap_interact        at a surface: what becomes of the light
  *     rmap_walk_depart     on from the surface, or
  *     rmap_walk_scatter    on from inside the medium
@@ -26,35 +26,36 @@ struct rmap_walk {
     const struct rmap_scene *scene; /* borrowed */
     const struct rmap_accel *accel; /* borrowed */
     struct rmap_recorder *recorder; /* told of detectors and curve points; NULL: nobody */
-    struct rmap_draw draw;          /* step: legs so far */
-    struct rmap_ray ray;            /* origin: where the next leg starts */
-    struct rmap_vec3 start_normal;  /* of the surface that the leg starts on, if on any */
+    struct rmap_draw draw;          /* step: segments so far */
+    struct rmap_ray ray;            /* origin: where the next segment starts */
+    struct rmap_vec3 start_normal;  /* of the surface that the segment starts on, if on any */
     struct rmap_colour colour;
     double weight, path_length, optical_path;
     bool predicted; /* so far every number was what src/compact predicts */
-    bool rough;     /* nobody asks for lengths: those of curved legs may be estimates */
+    bool rough;     /* nobody asks for lengths: those of curved segments may be estimates */
 };
 
-enum rmap_leg_end {
-    RMAP_LEG_SURFACE,
-    RMAP_LEG_ABSORBED,  /* inside the medium */
-    RMAP_LEG_SCATTERED, /* inside the medium */
-    RMAP_LEG_LEFT,      /* the scene; the leg does not count in the walk's path lengths */
-    RMAP_LEG_LIMIT,     /* curved: the medium's limit of steps */
-    RMAP_LEG_ERROR      /* curved: the field has no value there */
+enum rmap_segment_end {
+    RMAP_SEGMENT_SURFACE,
+    RMAP_SEGMENT_ABSORBED,  /* inside the medium */
+    RMAP_SEGMENT_SCATTERED, /* inside the medium */
+    RMAP_SEGMENT_LEFT,      /* the scene; the segment does not count in the walk's path lengths */
+    RMAP_SEGMENT_LIMIT,     /* curved: the medium's limit of steps */
+    RMAP_SEGMENT_ERROR      /* curved: the field has no value there */
 };
 
 struct rmap_arrival {
-    enum rmap_leg_end end;
-    uint32_t events;     /* RMAP_EVENT_GRADIENT for a curved leg, else 0 */
-    struct rmap_leg leg; /* to: its end; direction: there. Curved: `index` is 0 and `optical_from`
-                            the path at its end, or for one that left at its start */
-    struct rmap_vec3 first_direction; /* of a curved leg */
+    enum rmap_segment_end end;
+    uint32_t events; /* RMAP_EVENT_GRADIENT for a curved segment, else 0 */
+    struct rmap_segment
+        segment;                      /* to: its end; direction: there. Curved: `index` is 0 and
+                                 `optical_from`      the path at its end, or for one that left at its start */
+    struct rmap_vec3 first_direction; /* of a curved segment */
     struct rmap_hit hit;              /* SURFACE */
 };
 
 /* Sets all but the colour and the ray. That may start anywhere; its contact is zero unless it
- * starts where a leg of another walk ended. */
+ * starts where a segment of another walk ended. */
 static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tracer *tracer,
                                    uint64_t ray_id, struct rmap_recorder *recorder)
 {
@@ -68,7 +69,7 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->predicted = true;
 }
 
-/* Index along the leg; before the wavelength is drawn, the mean over the colour. */
+/* Index along the segment; before the wavelength is drawn, the mean over the colour. */
 static inline double rmap_walk_index(const struct rmap_walk *walk)
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
@@ -89,20 +90,20 @@ static inline double rmap_walk_distance_out(const struct rmap_walk *walk)
     return along > 0.0 ? gap / (root + along) : root - along;
 }
 
-/* The next leg of light in a gradient medium. Not inline: it costs more than a call. */
+/* The next segment of light in a gradient medium. Not inline: it costs more than a call. */
 void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival);
 
-static inline enum rmap_leg_end rmap_leg_end_of(uint32_t event)
+static inline enum rmap_segment_end rmap_segment_end_of(uint32_t event)
 {
-    return event == RMAP_EVENT_ABSORB ? RMAP_LEG_ABSORBED : RMAP_LEG_SCATTERED;
+    return event == RMAP_EVENT_ABSORB ? RMAP_SEGMENT_ABSORBED : RMAP_SEGMENT_SCATTERED;
 }
 
-/* The next leg. The walk's colour becomes that on arrival, its direction that of arrival; its
+/* The next segment. The walk's colour becomes that on arrival, its direction that of arrival; its
  * origin stays. Detectors free in space and curve points are told to the recorder. */
-static inline void rmap_walk_leg(struct rmap_walk *walk, struct rmap_arrival *arrival)
+static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival *arrival)
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
-    struct rmap_leg *leg = &arrival->leg;
+    struct rmap_segment *segment = &arrival->segment;
     if (walk->ray.gradient) {
         rmap_walk_curve(walk, arrival);
         return;
@@ -111,33 +112,36 @@ static inline void rmap_walk_leg(struct rmap_walk *walk, struct rmap_arrival *ar
     uint32_t event = 0; /* inside the medium */
     if (met && !arrival->hit.predicted)
         walk->predicted = false;
-    leg->from = walk->ray.origin;
-    leg->direction = walk->ray.direction;
-    leg->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
-    leg->optical_from = walk->optical_path;
-    leg->index = rmap_walk_index(walk);
-    leg->segment = walk->draw.step++;
-    if (rmap_medium_is_turbid(medium) && leg->length > 0.0) {
+    segment->from = walk->ray.origin;
+    segment->direction = walk->ray.direction;
+    segment->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
+    segment->optical_from = walk->optical_path;
+    segment->index = rmap_walk_index(walk);
+    segment->segment = walk->draw.step++;
+    if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
-        bool ended = path.length < leg->length;
-        leg->length = ended ? path.length : leg->length;
-        event = rmap_free_path_end(medium, &path, leg->length, ended, &walk->colour);
+        bool ended = path.length < segment->length;
+        segment->length = ended ? path.length : segment->length;
+        event = rmap_free_path_end(medium, &path, segment->length, ended, &walk->colour);
     }
     arrival->events = 0;
-    arrival->end = event ? rmap_leg_end_of(event) : met ? RMAP_LEG_SURFACE : RMAP_LEG_LEFT;
-    leg->to = arrival->end == RMAP_LEG_SURFACE ? arrival->hit.position
-                                               : rmap_axpy(leg->length, leg->direction, leg->from);
+    arrival->end = event ? rmap_segment_end_of(event)
+                   : met ? RMAP_SEGMENT_SURFACE
+                         : RMAP_SEGMENT_LEFT;
+    segment->to = arrival->end == RMAP_SEGMENT_SURFACE
+                      ? arrival->hit.position
+                      : rmap_axpy(segment->length, segment->direction, segment->from);
     if (walk->recorder)
-        rmap_detect_free(walk->scene, leg, walk->recorder);
-    if (arrival->end == RMAP_LEG_LEFT)
+        rmap_detect_free(walk->scene, segment, walk->recorder);
+    if (arrival->end == RMAP_SEGMENT_LEFT)
         return;
-    walk->path_length += leg->length;
-    walk->optical_path += leg->index * leg->length;
+    walk->path_length += segment->length;
+    walk->optical_path += segment->index * segment->length;
 }
 
-/* Does the scene's limit of steps or of weight end the ray at the end of this leg? */
+/* Does the scene's limit of steps or of weight end the ray at the end of this segment? */
 static inline bool rmap_walk_limited(const struct rmap_walk *walk)
 {
     uint64_t limit = walk->scene->limit_steps;
@@ -164,11 +168,11 @@ static inline void rmap_walk_depart(struct rmap_walk *walk, const struct rmap_ar
         walk->predicted = false;
 }
 
-/* On from a point inside the medium where the leg ended SCATTERED. */
+/* On from a point inside the medium where the segment ended SCATTERED. */
 static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_arrival *arrival)
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
-    walk->ray.origin = arrival->leg.to;
+    walk->ray.origin = arrival->segment.to;
     walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
     rmap_contact_clear(&walk->ray.contact);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * A leg through a gradient medium: the curve step by step until it meets a surface, ends inside the
- * medium, or leaves the scene.
+ * A segment through a gradient medium: the curve step by step until it meets a surface, ends inside
+ * the medium, or leaves the scene.
  */
 #include <float.h>
 #include <math.h>
@@ -11,7 +11,7 @@
 #include "trace/curve_search.h"
 #include "trace/walk.h"
 
-/* A curved leg on its way. */
+/* A curved segment on its way. */
 struct bend {
     struct rmap_walk *walk;
     struct rmap_arrival *arrival;
@@ -20,7 +20,7 @@ struct bend {
     struct rmap_curve_search search;
     struct rmap_curve_points points;
     double length, optical; /* of the steps so far */
-    double free_path;       /* the leg ends there inside the medium */
+    double free_path;       /* the segment ends there inside the medium */
 };
 
 static bool is_rough(const struct rmap_walk *walk)
@@ -28,7 +28,7 @@ static bool is_rough(const struct rmap_walk *walk)
     return walk->rough && !walk->recorder;
 }
 
-/* A dispersive medium bends each wavelength apart: it is drawn before the leg. */
+/* A dispersive medium bends each wavelength apart: it is drawn before the segment. */
 static void choose_wavelength(struct rmap_walk *walk)
 {
     double u[4];
@@ -36,7 +36,7 @@ static void choose_wavelength(struct rmap_walk *walk)
     rmap_colour_collapse(&walk->colour, rmap_colour_pick(&walk->colour, NULL, u[3]));
 }
 
-/* False where the field has no value, within rounding, at the leg's start. */
+/* False where the field has no value, within rounding, at the segment's start. */
 static bool begin_curve(struct bend *bend, int channel)
 {
     const struct rmap_walk *walk = bend->walk;
@@ -101,20 +101,20 @@ static double find_length(const struct rmap_curve_step *step, double length)
     return theta;
 }
 
-/* What ends the leg on the run's last step if no surface does: shortens *time and sets *end. */
-static bool find_end(const struct bend *bend, double *time, enum rmap_leg_end *end)
+/* What ends the segment on the run's last step if no surface does: shortens *time and sets *end. */
+static bool find_end(const struct bend *bend, double *time, enum rmap_segment_end *end)
 {
     const struct rmap_curve_run *run = &bend->search.run;
     const struct rmap_curve_step *step = &run->step[run->n - 1];
     double theta = 2.0, before = bend->length + run->length - step->length;
     if (before + step->length >= bend->free_path) {
         theta = find_length(step, bend->free_path - before);
-        *end = RMAP_LEG_SCATTERED; /* or absorbed */
+        *end = RMAP_SEGMENT_SCATTERED; /* or absorbed */
     }
     double out = find_way_out(bend, step);
     if (out < theta) {
         theta = out;
-        *end = RMAP_LEG_LEFT;
+        *end = RMAP_SEGMENT_LEFT;
     }
     if (theta < 1.0)
         *time = run->time[run->n - 1] + theta * step->h;
@@ -130,8 +130,9 @@ static double way_to_surface(const struct bend *bend)
     return rmap_max(way, least * bend->gradient->size);
 }
 
-/* The steps of a run. True when something other than a surface ends the leg with it, at *time. */
-static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
+/* The steps of a run. True when something other than a surface ends the segment with it, at *time.
+ */
+static bool fill_run(struct bend *bend, double *time, enum rmap_segment_end *end)
 {
     struct rmap_curve_run *run = &bend->search.run;
     bool due = false;
@@ -139,11 +140,11 @@ static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
         double rest = bend->free_path - bend->length - run->length;
         double way = rmap_min(1.1 * rest, way_to_surface(bend));
         if (bend->curve.n_step == bend->gradient->options.max_steps) {
-            *end = RMAP_LEG_LIMIT;
+            *end = RMAP_SEGMENT_LIMIT;
             return true;
         }
         if (!rmap_curve_advance(&bend->curve, way, &run->step[run->n])) {
-            *end = RMAP_LEG_ERROR;
+            *end = RMAP_SEGMENT_ERROR;
             return true;
         }
         due = rmap_curve_search_add(&bend->search);
@@ -154,14 +155,14 @@ static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
     return false;
 }
 
-/* The step as far as the leg goes; `to`: its end, on the surface if it met one. */
+/* The step as far as the segment goes; `to`: its end, on the surface if it met one. */
 static void travel(struct bend *bend, const struct rmap_curve_step *step, struct rmap_vec3 from,
                    struct rmap_vec3 to)
 {
     struct rmap_walk *walk = bend->walk;
-    uint32_t segment = bend->arrival->leg.segment;
+    uint32_t segment = bend->arrival->segment.segment;
     if (walk->recorder) {
-        const struct rmap_leg_piece piece = {
+        const struct rmap_segment_piece piece = {
             step,   from, to, walk->optical_path + bend->optical, bend->gradient->options.tolerance,
             segment};
         rmap_curve_points_add(&bend->points, step, segment, bend->length, piece.optical_from);
@@ -169,7 +170,7 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
     }
     bend->length += step->length;
     bend->optical += step->optical;
-    bend->arrival->leg.to = to;
+    bend->arrival->segment.to = to;
 }
 
 /* The run up to a time; `surface`: it ends on the surface of the arrival's hit. */
@@ -182,27 +183,27 @@ static void travel_run(struct bend *bend, double time, bool surface)
     int last = rmap_curve_run_find(run, time, &theta);
     for (int i = 0; i <= last; i++) {
         struct rmap_curve_step *step = &run->step[i];
-        struct rmap_vec3 from = bend->arrival->leg.to;
+        struct rmap_vec3 from = bend->arrival->segment.to;
         if (i == last && time != run->time[i + 1]) /* behind it: a mesh within its tolerance */
             (void)rmap_curve_cut(&bend->curve, step, theta);
         travel(bend, step, from, i == last && surface ? bend->arrival->hit.position : step->to.r);
     }
-    bend->arrival->leg.direction = rmap_normalize(run->step[last].to.T);
+    bend->arrival->segment.direction = rmap_normalize(run->step[last].to.T);
 }
 
-static enum rmap_leg_end follow(struct bend *bend)
+static enum rmap_segment_end follow(struct bend *bend)
 {
     struct rmap_hit *hit = &bend->arrival->hit;
     for (;;) {
-        enum rmap_leg_end end = RMAP_LEG_ERROR;
+        enum rmap_segment_end end = RMAP_SEGMENT_ERROR;
         double time;
         if (rmap_curve_search_start(&bend->search, &bend->curve.state, hit))
-            return RMAP_LEG_SURFACE;
+            return RMAP_SEGMENT_SURFACE;
         bool ends = fill_run(bend, &time, &end);
         bool met = rmap_curve_search_run(&bend->search, &time, hit);
         travel_run(bend, time, met);
         if (met)
-            return RMAP_LEG_SURFACE;
+            return RMAP_SEGMENT_SURFACE;
         if (ends)
             return end;
     }
@@ -218,12 +219,12 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     bend->free_path = HUGE_VAL;
     arrival->events = RMAP_EVENT_GRADIENT;
     walk->predicted = false;
-    struct rmap_leg *leg = &arrival->leg;
-    leg->from = leg->to = walk->ray.origin;
-    leg->direction = arrival->first_direction = walk->ray.direction;
-    leg->optical_from = walk->optical_path;
-    leg->length = leg->index = 0.0;
-    leg->segment = walk->draw.step++;
+    struct rmap_segment *segment = &arrival->segment;
+    segment->from = segment->to = walk->ray.origin;
+    segment->direction = arrival->first_direction = walk->ray.direction;
+    segment->optical_from = walk->optical_path;
+    segment->length = segment->index = 0.0;
+    segment->segment = walk->draw.step++;
     rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, is_rough(walk),
                             &walk->ray, walk->start_normal);
     rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline);
@@ -232,7 +233,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
 void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
-    struct rmap_leg *leg = &arrival->leg;
+    struct rmap_segment *segment = &arrival->segment;
     struct rmap_free_path path;
     struct bend bend;
     begin(&bend, walk, arrival);
@@ -242,20 +243,20 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
         bend.free_path = path.length;
     }
-    arrival->end = begin_curve(&bend, walk->colour.begin) ? follow(&bend) : RMAP_LEG_ERROR;
-    leg->length = bend.length;
-    walk->ray.direction = leg->direction;
-    if (arrival->end == RMAP_LEG_SURFACE && arrival->hit.t > 0.0)
-        arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the leg, not of its last chord */
+    arrival->end = begin_curve(&bend, walk->colour.begin) ? follow(&bend) : RMAP_SEGMENT_ERROR;
+    segment->length = bend.length;
+    walk->ray.direction = segment->direction;
+    if (arrival->end == RMAP_SEGMENT_SURFACE && arrival->hit.t > 0.0)
+        arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the segment, not of its last chord */
     if (rmap_medium_is_turbid(medium)) {
-        bool ended = arrival->end == RMAP_LEG_SCATTERED;
+        bool ended = arrival->end == RMAP_SEGMENT_SCATTERED;
         uint32_t event = rmap_free_path_end(medium, &path, bend.length, ended, &walk->colour);
         if (ended)
-            arrival->end = rmap_leg_end_of(event);
+            arrival->end = rmap_segment_end_of(event);
     }
-    if (arrival->end == RMAP_LEG_LEFT)
+    if (arrival->end == RMAP_SEGMENT_LEFT)
         return;
     walk->path_length += bend.length;
     walk->optical_path += bend.optical;
-    leg->optical_from = walk->optical_path;
+    segment->optical_from = walk->optical_path;
 }

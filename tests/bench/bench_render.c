@@ -186,7 +186,7 @@ static double evaluate_again(const struct watched *watched, double nothing)
     return isfinite(sum) ? sum : 0.0;
 }
 
-/* The queries as the picture puts them: by sieve and Embree, with positions and normals. */
+/* The queries as the picture puts them: by prefilter and Embree, with positions and normals. */
 static size_t search_again(const struct rmap_accel *accel, const struct watched *watched)
 {
     size_t n_hit = 0;

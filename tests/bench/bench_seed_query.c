@@ -76,7 +76,7 @@ static bool inflate_portion(struct portion *portion)
     return true;
 }
 
-/* A ray's records: n legs and the end. */
+/* A ray's records: n segments and the end. */
 struct history {
     const struct rmap_seed_segment *record;
     const struct rmap_seed_device *device; /* of the portion */

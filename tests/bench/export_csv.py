@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
-from judge_map import PlainMap  # noqa: E402
+from evaluator_map import PlainMap  # noqa: E402
 
 
 def write(path, **columns):

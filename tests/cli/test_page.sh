@@ -24,7 +24,7 @@ many=()
 for i in {1..32}; do many+=(--where "segments > $i"); done
 expect 2 '31 criteria at most' "$RAYMAP" draw a.raymap "${many[@]}" -o b.html
 expect 2 'surface, object or group' "$RAYMAP" draw a.raymap --by lens -o b.html
-/usr/bin/python3 "$(dirname "$0")/judge_page.py" a.raymap all.html some.html none.html ten.html || failures=$((failures + 1))
+/usr/bin/python3 "$(dirname "$0")/evaluator_page.py" a.raymap all.html some.html none.html ten.html || failures=$((failures + 1))
 
 # With a browser: the page's program runs to its end.
 chromium=${CHROMIUM:-/usr/bin/chromium}

@@ -13,7 +13,7 @@ import sys
 from collections import Counter, defaultdict
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from judge_map import BIT, LETTERS, PlainMap  # noqa: E402
+from evaluator_map import BIT, LETTERS, PlainMap  # noqa: E402
 
 PROGRAM = os.environ["RAYMAP"]
 DOUBLE_GAUSS = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
@@ -74,7 +74,7 @@ def same(a, b):
     return (a is None and math.isnan(b)) or (a is not None and math.isclose(a, b, rel_tol=EXACT, abs_tol=1e-15))
 
 
-class Judge:
+class Evaluator:
     """Classes by brute force."""
 
     def __init__(self, path, objects):
@@ -180,8 +180,8 @@ def steps_of(sequence):
     return tuple(steps)
 
 
-def check_peak(judge, row, source, members):
-    cells = judge.cells(members)
+def check_peak(evaluator, row, source, members):
+    cells = evaluator.cells(members)
     assert row["registrations"] == round(sum(sum(c.values()) for c in cells.values())), row
     if not cells:
         assert row["peak"] is None
@@ -190,53 +190,53 @@ def check_peak(judge, row, source, members):
     for (d, _, _), contribution in cells.items():
         per_detector[d] += sum(contribution.values())
     d = max(per_detector, key=lambda k: (per_detector[k], -k))
-    assert judge.map.names["detector"][d] == row["peak"]["detector"], row
+    assert evaluator.map.names["detector"][d] == row["peak"]["detector"], row
     extent = {}
-    nx, ny = (int(n) for n in judge.map.detector["cells"][d])
+    nx, ny = (int(n) for n in evaluator.map.detector["cells"][d])
     for (k, i, j) in cells:
         if k == d and row["peak"]["unit"] in ("W/m2", "lx"):
-            sx, sy = judge.map.detector["size"][d]
-            extent[i, j] = sx / nx * sy / ny * judge.map.length_unit ** 2
+            sx, sy = evaluator.map.detector["size"][d]
+            extent[i, j] = sx / nx * sy / ny * evaluator.map.length_unit ** 2
         elif k == d:
             extent[i, j] = (math.cos(math.pi * i / nx) - math.cos(math.pi * (i + 1) / nx)) * 2 * math.pi / ny
-    value = {c: judge.unit[source] * sum(cells[(d, *c)].values()) / extent[c] for c in extent}
+    value = {c: evaluator.unit[source] * sum(cells[(d, *c)].values()) / extent[c] for c in extent}
     best = max(value.values())
     assert math.isclose(best, row["peak"]["value"], rel_tol=1e-9), (best, row)
-    errors = [judge.error(source, cells[(d, *c)].values()) / extent[c] for c in value
+    errors = [evaluator.error(source, cells[(d, *c)].values()) / extent[c] for c in value
               if math.isclose(value[c], best, rel_tol=1e-9)]
     assert any(math.isclose(e, row["peak"]["standard_error"], rel_tol=1e-9) for e in errors), row
 
 
-def check_view(judge, level, events, collapse, detector, n_asked=12):
+def check_view(evaluator, level, events, collapse, detector, n_asked=12):
     options = ["--by", level, "--top", "all"]
     options += [] if events else ["--no-events"]
     options += ["--collapse"] if collapse else []
     options += ["--detector", detector] if detector else []
-    document = json.loads(run("paths", judge.file, *options, "--json"))
-    want = judge.classes(level, events, collapse, detector)
+    document = json.loads(run("paths", evaluator.file, *options, "--json"))
+    want = evaluator.classes(level, events, collapse, detector)
     rows = document["classes"]
     got = {(row["source"], steps_of(row["sequence"])): row for row in rows}
     assert len(got) == len(rows) and document["exact"] and document["bound"] is None
     assert set(got) == set(want), (options, set(got) ^ set(want))
-    flux = sum(judge.unit[judge.map.names["source"].index(s)] * len(r) for (s, _), r in want.items())
+    flux = sum(evaluator.unit[evaluator.map.names["source"].index(s)] * len(r) for (s, _), r in want.items())
     assert math.isclose(flux, document["flux"]["value"], rel_tol=1e-9)
     for key, members in want.items():
         rays = [ray for ray, _ in members]
-        row, source = got[key], judge.map.names["source"].index(key[0])
-        assert row["rays"] == len(set(rays)) and row["first_ray"] == min(judge.map.ray["id"][rays]), row
-        assert row["segments"] == sum(int(judge.map.ray["segment_count"][r]) for r in set(rays))
-        assert same(row["flux"], judge.unit[source] * len(rays))
+        row, source = got[key], evaluator.map.names["source"].index(key[0])
+        assert row["rays"] == len(set(rays)) and row["first_ray"] == min(evaluator.map.ray["id"][rays]), row
+        assert row["segments"] == sum(int(evaluator.map.ray["segment_count"][r]) for r in set(rays))
+        assert same(row["flux"], evaluator.unit[source] * len(rays))
         assert same(row["share"], row["flux"] / document["flux"]["value"])
-        assert math.isclose(row["standard_error"], judge.error(source, Counter(rays).values()), rel_tol=1e-9)
+        assert math.isclose(row["standard_error"], evaluator.error(source, Counter(rays).values()), rel_tol=1e-9)
     for row in rows[:30]:
         key = row["source"], steps_of(row["sequence"])
-        check_peak(judge, row, judge.map.names["source"].index(key[0]), want[key])
+        check_peak(evaluator, row, evaluator.map.names["source"].index(key[0]), want[key])
     order = [(-row["flux"], row["first_ray"]) for row in rows]
     assert order == sorted(order) and [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
     some = rows[:n_asked] + rows[n_asked::max(1, len(rows) // n_asked)]
     for row in some:
         assert "*" not in row["criterion"].replace("hit('*', limit)", "").replace(".*", "").replace("V*", "")
-    answers = json.loads(run("query", judge.file, *[row["criterion"] for row in some], "--json"))
+    answers = json.loads(run("query", evaluator.file, *[row["criterion"] for row in some], "--json"))
     for row, answer in zip(some, answers if len(some) > 1 else [answers]):
         assert answer["rays"]["matched"] == row["rays"], row
         assert answer["segments"]["matched"] == row["segments"], row
@@ -245,7 +245,7 @@ def check_view(judge, level, events, collapse, detector, n_asked=12):
     return len(rows)
 
 
-def check_all_views(judge, detectors):
+def check_all_views(evaluator, detectors):
     n = {}
     turn = 0
     for level in ("surface", "object", "group"):
@@ -253,25 +253,25 @@ def check_all_views(judge, detectors):
             for collapse in (False, True):
                 turn += 1
                 for detector in (None, detectors[turn % len(detectors)]):
-                    n[level, events, collapse, detector] = check_view(judge, level, events, collapse, detector)
+                    n[level, events, collapse, detector] = check_view(evaluator, level, events, collapse, detector)
     assert n["surface", True, False, None] > n["object", True, True, None] > n["group", False, True, None]
 
 
-def check_narrowed(judge):
+def check_narrowed(evaluator):
     """--where, --top, --sort, the remainder, CSV, an empty selection."""
     where = "hit(*, reflect_specular) or @seen"
     with open("names.txt", "w") as file:
         file.write("let seen = registered(gate)\n")
     options = ["--criteria", "names.txt", "--where", where]
-    whole = json.loads(run("paths", judge.file, *options, "--top", "all", "--json"))
-    some = json.loads(run("paths", judge.file, *options, "--top", "7", "--json", "-o", "x.csv", "--force"))
+    whole = json.loads(run("paths", evaluator.file, *options, "--top", "all", "--json"))
+    some = json.loads(run("paths", evaluator.file, *options, "--top", "7", "--json", "-o", "x.csv", "--force"))
     assert some["classes"] == whole["classes"][:7]
     rest, left = some["remainder"], whole["classes"][7:]
     assert rest["classes"] == len(left) and rest["rays"] == sum(row["rays"] for row in left)
     assert math.isclose(rest["flux"], sum(row["flux"] for row in left), rel_tol=1e-9)
     assert whole["remainder"]["rays"] == 0 and whole["remainder"]["flux"] == 0
     for row in some["classes"]:
-        answer, = json.loads(run("query", judge.file, "--criteria", "names.txt", row["criterion"], "--json"))
+        answer, = json.loads(run("query", evaluator.file, "--criteria", "names.txt", row["criterion"], "--json"))
         assert answer["rays"]["matched"] == row["rays"] and answer["flux"]["matched"] == row["flux"]
     with open("x.csv") as file:
         lines = [line for line in file if not line.startswith("#")]
@@ -279,29 +279,29 @@ def check_narrowed(judge):
     assert [row["criterion"] for row in table] == [row["criterion"] for row in some["classes"]]
     assert [float(row["flux"]) for row in table] == [row["flux"] for row in some["classes"]]
     for sort, key in (("rays", lambda r: r["rays"]), ("length", lambda r: r["segments"] / r["rays"])):
-        rows = json.loads(run("paths", judge.file, "--sort", sort, "--json"))["classes"]
+        rows = json.loads(run("paths", evaluator.file, "--sort", sort, "--json"))["classes"]
         assert [key(row) for row in rows] == sorted((key(row) for row in rows), reverse=True)
         assert len(rows) == 20
-    none = json.loads(run("paths", judge.file, "--where", "segments > 1000", "--json"))
+    none = json.loads(run("paths", evaluator.file, "--where", "segments > 1000", "--json"))
     assert none["classes"] == [] and none["flux"]["value"] == 0 and none["rays"]["matched"] == 0
-    assert "no ray" in run("paths", judge.file, "--where", "segments > 1000")
-    text = run("paths", judge.file, "--top", "3")
-    for row in whole["classes"][:0] + json.loads(run("paths", judge.file, "--top", "3", "--json"))["classes"]:
+    assert "no ray" in run("paths", evaluator.file, "--where", "segments > 1000")
+    text = run("paths", evaluator.file, "--top", "3")
+    for row in whole["classes"][:0] + json.loads(run("paths", evaluator.file, "--top", "3", "--json"))["classes"]:
         assert row["criterion"] in text
-    assert "did you mean 'gate'" in run("paths", judge.file, "--detector", "gat", status=3)
-    assert "did you mean 'group'" in run("paths", judge.file, "--by", "groupe", status=2)
-    assert "surface, object or group" in run("paths", judge.file, "--by", "colour", status=2)
-    assert "flux, rays, length or share" in run("paths", judge.file, "--sort", "size", status=2)
-    run("paths", judge.file, "--exact", "3", status=2)
-    run("paths", judge.file, "-o", "x.png", status=2)
+    assert "did you mean 'gate'" in run("paths", evaluator.file, "--detector", "gat", status=3)
+    assert "did you mean 'group'" in run("paths", evaluator.file, "--by", "groupe", status=2)
+    assert "surface, object or group" in run("paths", evaluator.file, "--by", "colour", status=2)
+    assert "flux, rays, length or share" in run("paths", evaluator.file, "--sort", "size", status=2)
+    run("paths", evaluator.file, "--exact", "3", status=2)
+    run("paths", evaluator.file, "-o", "x.png", status=2)
 
 
-def check_sketch(judge):
+def check_sketch(evaluator):
     """More classes than --exact allows: all of the bound's share and more, each exact."""
-    whole = json.loads(run("paths", judge.file, "--top", "all", "--json"))
+    whole = json.loads(run("paths", evaluator.file, "--top", "all", "--json"))
     every = {(row["source"], row["sequence"]): row for row in whole["classes"]}
     for most in (16, 100, 300):
-        some = json.loads(run("paths", judge.file, "--top", "all", "--exact", str(most), "--json"))
+        some = json.loads(run("paths", evaluator.file, "--top", "all", "--exact", str(most), "--json"))
         assert len(every) > most >= len(some["classes"]) > 0 and not some["exact"]
         bound = some["bound"]
         assert math.log(bound * most / 2, 4) % 1 < 1e-9 and some["remainder"]["classes"] is None
@@ -313,7 +313,7 @@ def check_sketch(judge):
         assert some["flux"] == whole["flux"]
         rays = sum(row["rays"] for row in some["classes"])
         assert some["remainder"]["rays"] == whole["rays"]["matched"] - rays
-    run("paths", judge.file, "--exact", "16", "--quiet")
+    run("paths", evaluator.file, "--exact", "16", "--quiet")
 
 
 def some_of(rows, most):
@@ -327,10 +327,10 @@ def check_selected(file, rows, where=()):
         assert answer["rays"]["matched"] == row["rays"], (row, answer)
 
 
-def check_matrix_files(judge, document, options):
+def check_matrix_files(evaluator, document, options):
     """-o OUT.csv --matrix KIND is that matrix, as JSON has it."""
     for kind in ("orders", "ghosts", "contribution"):
-        run("paths", judge.file, *options, "--matrix", kind, "-o", "m.csv", "--force", "--quiet")
+        run("paths", evaluator.file, *options, "--matrix", kind, "-o", "m.csv", "--force", "--quiet")
         with open("m.csv") as file:
             table = list(csv.DictReader(line for line in file if not line.startswith("#")))
         assert len(table) == len(document[kind]) > 0
@@ -341,43 +341,43 @@ def check_matrix_files(judge, document, options):
                     assert float(line[name]) == value
                 else:
                     assert line[name] == str("" if value is None else value), (line, row)
-    assert "one matrix" in run("paths", judge.file, "--matrix", "all", "-o", "m.csv", "--force", status=2)
-    text = run("paths", judge.file, *options, "--matrix", "all", "--top", "3")
+    assert "one matrix" in run("paths", evaluator.file, "--matrix", "all", "-o", "m.csv", "--force", status=2)
+    text = run("paths", evaluator.file, *options, "--matrix", "all", "--top", "3")
     for row in document["orders"] + document["ghosts"][:1]:
         assert row["criterion"] in text, row
     for kind in ("ghosts", "contribution"):
-        text = run("paths", judge.file, *options, "--matrix", kind, "--top", "1")
+        text = run("paths", evaluator.file, *options, "--matrix", kind, "--top", "1")
         told = sum(int(line.split()[1].rstrip(":")) for line in text.splitlines() if line.startswith("and "))
         shown = sum(line.startswith("1  ") and " +- " in line for line in text.splitlines())
         assert told + shown == len(document[kind]), (kind, text)
-    assert "orders, ghosts, contribution or all" in run("paths", judge.file, "--matrix", "order", status=2)
+    assert "orders, ghosts, contribution or all" in run("paths", evaluator.file, "--matrix", "order", status=2)
 
 
-def check_grouped_matrices(judge, options):
+def check_grouped_matrices(evaluator, options):
     """Criteria of a matrix by larger parts, of rays that a criterion picked already."""
     for level in ("object", "group"):
-        document = json.loads(run("paths", judge.file, *options, "--by", level, "--matrix", "all", "--where",
+        document = json.loads(run("paths", evaluator.file, *options, "--by", level, "--matrix", "all", "--where",
                                   "segments > 3 or not hit(*)", "--json"))
         assert document["ghosts"] and document["contribution"]
         for kind in ("orders", "ghosts", "contribution"):
-            check_selected(judge.file, some_of(document[kind], 8))
+            check_selected(evaluator.file, some_of(document[kind], 8))
 
 
-def check_mean_orders(judge, rows, detector):
+def check_mean_orders(evaluator, rows, detector):
     """Statistics of orders on a detector are those of the matrix."""
     flux = sum(row["flux"] for row in rows)
     assert flux > 0 and max(row["ghost_order"] for row in rows) < 9
     for of in ("ghost_order", "scatter_order"):
-        told = json.loads(run("stats", judge.file, "--of", f"{of}({detector})", "--json"))
+        told = json.loads(run("stats", evaluator.file, "--of", f"{of}({detector})", "--json"))
         want = sum(row["flux"] * row[of] for row in rows) / flux
         assert math.isclose(told["mean"]["value"], want, rel_tol=1e-9), (of, told["mean"], want)
 
 
-def check_matrices(judge, transmits, detector=None):
+def check_matrices(evaluator, transmits, detector=None):
     """Orders, ghosts and contributions, from the steps before each registration."""
     options = ["--detector", detector] if detector else []
-    document = json.loads(run("paths", judge.file, "--matrix", "orders,ghosts,contribution", "--json", *options))
-    m, s, g = judge.map, judge.map.segment, judge.map.registration
+    document = json.loads(run("paths", evaluator.file, "--matrix", "orders,ghosts,contribution", "--json", *options))
+    m, s, g = evaluator.map, evaluator.map.segment, evaluator.map.registration
     want = {key: defaultdict(lambda: defaultdict(float)) for key in ("orders", "ghosts", "last", "any", "all", "stray")}
     for i, ray in enumerate(m.ray_of_registration):
         name = m.names["detector"][g["detector"][i]]
@@ -405,8 +405,8 @@ def check_matrices(judge, transmits, detector=None):
         flux, variance = 0.0, 0.0
         for k, source in enumerate(m.names["source"]):
             own = [q for ray, q in contributions.items() if m.ray["source"][ray] == k]
-            flux += judge.unit[k] * sum(own)
-            variance += judge.error(k, own) ** 2
+            flux += evaluator.unit[k] * sum(own)
+            variance += evaluator.error(k, own) ** 2
         return flux, math.sqrt(variance)
 
     def check(rows, key_of, expected, whole):
@@ -424,11 +424,11 @@ def check_matrices(judge, transmits, detector=None):
         rows = [r for r in document["contribution"] if r["met"] == met]
         check(rows, lambda r: (r["detector"], r["source"], r["object"]), want[met], "all")
     for kind in ("orders", "ghosts", "contribution"):
-        check_selected(judge.file, some_of(document[kind], 40))
-    check_matrix_files(judge, document, options)
-    check_grouped_matrices(judge, options)
+        check_selected(evaluator.file, some_of(document[kind], 40))
+    check_matrix_files(evaluator, document, options)
+    check_grouped_matrices(evaluator, options)
     if detector:
-        check_mean_orders(judge, document["orders"], detector)
+        check_mean_orders(evaluator, document["orders"], detector)
     assert detector or (len(document["ghosts"]) >= 3 and len(document["orders"]) >= 4)
 
 
@@ -467,13 +467,13 @@ with open("odd.yaml", "w") as file:
     file.write(SCENE)
 run("trace", "odd.yaml", "-o", "odd.raymap", "-n", "6000", "--encoding", "plain", "--quiet")
 run("trace", DOUBLE_GAUSS, "-o", "gauss.raymap", "-n", "6000", "--encoding", "plain", "--quiet")
-odd = Judge("odd.raymap", {"lens": "lens"})
+odd = Evaluator("odd.raymap", {"lens": "lens"})
 check_all_views(odd, ("gate", "eye", "far"))
 check_narrowed(odd)
 check_sketch(odd)
 check_matrices(odd, ("milk", "lens.1", "lens.2", "net"))
 check_receivers()
-gauss = Judge("gauss.raymap", {"lens": "lens", "cover": "cover"})
+gauss = Evaluator("gauss.raymap", {"lens": "lens", "cover": "cover"})
 for given in (("surface", True, False, None), ("object", True, True, "sensor"), ("group", False, False, None)):
     check_view(gauss, *given)
 check_matrices(gauss, [name for name in gauss.map.names["object"] if re.fullmatch(r"(lens|cover)\.\d+|sensor_surface", name)],

@@ -68,7 +68,7 @@ lacks far.svg '>(\+|−)[13]<'
 expect 0 '' "$RAYMAP" compare a.raymap --where 'ray < 2500' --where 'ray >= 2500' --of path_length -o near.svg
 has near.svg '>\+3<'
 
-# light that goes to and fro for thousands of legs: so many rays as can be told apart, unless asked
+# light that goes to and fro for thousands of segments: so many rays as can be told apart, unless asked
 cat >trap.yaml <<'SCENE'
 raymap: 1
 units: mm

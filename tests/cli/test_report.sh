@@ -88,7 +88,7 @@ expect 2 'whole number' "$RAYMAP" report scene.yaml --rays 4..x
 expect 2 '--ray or --rays' "$RAYMAP" report scene.yaml --rays 4..5 --ray 4
 expect 3 "of a map: raymap report a.raymap 12" "$RAYMAP" report a.raymap --rays 12..13
 expect 0 '^ray +13' "$RAYMAP" report scene.yaml --rays 12..13
-sed '/name: panel/d' "$SOURCE_DIR/tests/data/curved-legs.yaml" >curved.yaml
+sed '/name: panel/d' "$SOURCE_DIR/tests/data/curved-segments.yaml" >curved.yaml
 expect 0 '^\[' "$RAYMAP" report curved.yaml --rays 5..24 --seed 3 --json
 cp stdout.txt list.json
 expect 0 '^\[' mpirun -np 2 "$RAYMAP" report curved.yaml --rays 5..24 --seed 3 --json

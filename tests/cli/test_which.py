@@ -11,7 +11,7 @@ import sys
 PROGRAM = os.environ["RAYMAP"]
 SOURCE = os.environ["SOURCE_DIR"]
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from judge_map import PlainMap  # noqa: E402
+from evaluator_map import PlainMap  # noqa: E402
 
 
 def call(*arguments, ranks=1, status=0, text=None):

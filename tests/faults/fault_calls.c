@@ -38,7 +38,7 @@ int open(const char *path, int flags, ...)
     va_end(rest);
     if (!fault_watches(path))
         return real(path, flags, mode);
-    if (fault_judge(changes(flags) ? "open" : "read:open", path) != FAULT_NONE)
+    if (fault_decide(changes(flags) ? "open" : "read:open", path) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int fd = real(path, flags, mode);
@@ -54,17 +54,17 @@ ssize_t pwrite(int fd, const void *data, size_t nbytes, off_t offset)
     char path[FAULT_PATH_CAP];
     if (!fault_watches_file(fd, path))
         return real(fd, data, nbytes, offset);
-    enum fault_verdict verdict = fault_judge("pwrite", path);
-    if (verdict == FAULT_ERROR)
+    enum fault_outcome outcome = fault_decide("pwrite", path);
+    if (outcome == FAULT_ERROR)
         return -1;
-    if (verdict != FAULT_NONE && nbytes > 1)
+    if (outcome != FAULT_NONE && nbytes > 1)
         nbytes /= 2;
     fault_record_begin();
     ssize_t n = real(fd, data, nbytes, offset);
     if (n > 0)
         fault_record_write(path, offset, data, (size_t)n);
     fault_record_end();
-    if (verdict == FAULT_TEAR)
+    if (outcome == FAULT_TEAR)
         fault_die();
     return n;
 }
@@ -75,17 +75,17 @@ ssize_t write(int fd, const void *data, size_t nbytes)
     char path[FAULT_PATH_CAP];
     if (!fault_watches_file(fd, path))
         return real(fd, data, nbytes);
-    enum fault_verdict verdict = fault_judge("write", path);
-    if (verdict == FAULT_ERROR)
+    enum fault_outcome outcome = fault_decide("write", path);
+    if (outcome == FAULT_ERROR)
         return -1;
-    if (verdict != FAULT_NONE && nbytes > 1)
+    if (outcome != FAULT_NONE && nbytes > 1)
         nbytes /= 2;
     fault_record_begin();
     ssize_t n = real(fd, data, nbytes);
     if (n > 0)
         fault_record_write(path, lseek(fd, 0, SEEK_CUR) - n, data, (size_t)n);
     fault_record_end();
-    if (verdict == FAULT_TEAR)
+    if (outcome == FAULT_TEAR)
         fault_die();
     return n;
 }
@@ -96,7 +96,7 @@ int ftruncate(int fd, off_t length)
     char path[FAULT_PATH_CAP];
     if (!fault_watches_file(fd, path))
         return real(fd, length);
-    if (fault_judge("ftruncate", path) != FAULT_NONE)
+    if (fault_decide("ftruncate", path) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int st = real(fd, length);
@@ -111,7 +111,7 @@ static int sync_file(int (*real)(int), const char *call, int fd)
     char path[FAULT_PATH_CAP];
     if (!fault_watches_file(fd, path))
         return real(fd);
-    if (fault_judge(call, path) != FAULT_NONE)
+    if (fault_decide(call, path) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int st = real(fd);
@@ -138,7 +138,7 @@ int flock(int fd, int operation)
 {
     char path[FAULT_PATH_CAP];
     REAL(flock)
-    if (fault_watches_file(fd, path) && fault_judge("lock:flock", path) != FAULT_NONE)
+    if (fault_watches_file(fd, path) && fault_decide("lock:flock", path) != FAULT_NONE)
         return -1;
     return real(fd, operation);
 }
@@ -148,7 +148,7 @@ int close(int fd)
 {
     REAL(close)
     char path[FAULT_PATH_CAP];
-    bool failed = fault_watches_file(fd, path) && fault_judge("close", path) != FAULT_NONE;
+    bool failed = fault_watches_file(fd, path) && fault_decide("close", path) != FAULT_NONE;
     int error = errno, st = real(fd);
     if (!failed)
         return st;
@@ -161,7 +161,7 @@ static int change_names(int (*real)(const char *, const char *), const char *cal
 {
     if (!fault_watches(to))
         return real(from, to);
-    if (fault_judge(call, to) != FAULT_NONE)
+    if (fault_decide(call, to) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int st = real(from, to);
@@ -188,7 +188,7 @@ static int change_name(int (*real)(const char *), const char *call, enum fault_o
 {
     if (!fault_watches(path))
         return real(path);
-    if (fault_judge(call, path) != FAULT_NONE)
+    if (fault_decide(call, path) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int st = real(path);
@@ -215,7 +215,7 @@ int mkdir(const char *path, mode_t mode)
     REAL(mkdir)
     if (!fault_watches(path))
         return real(path, mode);
-    if (fault_judge("mkdir", path) != FAULT_NONE)
+    if (fault_decide("mkdir", path) != FAULT_NONE)
         return -1;
     fault_record_begin();
     int st = real(path, mode);

@@ -18,7 +18,7 @@
             void *found = dlsym(RTLD_NEXT, #name);                                                 \
             memcpy(&real, &found, sizeof found);                                                   \
         }                                                                                          \
-        if (fault_judge(#name, "") != FAULT_NONE)                                                  \
+        if (fault_decide(#name, "") != FAULT_NONE)                                                 \
             return error;                                                                          \
         return real arguments;                                                                     \
     }

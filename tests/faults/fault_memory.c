@@ -120,7 +120,7 @@ void __libc_free(void *block);
 
 static bool fails(const char *call)
 {
-    return fault_judge(call, "") != FAULT_NONE;
+    return fault_decide(call, "") != FAULT_NONE;
 }
 
 void *malloc(size_t nbytes)

@@ -223,7 +223,7 @@ static bool moves_bytes(const char *call)
     return false;
 }
 
-enum fault_verdict fault_judge(const char *call, const char *path)
+enum fault_outcome fault_decide(const char *call, const char *path)
 {
     int error = errno;
     if (!plan.ready || !counts(call, path))

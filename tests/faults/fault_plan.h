@@ -31,7 +31,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum fault_verdict { FAULT_NONE, FAULT_ERROR, FAULT_SHORT, FAULT_TEAR };
+enum fault_outcome { FAULT_NONE, FAULT_ERROR, FAULT_SHORT, FAULT_TEAR };
 
 /* Room for a path of /proc/self/fd. */
 enum { FAULT_PATH_CAP = 4096 };
@@ -45,7 +45,7 @@ bool fault_watches_file(int fd, char *path);
 /* Counts a call and says what is to happen to it. FAULT_ERROR: errno is set, the call returns its
  * error value. FAULT_SHORT, FAULT_TEAR: for calls that write. Does not return when it is time to
  * die. Thread-safe; keeps errno otherwise. */
-enum fault_verdict fault_judge(const char *call, const char *path);
+enum fault_outcome fault_decide(const char *call, const char *path);
 
 /* SIGKILL to this process. */
 _Noreturn void fault_die(void);

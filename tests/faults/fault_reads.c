@@ -24,28 +24,28 @@ ssize_t pread(int fd, void *data, size_t nbytes, off_t offset)
 {
     REAL(pread)
     char path[FAULT_PATH_CAP];
-    enum fault_verdict verdict =
-        fault_watches_file(fd, path) ? fault_judge("read:pread", path) : FAULT_NONE;
-    if (verdict == FAULT_ERROR)
+    enum fault_outcome outcome =
+        fault_watches_file(fd, path) ? fault_decide("read:pread", path) : FAULT_NONE;
+    if (outcome == FAULT_ERROR)
         return -1;
-    return real(fd, data, verdict == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2, offset);
+    return real(fd, data, outcome == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2, offset);
 }
 
 ssize_t read(int fd, void *data, size_t nbytes)
 {
     REAL(read)
     char path[FAULT_PATH_CAP];
-    enum fault_verdict verdict =
-        fault_watches_file(fd, path) ? fault_judge("read:read", path) : FAULT_NONE;
-    if (verdict == FAULT_ERROR)
+    enum fault_outcome outcome =
+        fault_watches_file(fd, path) ? fault_decide("read:read", path) : FAULT_NONE;
+    if (outcome == FAULT_ERROR)
         return -1;
-    return real(fd, data, verdict == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2);
+    return real(fd, data, outcome == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2);
 }
 
 int stat(const char *path, struct stat *info)
 {
     REAL(stat)
-    if (fault_watches(path) && fault_judge("read:stat", path) != FAULT_NONE)
+    if (fault_watches(path) && fault_decide("read:stat", path) != FAULT_NONE)
         return -1;
     return real(path, info);
 }
@@ -54,7 +54,7 @@ int fstat(int fd, struct stat *info)
 {
     REAL(fstat)
     char path[FAULT_PATH_CAP];
-    if (fault_watches_file(fd, path) && fault_judge("read:fstat", path) != FAULT_NONE)
+    if (fault_watches_file(fd, path) && fault_decide("read:fstat", path) != FAULT_NONE)
         return -1;
     return real(fd, info);
 }
@@ -62,7 +62,7 @@ int fstat(int fd, struct stat *info)
 DIR *opendir(const char *path)
 {
     REAL(opendir)
-    if (fault_watches(path) && fault_judge("read:opendir", path) != FAULT_NONE)
+    if (fault_watches(path) && fault_decide("read:opendir", path) != FAULT_NONE)
         return NULL;
     return real(path);
 }
@@ -72,7 +72,7 @@ struct dirent *readdir(DIR *directory)
     REAL(readdir)
     char path[FAULT_PATH_CAP];
     if (fault_watches_file(dirfd(directory), path) &&
-        fault_judge("read:readdir", path) != FAULT_NONE)
+        fault_decide("read:readdir", path) != FAULT_NONE)
         return NULL;
     return real(directory);
 }

@@ -13,7 +13,7 @@ int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*
 {
     int (*next)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
     *(void **)&next = dlsym(RTLD_NEXT, "pthread_create");
-    if (fault_judge("thread:pthread_create", "") != FAULT_NONE)
+    if (fault_decide("thread:pthread_create", "") != FAULT_NONE)
         return errno;
     return next(thread, attributes, run, argument);
 }

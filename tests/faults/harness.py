@@ -34,8 +34,8 @@ def write_scene(path="scene.yaml"):
 
 
 def write_curved_scene(path="curved.yaml"):
-    """A scene with a gradient medium: maps of format 4.0 with points along curved legs."""
-    shutil.copyfile(os.path.join(HERE, "..", "data", "curved-legs.yaml"), path)
+    """A scene with a gradient medium: maps of format 4.0 with points along curved segments."""
+    shutil.copyfile(os.path.join(HERE, "..", "data", "curved-segments.yaml"), path)
     return os.path.abspath(path)
 
 

@@ -107,7 +107,7 @@ class Command:
 
 
 def places():
-    """Makes the maps of the test: curved legs in one, both encodings."""
+    """Makes the maps of the test: curved segments in one, both encodings."""
     with open("receivers.yaml", "w", encoding="utf-8") as file:
         file.write(RECEIVERS.lstrip())
     here = {name: os.path.abspath(path) for name, path in

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The promise: one bit of a map with curved legs that is not what it was, anywhere in the index or the pieces,
+"""The promise: one bit of a map with curved segments that is not what it was, anywhere in the index or the pieces,
 is found by `verify`; and what any command says of such a map is what it says of the whole one, or one
 message and status 4.
 """

@@ -47,27 +47,28 @@ static inline double fixture_unit(uint64_t ray, uint64_t k)
     return (double)(fixture_hash(ray, k) >> 11) / 9007199254740992.0;
 }
 
-/* A curved leg with 0 to 6 points between its ends. */
+/* A curved segment with 0 to 6 points between its ends. */
 static inline void fixture_curve(struct rmap_recorder *out, uint64_t ray, struct rmap_step *step,
-                                 uint32_t leg)
+                                 uint32_t segment)
 {
     step->events |= RMAP_EVENT_GRADIENT;
-    for (uint64_t j = 0; j < fixture_hash(ray, 1000 + leg) % 7; j++) {
+    for (uint64_t j = 0; j < fixture_hash(ray, 1000 + segment) % 7; j++) {
         struct rmap_curve_point point = {
-            .segment = leg,
-            .position = {30 * fixture_unit(ray, 2000 + 10 * leg + j), (double)j, -(double)leg}};
+            .segment = segment,
+            .position = {30 * fixture_unit(ray, 2000 + 10 * segment + j), (double)j,
+                         -(double)segment}};
         out->curve(out, &point);
     }
 }
 
-/* One ray: 1 to 20 legs over the scene's objects, a registration now and then. */
+/* One ray: 1 to 20 segments over the scene's objects, a registration now and then. */
 static inline void fixture_ray(struct rmap_recorder *out, const struct rmap_scene *scene,
                                uint64_t ray)
 {
     double white[RMAP_CHANNEL_MAX], one[RMAP_CHANNEL_MAX] = {[1] = 1.0};
     for (int i = 0; i < scene->channels.n; i++)
         white[i] = 1.0 / scene->channels.n;
-    int n_leg = 1 + (int)(fixture_hash(ray, 0) % 20);
+    int n_segment = 1 + (int)(fixture_hash(ray, 0) % 20);
     struct rmap_emission emission = {.ray = ray,
                                      .source = (int32_t)(ray % scene->n_source),
                                      .object = -1,
@@ -76,9 +77,9 @@ static inline void fixture_ray(struct rmap_recorder *out, const struct rmap_scen
                                      .direction = {0, 0, 1},
                                      .colour = white};
     out->emit(out, &emission);
-    for (int k = 0; k < n_leg; k++) {
+    for (int k = 0; k < n_segment; k++) {
         uint64_t h = 100 + 10 * (uint64_t)k;
-        bool last = k == n_leg - 1;
+        bool last = k == n_segment - 1;
         struct rmap_step step = {
             .object = last ? -1 : (int32_t)(fixture_hash(ray, h) % scene->n_object),
             .primitive = last ? -1 : (int32_t)(fixture_hash(ray, h + 1) % 12),
@@ -110,7 +111,7 @@ static inline void fixture_ray(struct rmap_recorder *out, const struct rmap_scen
     }
     struct rmap_ending ending = {.stop = RMAP_STOP_LEFT,
                                  .weight = 1,
-                                 .wavelength_nm = n_leg > 3 ? 587.56 : (double)NAN,
+                                 .wavelength_nm = n_segment > 3 ? 587.56 : (double)NAN,
                                  .path_length = fixture_unit(ray, 3),
                                  .optical_path = fixture_unit(ray, 4),
                                  .direction = {0, 0, 1}};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * /curve: maps whose scene has gradient media have it and a format of their own, other maps do not;
- * points that lie on no leg are refused, in either encoding.
+ * points that lie on no segment are refused, in either encoding.
  */
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
@@ -68,7 +68,7 @@ static void test_columns(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
-static void test_points_of_no_leg(void **state)
+static void test_points_of_no_segment(void **state)
 {
     (void)state;
     struct fixture f;
@@ -84,8 +84,8 @@ static void test_points_of_no_leg(void **state)
         uint32_t segment;
         const char *says;
     } lie[] = {
-        {at, curve->ray[at], 99, "no leg"},              /* more than it has */
-        {at - 1, curve->ray[at], 20, "no leg"},          /* and not in order */
+        {at, curve->ray[at], 99, "no segment"},          /* more than it has */
+        {at - 1, curve->ray[at], 20, "no segment"},      /* and not in order */
         {at, curve->ray[at] - 1, 0, "no ray"},           /* a ray that is over */
         {n - 1, BLOCK, curve->segment[n - 1], "no ray"}, /* one of another block */
     };
@@ -175,7 +175,7 @@ int main(void)
         return 1;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_columns),
-        cmocka_unit_test(test_points_of_no_leg),
+        cmocka_unit_test(test_points_of_no_segment),
         cmocka_unit_test(test_formats),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

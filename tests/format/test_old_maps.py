@@ -56,7 +56,7 @@ def read_in_python(target, said):
     """The rays that the index has, and those of the plain twin in the same numbers."""
     lens = raymap_reader.Map(target)
     columns = lens.columns()
-    check(len(columns["segment/event"]) == lens.n_segments, f"{target}: legs in Python")
+    check(len(columns["segment/event"]) == lens.n_segments, f"{target}: segments in Python")
     ray = lens.ray(33)
     check([[float(x) for x in p] for p in ray.segments["position"]]
           == [step["position"] for step in said["ray"]["steps"]], f"{target}: ray 33 in Python")

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * A small whole map with curved legs, for targets whose input is asked of a map.
+ * A small whole map with curved segments, for targets whose input is asked of a map.
  */
 #ifndef RMAP_FUZZ_MAP_H
 #define RMAP_FUZZ_MAP_H

@@ -177,9 +177,9 @@ static void write_lines(const struct rmap_scene *scene, const struct rmap_portio
     FILE *out = fopen("/dev/null", "wb");
     rmap_fuzz_demand(out && rmap_polydata_begin(out, scene, &terms, &data, &err) == RMAP_OK,
                      "polylines begin");
-    for (size_t i = 0, leg = 0; i < rays->n_row[RMAP_TABLE_RAY];
-         leg += rays->ray.segment_count[i++])
-        rmap_fuzz_demand(rmap_polydata_add(data, rays, i, leg, &given, &err) == RMAP_OK,
+    for (size_t i = 0, segment = 0; i < rays->n_row[RMAP_TABLE_RAY];
+         segment += rays->ray.segment_count[i++])
+        rmap_fuzz_demand(rmap_polydata_add(data, rays, i, segment, &given, &err) == RMAP_OK,
                          "polylines");
     rmap_polydata_finish(data);
     rmap_polydata_destroy(data);

@@ -73,9 +73,9 @@ static void use_rows(const struct rmap_history_view *view)
     for (size_t step = 1; step < 6; step++) {
         for (size_t k = 0; k <= RMAP_HISTORY_CLASS_MAX; k++)
             wanted[k] = k % step == 0;
-        const uint64_t *legs = rmap_history_mark(view, wanted);
-        if (legs)
-            count_marks(view, legs, view->segment_count, any);
+        const uint64_t *segments = rmap_history_mark(view, wanted);
+        if (segments)
+            count_marks(view, segments, view->segment_count, any);
         const uint64_t *hits = rmap_history_mark_hits(view, wanted);
         if (hits)
             count_marks(view, hits, view->registration_count, any);

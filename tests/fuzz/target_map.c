@@ -6,7 +6,7 @@
  *
  * The input is a list of changes, 16 bytes each: {u8 kind, u8 small, u16 which, u32 element, u64
  * value}; see `change`. The first kind's highest two bits choose the map: in the compact encoding,
- * with curved legs.
+ * with curved segments.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -227,7 +227,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
 }
 
 /* Every field's first or another element set to something else, field by field; then chunks. Of
- * maps with curved legs every seventh of them. */
+ * maps with curved segments every seventh of them. */
 size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
 {
     static const uint64_t value[] = {0, 1, UINT32_MAX, UINT64_MAX, UINT64_C(1) << 40, 65536};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * A file of receivers from a stranger, laid over a map with curved legs. It ends in receivers that
- * register what they register, or in mistakes with their places.
+ * A file of receivers from a stranger, laid over a map with curved segments. It ends in receivers
+ * that register what they register, or in mistakes with their places.
  */
 
 #include "analysis/overlay/overlay.h"

@@ -11,7 +11,7 @@ export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 python=/usr/bin/python3
 rm -rf ./*
 rays=60000
-sed "/name: panel/d" "$(dirname "$0")/../data/curved-legs.yaml" >scene.yaml
+sed "/name: panel/d" "$(dirname "$0")/../data/curved-segments.yaml" >scene.yaml
 
 facts() { # MAP
     "$RAYMAP" info "$1" --json | "$python" -c '

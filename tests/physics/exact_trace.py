@@ -50,7 +50,7 @@ def meet(point, direction, surface):
 
 
 def trace(origin, direction, surfaces, index=1):
-    """One dictionary per surface: position, direction before and after, length of the leg, optical
+    """One dictionary per surface: position, direction before and after, length of the segment, optical
     path from the origin, normal."""
     point = tuple(exact(v) for v in origin)
     direction = tuple(exact(v) for v in direction)

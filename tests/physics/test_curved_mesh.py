@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The promise: a curved leg that ends on a mesh has the length, the optical path and the direction that it has where
+"""The promise: a curved segment that ends on a mesh has the length, the optical path and the direction that it has where
 analytic faces stand in the same place."""
 import os
 import random

@@ -53,7 +53,7 @@ objects:
 
 
 def through(what, text, n_steps, ray=0):
-    """The history of a ray that leaves after n_steps legs, the n_steps-th outside."""
+    """The history of a ray that leaves after n_steps segments, the n_steps-th outside."""
     history = report(what, text, ray)
     steps = history["steps"]
     checks.true(f"{what}: {[s['events'] for s in steps]}",
@@ -61,16 +61,16 @@ def through(what, text, n_steps, ray=0):
     return history
 
 
-def curved(history, leg):
-    """The curved leg of a history; its points with both ends."""
-    step = history["steps"][leg]
-    checks.true(f"a curved leg: {step['events']}", "gradient" in step["events"])
-    start = history["steps"][leg - 1]["position"] if leg else history["start"]
+def curved(history, segment):
+    """The curved segment of a history; its points with both ends."""
+    step = history["steps"][segment]
+    checks.true(f"a curved segment: {step['events']}", "gradient" in step["events"])
+    start = history["steps"][segment - 1]["position"] if segment else history["start"]
     return step, [start, *step.get("curve", []), step["position"]]
 
 
 def crossing(step, position, axis):
-    """Where the straight leg `step` from `position` meets the axis nearest."""
+    """Where the straight segment `step` from `position` meets the axis nearest."""
     d = step["direction"]
     other = [k for k in range(3) if k != axis]
     t = -sum(position[k] * d[k] for k in other) / sum(d[k] * d[k] for k in other)
@@ -190,7 +190,7 @@ def check_axial():
             history = report(what, text, k)
             step, _ = curved(history, 0)
             checks.close(f"{what}: exit", step["position"], [tx * t, 0, z], abs=1e-8)
-            # the last leg's direction outside, or inside after total reflection: tx stays
+            # the last segment's direction outside, or inside after total reflection: tx stays
             optical = n0 * n0 * t + b * (tz * t * t + b * t ** 3 / 3)
             after = history["path_length"] - step["length"]
             n = math.sqrt(n0 * n0 + 2 * b * z)

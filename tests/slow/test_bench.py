@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The promise: `raymap bench --json` gives every documented measurement on both example scenes,
 each as a ratio of two figures taken in turns. How large the ratios are, the performance page says:
-a machine that others use as well cannot judge them."""
+a machine that others use as well cannot evaluator them."""
 import json
 import os
 import subprocess

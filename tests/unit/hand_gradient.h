@@ -100,7 +100,7 @@ static inline int32_t add_rod(struct rmap_scene *scene, struct rmap_field *field
     return medium;
 }
 
-/* A constant index as a gradient medium: straight legs, the paths of a uniform one. */
+/* A constant index as a gradient medium: straight segments, the paths of a uniform one. */
 static inline struct rmap_field *constant(double index)
 {
     struct rmap_field *field = NULL;

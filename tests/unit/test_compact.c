@@ -362,37 +362,37 @@ static void test_patches(void **state)
     rig_close(&rig);
 }
 
-/* Appends rays of a portion as if medium `bent` were a gradient medium: its legs end elsewhere, and
- * have points. */
+/* Appends rays of a portion as if medium `bent` were a gradient medium: its segments end elsewhere,
+ * and have points. */
 static struct rmap_portion *bend_rays(struct rmap_portion *all, int16_t bent)
 {
     struct rmap_error err = {0};
-    size_t segment = 0;
+    size_t first = 0;
     for (size_t i = 0; i < all->n_row[RMAP_TABLE_RAY]; i++) {
-        for (uint32_t leg = 0; leg < all->ray.segment_count[i]; leg++) {
-            float *end = all->segment.position + 3 * (segment + leg);
-            if (all->segment.medium[segment + leg] != bent)
+        for (uint32_t segment = 0; segment < all->ray.segment_count[i]; segment++) {
+            float *end = all->segment.position + 3 * (first + segment);
+            if (all->segment.medium[first + segment] != bent)
                 continue;
-            all->segment.event[segment + leg] |= RMAP_EVENT_GRADIENT;
+            all->segment.event[first + segment] |= RMAP_EVENT_GRADIENT;
             for (size_t k = 0; k < 3; k++)
-                end[k] += 0.1f * sinf((float)(7 * i + leg + k));
+                end[k] += 0.1f * sinf((float)(7 * i + segment + k));
             for (size_t k = 0; k < 2 + i % 4; k++) {
                 rig_ok(rmap_portion_reserve(all, RMAP_TABLE_CURVE, 1, RMAP_COLUMNS_ALL, &err),
                        &err);
                 size_t row = all->n_row[RMAP_TABLE_CURVE]++;
                 all->curve.ray[row] = all->ray.id[i];
-                all->curve.segment[row] = leg;
+                all->curve.segment[row] = segment;
                 for (size_t c = 0; c < 3; c++)
                     all->curve.position[3 * row + c] = end[c] - 0.3f * (float)(k + c);
             }
         }
-        segment += all->ray.segment_count[i];
+        first += all->ray.segment_count[i];
     }
     return all;
 }
 
-/* Points of curved legs come back, alone or with the rest, and what they cost is what they cost in
- * plain pieces; rays without them are stored as ever. */
+/* Points of curved segments come back, alone or with the rest, and what they cost is what they cost
+ * in plain pieces; rays without them are stored as ever. */
 static void test_curved(void **state)
 {
     (void)state;

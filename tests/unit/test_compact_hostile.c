@@ -33,7 +33,7 @@ static uint64_t next_bits(uint64_t *state)
 }
 
 /* Every column but the counts full of random bytes. */
-static struct rmap_portion *garbage(const struct rig *rig, size_t n_ray, uint32_t legs_max,
+static struct rmap_portion *garbage(const struct rig *rig, size_t n_ray, uint32_t segments_max,
                                     uint64_t seed)
 {
     struct rmap_error err = {0};
@@ -41,7 +41,7 @@ static struct rmap_portion *garbage(const struct rig *rig, size_t n_ray, uint32_
     size_t n_row[RMAP_TABLE_COUNT] = {n_ray, 0, 0};
     rig_ok(rmap_portion_create(n_ray, rig->scene->channels.n, &portion, &err), &err);
     for (size_t i = 0; i < n_ray; i++) {
-        portion->ray.segment_count[i] = (uint32_t)(next_bits(&seed) >> 32) % (legs_max + 1);
+        portion->ray.segment_count[i] = (uint32_t)(next_bits(&seed) >> 32) % (segments_max + 1);
         portion->ray.registration_count[i] = (uint32_t)(next_bits(&seed) >> 32) % 3;
         n_row[RMAP_TABLE_SEGMENT] += portion->ray.segment_count[i];
         n_row[RMAP_TABLE_REGISTRATION] += portion->ray.registration_count[i];
@@ -131,7 +131,7 @@ static void test_odd_numbers(void **state)
     rig_close(&rig);
 }
 
-/* One ray of 60,000 legs, its like again, and a portion of such rays that overflows the
+/* One ray of 60,000 segments, its like again, and a portion of such rays that overflows the
  * dictionary's rows. */
 static void test_long_rays(void **state)
 {

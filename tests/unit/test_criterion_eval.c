@@ -59,7 +59,7 @@ static const struct {
     /* 2: total reflection, then away */
     {2, {LENS1, 0, I, GLASS, {0, 0, 1}, UP}},
     {2, {-1, -1, X, AIR, {0, 0, 99}, {0, 0, 0}}},
-    /* 3: down on the cover's front; twice, the second time over a leg of no length */
+    /* 3: down on the cover's front; twice, the second time over a segment of no length */
     {3, {COVER, 0, D, AIR, {0, 0, 1}, UP}},
     {3, {COVER, 0, D, AIR, {0, 0, 1}, UP}},
     {3, {-1, -1, X, AIR, {0, 0, 99}, {0, 0, 0}}},
@@ -74,10 +74,10 @@ static const struct {
     {7, {MIRROR, 0, E, INK, {0, 0, 1}, UP}},
     /* 8 */
     {8, {-1, -1, X, AIR, {0, 0, 99}, {0, 0, 0}}},
-    /* 9: a curved leg to the mirror's front */
+    /* 9: a curved segment to the mirror's front */
     {9, {MIRROR, 0, G | R, AIR, {0, 0, 1}, UP}},
     {9, {-1, -1, X, AIR, {0, 0, 99}, {0, 0, 0}}},
-    /* 10: the mirror's back, told by the medium although the leg runs against the normal */
+    /* 10: the mirror's back, told by the medium although the segment runs against the normal */
     {10, {MIRROR, 0, A, GLASS, {0, 0, -1}, UP}},
     /* 11: scattering, fluorescence, an element, diffuse transmission */
     {11, {-1, -1, S, INK, {0, 0, 1}, {0, 0, 0}}},

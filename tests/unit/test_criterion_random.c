@@ -503,25 +503,25 @@ static void read_histories(struct maker *m, const struct rmap_portion *portion,
     }
 }
 
-/* From discrete columns alone a verdict may stay open, but never be wrong. */
+/* From discrete columns alone an outcome may stay open, but never be wrong. */
 static void check_bounds(const struct formula *f, const struct rmap_criterion *criterion,
                          const struct rmap_portion *portion, size_t *n_open)
 {
     struct rmap_portion part = *portion;
-    struct rmap_judge judge = {0};
-    uint8_t verdict[N_RAY];
-    const struct rmap_evidence evidence = {.portion = &part, .columns = RMAP_COLUMNS_DISCRETE};
+    struct rmap_evaluator evaluator = {0};
+    uint8_t outcome[N_RAY];
+    const struct rmap_criterion_input input = {.portion = &part, .columns = RMAP_COLUMNS_DISCRETE};
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (!(RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c)))
             *rmap_portion_column_address(&part, (enum rmap_column)c) = NULL;
-    assert_int_equal(rmap_criterion_judge(criterion, &evidence, &judge, verdict, NULL), RMAP_OK);
-    rmap_judge_fini(&judge);
+    assert_int_equal(rmap_criterion_decide(criterion, &input, &evaluator, outcome, NULL), RMAP_OK);
+    rmap_evaluator_fini(&evaluator);
     bool is_discrete = !(rmap_criterion_columns(criterion) & ~RMAP_COLUMNS_DISCRETE);
     for (int i = 0; i < N_RAY; i++) {
-        if (verdict[i] == RMAP_VERDICT_OPEN && !is_discrete)
+        if (outcome[i] == RMAP_OUTCOME_OPEN && !is_discrete)
             ++*n_open;
-        else if (verdict[i] != (f->truth[i] ? RMAP_VERDICT_YES : RMAP_VERDICT_NO))
-            fail_msg("%s\nray row %d: verdict %d, expected %d", f->text, i, verdict[i],
+        else if (outcome[i] != (f->truth[i] ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO))
+            fail_msg("%s\nray row %d: verdict %d, expected %d", f->text, i, outcome[i],
                      f->truth[i]);
     }
 }

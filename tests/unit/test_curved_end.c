@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Curved legs that end inside the medium or leave the scene; what is recorded on the way.
+ * Curved segments that end inside the medium or leave the scene; what is recorded on the way.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -75,7 +75,7 @@ static void ends_in_space(void **state)
 }
 
 /* Mean free path 1 / (absorption + scattering), absorbed by its share, and the mean cosine g, along
- * curves and straight legs alike. */
+ * curves and straight segments alike. */
 static void turbid(void **state)
 {
     (void)state;

@@ -26,16 +26,16 @@ static void list_by_hand(struct rmap_scene *scene)
             scene->far_detector[scene->n_far_detector++] = (int32_t)d;
 }
 
-static struct rmap_leg leg_between(struct rmap_vec3 from, struct rmap_vec3 to)
+static struct rmap_segment segment_between(struct rmap_vec3 from, struct rmap_vec3 to)
 {
     struct rmap_vec3 way = rmap_sub(to, from);
-    return (struct rmap_leg){.from = from,
-                             .to = to,
-                             .direction = rmap_normalize(way),
-                             .length = rmap_length(way),
-                             .optical_from = 100.0,
-                             .index = 1.5,
-                             .segment = 4};
+    return (struct rmap_segment){.from = from,
+                                 .to = to,
+                                 .direction = rmap_normalize(way),
+                                 .length = rmap_length(way),
+                                 .optical_from = 100.0,
+                                 .index = 1.5,
+                                 .segment = 4};
 }
 
 /* A history that is ready to take registrations. */
@@ -55,8 +55,8 @@ static void position_cell_and_path(void **state)
     list_by_hand(scene);
     struct rmap_history history = empty_history();
     /* axis -z, so y = axis x x = (0, -1, 0) */
-    struct rmap_leg leg = leg_between(rmap_vec3(0, 2, 0), rmap_vec3(3, 3.5, 20));
-    rmap_detect_free(scene, &leg, &history.base);
+    struct rmap_segment segment = segment_between(rmap_vec3(0, 2, 0), rmap_vec3(3, 3.5, 20));
+    rmap_detect_free(scene, &segment, &history.base);
     assert_int_equal(history.n_registration, 1);
     const struct rmap_registration *r = &history.registration[0];
     assert_true(r->registered);
@@ -69,8 +69,8 @@ static void position_cell_and_path(void **state)
     assert_near(r->relative[1], 0.5 - 0.75 / 4.0, 1e-15);
     assert_int_equal(r->cell[0], 6);
     assert_int_equal(r->cell[1], 6);
-    assert_near(r->optical_path, 100.0 + 1.5 * 0.5 * leg.length, 1e-12);
-    assert_near(rmap_angle_of(r->cosine), acos(20.0 / leg.length), 1e-14);
+    assert_near(r->optical_path, 100.0 + 1.5 * 0.5 * segment.length, 1e-12);
+    assert_near(rmap_angle_of(r->cosine), acos(20.0 / segment.length), 1e-14);
     rmap_history_fini(&history);
     rmap_scene_destroy(scene);
 }
@@ -82,14 +82,14 @@ static void misses(void **state)
     hand_detector(scene, rmap_vec3(0, 0, 10), -1.0, 4.0);
     list_by_hand(scene);
     struct rmap_history history = empty_history();
-    struct rmap_leg outside = leg_between(rmap_vec3(2.01, 0, 0), rmap_vec3(2.01, 0, 20));
-    struct rmap_leg before = leg_between(rmap_vec3(0, 0, 0), rmap_vec3(0, 0, 9.9));
-    struct rmap_leg parallel = leg_between(rmap_vec3(-9, 0, 10), rmap_vec3(9, 0, 10));
+    struct rmap_segment outside = segment_between(rmap_vec3(2.01, 0, 0), rmap_vec3(2.01, 0, 20));
+    struct rmap_segment before = segment_between(rmap_vec3(0, 0, 0), rmap_vec3(0, 0, 9.9));
+    struct rmap_segment parallel = segment_between(rmap_vec3(-9, 0, 10), rmap_vec3(9, 0, 10));
     rmap_detect_free(scene, &outside, &history.base);
     rmap_detect_free(scene, &before, &history.base);
     rmap_detect_free(scene, &parallel, &history.base);
     assert_int_equal(history.n_registration, 0);
-    struct rmap_leg edge = leg_between(rmap_vec3(2, 2, 0), rmap_vec3(2, 2, 20));
+    struct rmap_segment edge = segment_between(rmap_vec3(2, 2, 0), rmap_vec3(2, 2, 20));
     rmap_detect_free(scene, &edge, &history.base);
     assert_int_equal(history.n_registration, 1);
     assert_int_equal(history.registration[0].cell[0], 9);
@@ -98,7 +98,7 @@ static void misses(void **state)
     rmap_scene_destroy(scene);
 }
 
-/* Legs that end on the plane, or near it by rounding, cross it once in all. */
+/* Segments that end on the plane, or near it by rounding, cross it once in all. */
 static void never_twice(void **state)
 {
     (void)state;
@@ -112,8 +112,8 @@ static void never_twice(void **state)
     for (int k = -40; k <= 40; k++) {
         double t = meeting * (1.0 + k * 1.1102230246251565e-16);
         struct rmap_vec3 middle = rmap_axpy(t, way, start);
-        struct rmap_leg first = leg_between(start, middle);
-        struct rmap_leg second = leg_between(middle, rmap_axpy(2.0 * meeting, way, start));
+        struct rmap_segment first = segment_between(start, middle);
+        struct rmap_segment second = segment_between(middle, rmap_axpy(2.0 * meeting, way, start));
         history.n_registration = 0;
         rmap_detect_free(scene, &first, &history.base);
         rmap_detect_free(scene, &second, &history.base);
@@ -140,7 +140,7 @@ static size_t crossings_of(struct rmap_vec3 axis, struct rmap_vec3 from, struct 
         step.turn[0][k] = 2.0 * step.bend[0][k];
     rmap_curve_at(&step, 1.0, &step.to.r, &step.to.T);
     rmap_curve_lengths(&step, 1.0, &step.optical, &step.length);
-    const struct rmap_leg_piece piece = {.step = &step, .from = from, .to = step.to.r};
+    const struct rmap_segment_piece piece = {.step = &step, .from = from, .to = step.to.r};
     rmap_detect_curve(scene, &piece, &history.base);
     size_t n = history.n_registration;
     rmap_history_fini(&history);
@@ -182,8 +182,8 @@ static void ordered_by_distance_then_index(void **state)
     hand_detector(scene, rmap_vec3(0, 0, 1 + 12), -1.0, 4.0);
     list_by_hand(scene);
     struct rmap_history history = empty_history();
-    struct rmap_leg leg = leg_between(rmap_vec3(0, 0, 0), rmap_vec3(0.1, 0.1, 40));
-    rmap_detect_free(scene, &leg, &history.base);
+    struct rmap_segment segment = segment_between(rmap_vec3(0, 0, 0), rmap_vec3(0.1, 0.1, 40));
+    rmap_detect_free(scene, &segment, &history.base);
     assert_int_equal(history.n_registration, 32);
     for (size_t i = 1; i < 32; i++) {
         const struct rmap_registration *a = &history.registration[i - 1], *b = a + 1;
@@ -201,8 +201,8 @@ static bool registers(struct rmap_scene *scene, enum rmap_side side, double max_
     scene->detector[0].max_angle_rad = max_deg * RMAP_PI / 180.0;
     double a = deg * RMAP_PI / 180.0; /* between the reversed ray and the axis +z */
     struct rmap_vec3 back = rmap_vec3(sin(a), 0, cos(a));
-    struct rmap_leg leg = leg_between(back, rmap_scale(back, -1.0));
-    rmap_detect_free(scene, &leg, &history.base);
+    struct rmap_segment segment = segment_between(back, rmap_scale(back, -1.0));
+    rmap_detect_free(scene, &segment, &history.base);
     assert_int_equal(history.n_registration, 1); /* crossed in any case */
     assert_near(rmap_angle_of(history.registration[0].cosine), a, 1e-7);
     bool registered = history.registration[0].registered;
@@ -239,17 +239,17 @@ static void lying_on_an_object(void **state)
     scene->on_detector = rmap_alloc(1, sizeof *scene->on_detector);
     scene->on_first[2] = scene->on_first[3] = 1;
     struct rmap_history history = empty_history();
-    struct rmap_leg leg = leg_between(rmap_vec3(0, 0, 10), rmap_vec3(1, -0.5, 4.2));
-    rmap_detect_on(scene, &leg, 0, 0, &history.base);
-    rmap_detect_on(scene, &leg, 2, 0, &history.base);
+    struct rmap_segment segment = segment_between(rmap_vec3(0, 0, 10), rmap_vec3(1, -0.5, 4.2));
+    rmap_detect_on(scene, &segment, 0, 0, &history.base);
+    rmap_detect_on(scene, &segment, 2, 0, &history.base);
     assert_int_equal(history.n_registration, 0);
-    rmap_detect_on(scene, &leg, 1, 0, &history.base);
+    rmap_detect_on(scene, &segment, 1, 0, &history.base);
     assert_int_equal(history.n_registration, 1);
     assert_near(history.registration[0].position.x, 1.0, 1e-15);
     assert_near(history.registration[0].position.y, -0.5, 1e-15);
     assert_near(history.registration[0].position.z, 5.0, 1e-15);
-    assert_near(history.registration[0].optical_path, 100.0 + 1.5 * leg.length, 1e-12);
-    struct rmap_leg beside = leg_between(rmap_vec3(0, 0, 10), rmap_vec3(2.1, 0, 4.2));
+    assert_near(history.registration[0].optical_path, 100.0 + 1.5 * segment.length, 1e-12);
+    struct rmap_segment beside = segment_between(rmap_vec3(0, 0, 10), rmap_vec3(2.1, 0, 4.2));
     rmap_detect_on(scene, &beside, 1, 0, &history.base);
     assert_int_equal(history.n_registration, 1);
     rmap_history_fini(&history);
@@ -267,9 +267,9 @@ static void far_field(void **state)
     list_by_hand(scene);
     struct rmap_history history = empty_history();
     const double deg = RMAP_PI / 180.0, theta = 125.0 * deg, phi = 303.0 * deg;
-    struct rmap_leg leg = leg_between(
+    struct rmap_segment segment = segment_between(
         rmap_vec3(0, 0, 0), rmap_vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)));
-    rmap_detect_far(scene, &leg, &history.base);
+    rmap_detect_far(scene, &segment, &history.base);
     const struct rmap_registration *r = &history.registration[0];
     assert_near(r->relative[0] * 180.0, 125.0, 1e-12);
     assert_near(r->relative[1] * 360.0, 303.0, 1e-12);

@@ -32,17 +32,18 @@ struct recipe {
     size_t n_ray;
     uint32_t n_path;        /* rays repeat one of so many histories; 0: each has its own */
     uint32_t n_object;      /* met */
-    uint32_t legs_max;      /* per ray */
+    uint32_t segments_max;  /* per ray */
     uint32_t registrations; /* at most, per ray */
     uint32_t kinds;         /* of (source, stop) */
-    uint32_t longest;       /* legs of one ray; 0: as the others */
+    uint32_t longest;       /* segments of one ray; 0: as the others */
     bool empty_rays, weighted;
 };
 
 static void add_ray(struct rmap_portion *p, const struct recipe *recipe, size_t i, uint64_t seed)
 {
     uint64_t state = seed;
-    uint32_t n = 1 + draw(&state, recipe->legs_max), m = draw(&state, recipe->registrations + 1);
+    uint32_t n = 1 + draw(&state, recipe->segments_max),
+             m = draw(&state, recipe->registrations + 1);
     if (recipe->longest > 0 && i == 5)
         n = recipe->longest;
     if (recipe->empty_rays && draw(&state, 7) == 0)
@@ -91,26 +92,36 @@ static struct rmap_portion *make_portion(const struct recipe *recipe, uint64_t f
 }
 
 static const struct recipe recipes[] = {
-    {.n_ray = 4096, .n_path = 200, .n_object = 30, .legs_max = 15, .registrations = 1, .kinds = 4},
-    {.n_ray = 4096, .n_object = 120, .legs_max = 18, .registrations = 2, .kinds = 1},
+    {.n_ray = 4096,
+     .n_path = 200,
+     .n_object = 30,
+     .segments_max = 15,
+     .registrations = 1,
+     .kinds = 4},
+    {.n_ray = 4096, .n_object = 120, .segments_max = 18, .registrations = 2, .kinds = 1},
     {.n_ray = 700,
      .n_object = 400,
-     .legs_max = 40,
+     .segments_max = 40,
      .registrations = 5,
      .kinds = 12,
      .weighted = true},
-    {.n_ray = 300, .n_object = 9, .legs_max = 9, .registrations = 3, .kinds = 2, .longest = 70000},
+    {.n_ray = 300,
+     .n_object = 9,
+     .segments_max = 9,
+     .registrations = 3,
+     .kinds = 2,
+     .longest = 70000},
     {.n_ray = 1000,
      .n_object = 20,
-     .legs_max = 6,
+     .segments_max = 6,
      .registrations = 300,
      .kinds = 3,
      .empty_rays = true},
-    {.n_ray = 1, .n_object = 3, .legs_max = 2, .registrations = 1, .kinds = 1},
+    {.n_ray = 1, .n_object = 3, .segments_max = 2, .registrations = 1, .kinds = 1},
     {.n_ray = 4096,
      .n_path = 150,
      .n_object = 30,
-     .legs_max = 15,
+     .segments_max = 15,
      .registrations = 9,
      .kinds = 4,
      .empty_rays = true},

@@ -170,11 +170,11 @@ static void test_hollow_shapes_have_no_gaps(void **state)
     }
 }
 
-enum { N_RAY = 20000, N_LEG = 6 };
+enum { N_RAY = 20000, N_SEGMENT = 6 };
 
 struct job {
     const struct builder *builder;
-    struct rmap_hit *hit; /* [N_RAY * N_LEG] */
+    struct rmap_hit *hit; /* [N_RAY * N_SEGMENT] */
 };
 
 static void trace(void *context, int thread)
@@ -182,8 +182,8 @@ static void trace(void *context, int thread)
     struct job *job = &((struct job *)context)[thread];
     for (uint64_t i = 0; i < N_RAY; i++) {
         struct rmap_ray ray = {.origin = {0, 0, 0.1}, .direction = any_direction(i, 0)};
-        for (uint32_t leg = 0; leg < N_LEG; leg++) {
-            struct rmap_hit *hit = &job->hit[i * N_LEG + leg];
+        for (uint32_t segment = 0; segment < N_SEGMENT; segment++) {
+            struct rmap_hit *hit = &job->hit[i * N_SEGMENT + segment];
             memset(hit, 0, sizeof(*hit));
             if (!rmap_accel_next(job->builder->accel, &ray, hit))
                 break;
@@ -191,7 +191,7 @@ static void trace(void *context, int thread)
             rmap_contact_turn(&ray.contact, hit);
             double sign = rmap_dot(hit->normal, ray.direction) > 0 ? -1 : 1;
             ray.direction =
-                rmap_normalize(rmap_axpy(1.1 * sign, hit->normal, any_direction(i, leg + 1)));
+                rmap_normalize(rmap_axpy(1.1 * sign, hit->normal, any_direction(i, segment + 1)));
         }
     }
 }
@@ -225,14 +225,14 @@ static void test_threads_and_instruction_sets_agree(void **state)
     open_crowd(&b);
     struct job job[3] = {{.builder = &b}, {.builder = &b}, {.builder = &b}};
     for (int k = 0; k < 3; k++) {
-        job[k].hit = rmap_alloc((size_t)N_RAY * N_LEG, sizeof(*job[k].hit));
+        job[k].hit = rmap_alloc((size_t)N_RAY * N_SEGMENT, sizeof(*job[k].hit));
         assert_non_null(job[k].hit);
     }
     struct rmap_workers *workers = NULL;
     struct rmap_error err = {0};
     assert_int_equal(rmap_workers_start(2, trace, job, &workers, &err), RMAP_OK);
     rmap_workers_join(workers);
-    size_t bytes = (size_t)N_RAY * N_LEG * sizeof(*job[0].hit);
+    size_t bytes = (size_t)N_RAY * N_SEGMENT * sizeof(*job[0].hit);
     assert_memory_equal(job[0].hit, job[1].hit, bytes);
     for (int level = 0; level <= rmap_accel_isa_level(); level++) {
         struct builder other = b;

@@ -231,7 +231,8 @@ static struct rmap_ray to_world(const struct rmap_affine *place, struct rmap_vec
     return ray;
 }
 
-/* Mirrored at every wall, 12 times; the first leg is aimed at a rim, where others follow at once.
+/* Mirrored at every wall, 12 times; the first segment is aimed at a rim, where others follow at
+ * once.
  */
 static int lost_mirrored(const struct builder *b, struct rmap_ray ray)
 {

@@ -102,7 +102,8 @@ static void test_names_are_compared_in_proportion(void **state)
     assert_true(many < 5 * few);
 }
 
-/* One for the mesh, and one for what the sieve of the shapes does not hold, or for everything. */
+/* One for the mesh, and one for what the prefilter of the shapes does not hold, or for everything.
+ */
 static void test_each_surface_is_built_once(void **state)
 {
     (void)state;

@@ -26,7 +26,7 @@ struct test_path {
 };
 
 /* A row of a ray's history: a step, or a registration on `object` when its event is HIT or MISS
- * (crossed only), on the leg of the next step or, behind the last, of that one. */
+ * (crossed only), on the segment of the next step or, behind the last, of that one. */
 enum { HIT = 1 << 30, MISS = 1 << 29 };
 struct row {
     int ray;
@@ -89,7 +89,7 @@ static const struct row history[] = {
 
 static bool add_row(struct rmap_portion *p, const struct row *row, size_t n_step_left)
 {
-    uint32_t leg = p->ray.segment_count[p->n_row[RMAP_TABLE_RAY] - 1];
+    uint32_t segment = p->ray.segment_count[p->n_row[RMAP_TABLE_RAY] - 1];
     if (!(row->event & (HIT | MISS)))
         return test_add_step(
             p,
@@ -97,7 +97,7 @@ static bool add_row(struct rmap_portion *p, const struct row *row, size_t n_step
     return test_add_registration(
         p, &(struct test_registration){.detector = row->object,
                                        .registered = row->event == HIT,
-                                       .segment = n_step_left ? leg : leg - 1});
+                                       .segment = n_step_left ? segment : segment - 1});
 }
 
 static struct rmap_portion *make_portion(void)

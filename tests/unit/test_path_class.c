@@ -41,15 +41,15 @@ static uint32_t draw(uint64_t *state, uint32_t n)
     return (uint32_t)((*state >> 33) % n);
 }
 
-static void add_hit(struct rmap_portion *p, int32_t detector, uint32_t leg, uint32_t registered)
+static void add_hit(struct rmap_portion *p, int32_t detector, uint32_t segment, uint32_t registered)
 {
     assert_true(test_add_registration(
         p, &(struct test_registration){
-               .detector = detector, .segment = leg, .registered = (uint8_t)registered}));
+               .detector = detector, .segment = segment, .registered = (uint8_t)registered}));
 }
 
-/* A leg that goes on, and what detectors see of it. */
-static void add_leg(struct rmap_portion *p, uint64_t *state, uint32_t leg)
+/* A segment that goes on, and what detectors see of it. */
+static void add_segment(struct rmap_portion *p, uint64_t *state, uint32_t segment)
 {
     static const uint32_t event[] = {T, R, I, D, T | G};
     struct test_step step = {.object = (int32_t)draw(state, 6), .medium = (int16_t)draw(state, 3)};
@@ -59,13 +59,13 @@ static void add_leg(struct rmap_portion *p, uint64_t *state, uint32_t leg)
         step.event = S;
     }
     if (draw(state, 5) == 0)
-        add_hit(p, SENSOR, leg, draw(state, 3) > 0);
+        add_hit(p, SENSOR, segment, draw(state, 3) > 0);
     assert_true(test_add_step(p, &step));
     if (step.object == TUBE && draw(state, 2) == 0)
-        add_hit(p, SCREEN, leg, draw(state, 3) > 0);
+        add_hit(p, SCREEN, segment, draw(state, 3) > 0);
 }
 
-static void add_end(struct rmap_portion *p, uint64_t *state, uint32_t leg)
+static void add_end(struct rmap_portion *p, uint64_t *state, uint32_t segment)
 {
     static const uint32_t event[] = {A, A, X, K, E};
     static const uint8_t stop[] = {RMAP_STOP_ABSORBED, RMAP_STOP_ABSORBED, RMAP_STOP_LEFT,
@@ -78,10 +78,10 @@ static void add_end(struct rmap_portion *p, uint64_t *state, uint32_t leg)
         step.object = -1;
     p->ray.stop[p->n_row[RMAP_TABLE_RAY] - 1] = stop[k];
     if (step.event == X && draw(state, 2) == 0)
-        add_hit(p, FAR_GRID, leg, 1);
+        add_hit(p, FAR_GRID, segment, 1);
     assert_true(test_add_step(p, &step));
     if (step.object == TUBE && draw(state, 2) == 0)
-        add_hit(p, SCREEN, leg, 1);
+        add_hit(p, SCREEN, segment, 1);
 }
 
 static struct rmap_portion *make_rays(void)
@@ -93,12 +93,12 @@ static struct rmap_portion *make_rays(void)
     for (uint64_t i = 0; i < N_RAY; i++) {
         const struct test_ray ray = {
             .id = 100 + i, .source = (int32_t)draw(&state, 2), .weight = 1.0};
-        uint32_t n = draw(&state, 4), leg = 0;
+        uint32_t n = draw(&state, 4), segment = 0;
         assert_true(test_add_ray(p, &ray));
-        for (; leg < n; leg++)
-            add_leg(p, &state, leg);
+        for (; segment < n; segment++)
+            add_segment(p, &state, segment);
         if (draw(&state, 50) > 0)
-            add_end(p, &state, leg);
+            add_end(p, &state, segment);
     }
     return p;
 }

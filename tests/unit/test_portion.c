@@ -28,7 +28,7 @@ static void record_ray(struct rmap_recorder *out, uint64_t ray)
 {
     const double white[N_CHANNEL] = {1.0 / 3, 1.0 / 3, 1.0 / 3};
     const double red[N_CHANNEL] = {1, 0, 0};
-    int n_leg = ray == 7 ? 2000 : 1 + (int)(ray % 9);
+    int n_segment = ray == 7 ? 2000 : 1 + (int)(ray % 9);
     struct rmap_emission emission = {.ray = ray,
                                      .source = (int32_t)(ray % 3),
                                      .object = -1,
@@ -37,8 +37,8 @@ static void record_ray(struct rmap_recorder *out, uint64_t ray)
                                      .direction = {0, 0, 1},
                                      .colour = white};
     out->emit(out, &emission);
-    for (int k = 0; k < n_leg; k++) {
-        bool last = k == n_leg - 1;
+    for (int k = 0; k < n_segment; k++) {
+        bool last = k == n_segment - 1;
         struct rmap_step step = {.object = last ? -1 : k % 300,
                                  .primitive = last ? -1 : k,
                                  .events = last ? RMAP_EVENT_LEFT : RMAP_EVENT_REFLECT_SPECULAR,
@@ -136,7 +136,7 @@ static void test_summary(void **state)
     assert_int_equal(s.detectors, 1 << 5);
     assert_true(s.objects[0] == UINT64_MAX && s.objects[3] == UINT64_MAX); /* 300 objects mod 256 */
     assert_true(s.box_min[2] == -1999.0f && s.box_max[1] == 1999.0f && s.box_max[2] == 0.0f);
-    p->curve.position[4] = 5000; /* points of curved legs lie in the box */
+    p->curve.position[4] = 5000; /* points of curved segments lie in the box */
     rmap_portion_summarise(p, &s);
     assert_true(s.box_max[1] == 5000.0f);
     rmap_portion_clear(p);
@@ -204,7 +204,7 @@ static void test_digest_of_any_blocks(void **state)
 static void test_digest_by_definition(void **state)
 {
     (void)state;
-    /* 2000 legs, 9 legs, 1 leg, 2 legs, 6 legs of which 3 are curved */
+    /* 2000 segments, 9 segments, 1 segment, 2 segments, 6 segments of which 3 are curved */
     static const uint64_t rays[] = {7, 8, 9, 10, 14};
     for (size_t k = 0; k < sizeof rays / sizeof *rays; k++) {
         struct rmap_portion *p = record(rays[k], 1);

@@ -206,7 +206,7 @@ static void wrong_medium(void **state)
     stop(&b);
 }
 
-/* Free planes come before the step that ends the leg, planes on an object after it, far-field
+/* Free planes come before the step that ends the segment, planes on an object after it, far-field
  * grids after the last. */
 static void order_of_registrations(void **state)
 {

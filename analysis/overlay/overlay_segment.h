@@ -2,8 +2,8 @@
  *
  * What the parts of the overlay (overlay*.c) share.
  */
-#ifndef RMAP_OVERLAY_LEG_H
-#define RMAP_OVERLAY_LEG_H
+#ifndef RMAP_OVERLAY_SEGMENT_H
+#define RMAP_OVERLAY_SEGMENT_H
 
 #include "analysis/overlay/overlay.h"
 #include "trace/detector.h"
@@ -29,15 +29,16 @@ struct rmap_overlay_ray {
     size_t curve, curve_end; /* rows of /curve not yet passed */
 };
 
-/* Leg `leg` of the ray, as light that detectors watch. false: it has no length. from: where the
- * leg before ended; optical: the path up to there. The straight leg's `to` is where it ends, or
- * for one that left, on the overlay's bounding sphere. */
-void rmap_overlay_leg(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
-                      uint32_t leg, struct rmap_vec3 from, double optical, struct rmap_leg *out);
+/* Segment `segment` of the ray, as light that detectors watch. false: it has no length. from: where
+ * the segment before ended; optical: the path up to there. The straight segment's `to` is where it
+ * ends, or for one that left, on the overlay's bounding sphere. */
+void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
+                          uint32_t segment, struct rmap_vec3 from, double optical,
+                          struct rmap_segment *out);
 
-/* Lets the free planes of `scene` watch the curved leg; `out`: as rmap_overlay_leg left it, gets
- * the direction at its end, and its optical path there as `optical_from` with index 0. */
+/* Lets the free planes of `scene` watch the curved segment; `out`: as rmap_overlay_segment left it,
+ * gets the direction at its end, and its optical path there as `optical_from` with index 0. */
 void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray *ray,
-                        struct rmap_leg *out, struct rmap_recorder *recorder);
+                        struct rmap_segment *out, struct rmap_recorder *recorder);
 
 #endif

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * Stored legs as light that detectors watch.
+ * Stored segments as light that detectors watch.
  */
 #include <math.h>
 
-#include "analysis/overlay/overlay_leg.h"
+#include "analysis/overlay/overlay_segment.h"
 
 static struct rmap_vec3 point_of(const float *p)
 {
     return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
 }
 
-/* The refractive index along a straight leg: of the mean over its colour, as traced. */
+/* The refractive index along a straight segment: of the mean over its colour, as traced. */
 static double index_of(const struct rmap_overlay_ray *ray, size_t row)
 {
     const struct rmap_portion *portion = ray->portion;
@@ -38,14 +38,16 @@ static double distance_out(const struct rmap_scene *scene, struct rmap_vec3 orig
     return gap > 0.0 ? sqrt(along * along + gap) - along : 0.0;
 }
 
-void rmap_overlay_leg(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
-                      uint32_t leg, struct rmap_vec3 from, double optical, struct rmap_leg *out)
+void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
+                          uint32_t segment, struct rmap_vec3 from, double optical,
+                          struct rmap_segment *out)
 {
     const struct rmap_portion *portion = ray->portion;
-    size_t row = ray->segment + leg;
+    size_t row = ray->segment + segment;
     const uint32_t event = portion->segment.event[row];
     struct rmap_vec3 to = point_of(portion->segment.position + 3 * row);
-    *out = (struct rmap_leg){.from = from, .to = to, .optical_from = optical, .segment = leg};
+    *out =
+        (struct rmap_segment){.from = from, .to = to, .optical_from = optical, .segment = segment};
     struct rmap_vec3 end = point_of(portion->ray.end_direction + 3 * ray->row);
     bool leaves = event & RMAP_EVENT_LEFT && !(event & RMAP_EVENT_GRADIENT);
     if (leaves && rmap_dot(end, end) > 0.0) {
@@ -64,18 +66,19 @@ void rmap_overlay_leg(const struct rmap_overlay *overlay, const struct rmap_over
 
 /* ---- curves ---- */
 
-/* The gradient medium in place that the leg runs through: beside what it ends or starts on. */
-static const struct rmap_gradient *gradient_of(const struct rmap_overlay_ray *ray, uint32_t leg)
+/* The gradient medium in place that the segment runs through: beside what it ends or starts on. */
+static const struct rmap_gradient *gradient_of(const struct rmap_overlay_ray *ray, uint32_t segment)
 {
     const struct rmap_scene *scene = ray->scene;
     const struct rmap_portion *portion = ray->portion;
-    const size_t row = ray->segment + leg;
+    const size_t row = ray->segment + segment;
     const int32_t medium = portion->segment.medium[row];
-    if (scene->n_gradient == 0) /* what only a damaged map says; where legs start was not read */
+    if (scene->n_gradient ==
+        0) /* what only a damaged map says; where segments start was not read */
         return NULL;
     const int32_t beside[2] = {portion->segment.object[row],
-                               leg > 0 ? portion->segment.object[row - 1]
-                                       : portion->ray.start_object[ray->row]};
+                               segment > 0 ? portion->segment.object[row - 1]
+                                           : portion->ray.start_object[ray->row]};
     for (int i = 0; i < 2; i++) {
         if (beside[i] < 0 || (size_t)beside[i] >= scene->n_object)
             continue;
@@ -91,7 +94,7 @@ static const struct rmap_gradient *gradient_of(const struct rmap_overlay_ray *ra
     return NULL;
 }
 
-/* The channel whose light the leg carries: one alone where the field is dispersive. */
+/* The channel whose light the segment carries: one alone where the field is dispersive. */
 static int channel_of(const struct rmap_overlay_ray *ray, size_t row)
 {
     const struct rmap_portion *portion = ray->portion;
@@ -105,7 +108,7 @@ static int channel_of(const struct rmap_overlay_ray *ray, size_t row)
     return most;
 }
 
-/* A curved leg being followed from point to point. */
+/* A curved segment being followed from point to point. */
 struct path {
     const struct rmap_gradient *gradient; /* NULL: chords */
     int channel;
@@ -175,7 +178,7 @@ static bool join(const struct path *path, const struct rmap_curve_state *a,
 }
 
 void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray *ray,
-                        struct rmap_leg *out, struct rmap_recorder *recorder)
+                        struct rmap_segment *out, struct rmap_recorder *recorder)
 {
     const struct rmap_portion *portion = ray->portion;
     const size_t row = ray->segment + out->segment;
@@ -192,7 +195,7 @@ void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray 
         struct rmap_curve_step step;
         if (!join(&path, &from, &to, &step))
             continue;
-        const struct rmap_leg_piece piece = {
+        const struct rmap_segment_piece piece = {
             .step = &step,
             .from = from.r,
             .to = to.r,

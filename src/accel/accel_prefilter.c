@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The sieve: scenes of few analytic surfaces are searched without a tree. Every shape lies in a
+ * The prefilter: scenes of few analytic surfaces are searched without a tree. Every shape lies in a
  * shell about its axis, low <= z <= high, inner <= r <= outer; eight shells at a time are held
  * against the float ray, and what is left is solved in double, nearest first. All shells are
  * wider than the float error, so nothing that Embree would propose is lost.
@@ -10,7 +10,7 @@
 
 #include "accel/accel_build.h"
 #include "accel/accel_internal.h"
-#include "accel/accel_sieve.h"
+#include "accel/accel_prefilter.h"
 #include "accel/accel_triangle.h"
 
 /* In roundings of the longest coordinate: those of the ray's transform and of a point along it,
@@ -23,7 +23,7 @@
 /* Surfaces with parallel frames that are worth a row of their own. */
 #define LEAST_ROW 4
 
-enum { WIDE = RMAP_SIEVE_WIDE };
+enum { WIDE = RMAP_PREFILTER_WIDE };
 
 static inline float lesser(float a, float b)
 {
@@ -88,11 +88,11 @@ static float lower_end(const struct rmap_accel *accel, int32_t index)
     return (float)(object->lower.z - at.z - shell_pad(accel, object, at));
 }
 
-static void set_shell(struct rmap_sieve *sieve, int slot, const struct rmap_accel *accel,
+static void set_shell(struct rmap_prefilter *prefilter, int slot, const struct rmap_accel *accel,
                       int32_t index)
 {
     const struct rmap_accel_object *object = &accel->object[index];
-    struct rmap_sieve_group *group = &sieve->group[slot / WIDE];
+    struct rmap_prefilter_group *group = &prefilter->group[slot / WIDE];
     int lane = slot % WIDE;
     struct rmap_vec3 at = rmap_affine_point(&object->to_local, accel->centre);
     double pad = shell_pad(accel, object, at), radius[2];
@@ -109,28 +109,28 @@ static void set_shell(struct rmap_sieve *sieve, int slot, const struct rmap_acce
     group->outer2[lane] = (float)(rim * rim);
     group->half_x[lane] = (float)(object->upper.x + pad);
     group->half_y[lane] = (float)(object->upper.y + pad);
-    sieve->object[slot] = index;
-    sieve->flat[slot] =
+    prefilter->object[slot] = index;
+    prefilter->flat[slot] =
         object->shape->type == RMAP_SHAPE_DISC || object->shape->type == RMAP_SHAPE_RECTANGLE;
 }
 
 /* The row, sorted by its lower ends. */
 static void build_row(struct rmap_accel *accel, const struct rmap_accel_object *first)
 {
-    struct rmap_sieve *sieve = &accel->sieve;
-    int32_t row[RMAP_SIEVE_SLOTS];
+    struct rmap_prefilter *prefilter = &accel->prefilter;
+    int32_t row[RMAP_PREFILTER_SLOTS];
     for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
         if (!is_held(&accel->object[i]) || !parallel(first, &accel->object[i]))
             continue;
-        int at = sieve->n_row++;
+        int at = prefilter->n_row++;
         for (; at > 0 && lower_end(accel, row[at - 1]) > lower_end(accel, i); at--)
             row[at] = row[at - 1];
         row[at] = i;
     }
-    for (int k = 0; k < sieve->n_row; k++) {
-        struct rmap_sieve_group *group = &sieve->group[k / WIDE];
-        set_shell(sieve, k, accel, row[k]);
-        sieve->row |= UINT64_C(1) << k;
+    for (int k = 0; k < prefilter->n_row; k++) {
+        struct rmap_prefilter_group *group = &prefilter->group[k / WIDE];
+        set_shell(prefilter, k, accel, row[k]);
+        prefilter->row |= UINT64_C(1) << k;
         float high = group->high[k % WIDE];
         if (k % WIDE == 0) {
             group->lowest = group->low[0];
@@ -142,21 +142,21 @@ static void build_row(struct rmap_accel *accel, const struct rmap_accel_object *
     }
 }
 
-void rmap_sieve_build(struct rmap_accel *accel)
+void rmap_prefilter_build(struct rmap_accel *accel)
 {
-    struct rmap_sieve *sieve = &accel->sieve;
+    struct rmap_prefilter *prefilter = &accel->prefilter;
     double longest = 2 * (accel->radius + accel->reach);
     const struct rmap_accel_object *first = find_row(accel);
-    sieve->longest = (float)(longest * (1 + 1e-6));
-    sieve->rounding = (float)(16 * RMAP_FLOAT_EPS * longest);
+    prefilter->longest = (float)(longest * (1 + 1e-6));
+    prefilter->rounding = (float)(16 * RMAP_FLOAT_EPS * longest);
     if (first)
         build_row(accel, first);
-    sieve->n_slot = (sieve->n_row + WIDE - 1) / WIDE * WIDE;
+    prefilter->n_slot = (prefilter->n_row + WIDE - 1) / WIDE * WIDE;
     for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
         if (!is_held(&accel->object[i]) || (first && parallel(first, &accel->object[i])))
             continue;
-        sieve->others |= UINT64_C(1) << sieve->n_slot;
-        set_shell(sieve, sieve->n_slot++, accel, i);
+        prefilter->others |= UINT64_C(1) << prefilter->n_slot;
+        set_shell(prefilter, prefilter->n_slot++, accel, i);
     }
 }
 
@@ -177,7 +177,7 @@ struct line {
 };
 
 /* Does the line pass through the shell of lane k, and where does that begin? */
-static inline int meets(const struct rmap_sieve_group *g, int k, const struct line *l,
+static inline int meets(const struct rmap_prefilter_group *g, int k, const struct line *l,
                         float longest, float rounding, float *near)
 {
     float px = l->p[0] + g->place_x[k], py = l->p[1] + g->place_y[k];
@@ -196,8 +196,8 @@ static inline int meets(const struct rmap_sieve_group *g, int k, const struct li
            (lesser(y0, y1) <= g->half_y[k]) & (greater(y0, y1) >= -g->half_y[k]);
 }
 
-static inline void turn(const struct rmap_sieve_group *g, int k, const float o[3], const float d[3],
-                        struct line *l)
+static inline void turn(const struct rmap_prefilter_group *g, int k, const float o[3],
+                        const float d[3], struct line *l)
 {
 #pragma GCC unroll 3
     for (int r = 0; r < 3; r++) {
@@ -210,7 +210,7 @@ static inline void turn(const struct rmap_sieve_group *g, int k, const float o[3
 
 /* Bits of the shells that the ray meets, and where along it each begins. */
 RMAP_WIDEST
-static uint32_t sift(const struct rmap_sieve_group *g, const float o[restrict 3],
+static uint32_t sift(const struct rmap_prefilter_group *g, const float o[restrict 3],
                      const float d[restrict 3], float longest, float rounding,
                      float near[restrict WIDE])
 {
@@ -225,7 +225,7 @@ static uint32_t sift(const struct rmap_sieve_group *g, const float o[restrict 3]
 
 /* The same in a row, whose frames share the line. */
 RMAP_WIDEST
-static uint32_t sift_row(const struct rmap_sieve_group *g, const struct line *restrict of_row,
+static uint32_t sift_row(const struct rmap_prefilter_group *g, const struct line *restrict of_row,
                          float longest, float rounding, float near[restrict WIDE])
 {
     const struct line line = *of_row;
@@ -237,9 +237,9 @@ static uint32_t sift_row(const struct rmap_sieve_group *g, const struct line *re
 
 static void consider(struct rmap_query *query, int slot)
 {
-    const struct rmap_sieve *sieve = &query->accel->sieve;
-    int32_t object = sieve->object[slot];
-    if (!(sieve->flat[slot] && object == query->start.object)) /* met once at most */
+    const struct rmap_prefilter *prefilter = &query->accel->prefilter;
+    int32_t object = prefilter->object[slot];
+    if (!(prefilter->flat[slot] && object == query->start.object)) /* met once at most */
         (void)rmap_consider_shape(query, object);
 }
 
@@ -247,11 +247,11 @@ static void consider(struct rmap_query *query, int slot)
  * overlap. */
 static void search_group(struct rmap_query *query, int first, const struct line *line, double shift)
 {
-    const struct rmap_sieve *sieve = &query->accel->sieve;
+    const struct rmap_prefilter *prefilter = &query->accel->prefilter;
     float near[WIDE];
-    uint32_t left =
-        sift_row(&sieve->group[first / WIDE], line, sieve->longest, sieve->rounding, near);
-    left &= (uint32_t)(sieve->row >> first);
+    uint32_t left = sift_row(&prefilter->group[first / WIDE], line, prefilter->longest,
+                             prefilter->rounding, near);
+    left &= (uint32_t)(prefilter->row >> first);
     while (left) {
         int k = line->rate > 0 ? __builtin_ctz(left) : 31 - __builtin_clz(left);
         left &= ~(1U << k);
@@ -265,20 +265,20 @@ static void search_group(struct rmap_query *query, int first, const struct line 
 static void search_row(struct rmap_query *query, const float origin[3], const float direction[3],
                        double shift)
 {
-    const struct rmap_sieve *sieve = &query->accel->sieve;
-    int n = (sieve->n_row + WIDE - 1) / WIDE;
+    const struct rmap_prefilter *prefilter = &query->accel->prefilter;
+    int n = (prefilter->n_row + WIDE - 1) / WIDE;
     struct line line;
-    turn(&sieve->group[0], 0, origin, direction, &line);
+    turn(&prefilter->group[0], 0, origin, direction, &line);
     bool upward = line.rate > 0;
     for (int i = 0; i < n; i++) {
-        const struct rmap_sieve_group *group = &sieve->group[upward ? i : n - 1 - i];
+        const struct rmap_prefilter_group *group = &prefilter->group[upward ? i : n - 1 - i];
         float enter = upward ? group->lowest : group->highest_before;
         float leave = upward ? group->highest : group->lowest;
-        if ((enter - line.p[2]) * line.rate - sieve->rounding > rmap_far_end(query, shift))
+        if ((enter - line.p[2]) * line.rate - prefilter->rounding > rmap_far_end(query, shift))
             return;
-        if ((leave - line.p[2]) * line.rate + sieve->rounding < 0)
+        if ((leave - line.p[2]) * line.rate + prefilter->rounding < 0)
             continue;
-        search_group(query, (int)(group - sieve->group) * WIDE, &line, shift);
+        search_group(query, (int)(group - prefilter->group) * WIDE, &line, shift);
     }
 }
 
@@ -301,34 +301,34 @@ static int take_nearest(uint64_t *left, const float *near, float far)
 static void search_others(struct rmap_query *query, const float origin[3], const float direction[3],
                           double shift)
 {
-    const struct rmap_sieve *sieve = &query->accel->sieve;
-    float near[RMAP_SIEVE_SLOTS];
+    const struct rmap_prefilter *prefilter = &query->accel->prefilter;
+    float near[RMAP_PREFILTER_SLOTS];
     uint64_t left = 0;
     int k;
-    for (int i = (sieve->n_row + WIDE - 1) / WIDE * WIDE; i < sieve->n_slot; i += WIDE)
-        left |= (uint64_t)sift(&sieve->group[i / WIDE], origin, direction, sieve->longest,
-                               sieve->rounding, &near[i])
+    for (int i = (prefilter->n_row + WIDE - 1) / WIDE * WIDE; i < prefilter->n_slot; i += WIDE)
+        left |= (uint64_t)sift(&prefilter->group[i / WIDE], origin, direction, prefilter->longest,
+                               prefilter->rounding, &near[i])
                 << i;
-    left &= sieve->others;
+    left &= prefilter->others;
     while ((k = take_nearest(&left, near, rmap_far_end(query, shift))) >= 0)
         consider(query, k);
 }
 
-void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
-                       double shift)
+void rmap_prefilter_search(struct rmap_query *query, const float origin[3],
+                           const float direction[3], double shift)
 {
-    if (query->accel->sieve.row)
+    if (query->accel->prefilter.row)
         search_row(query, origin, direction, shift);
-    if (query->accel->sieve.others)
+    if (query->accel->prefilter.others)
         search_others(query, origin, direction, shift);
 }
 
-/* A few spheres before the sieve: a ball needs no frame of its own, and a ray that begins and ends
- * deep inside one does not meet its surface, as most chords of a curve in a gradient sphere do
+/* A few spheres before the prefilter: a ball needs no frame of its own, and a ray that begins and
+ * ends deep inside one does not meet its surface, as most chords of a curve in a gradient sphere do
  * not. Outer radii are wider than the float error and inner ones smaller, so nothing that Embree
  * would propose is lost. */
 
-/* In roundings of the longest coordinate, as in accel_sieve.c. */
+/* In roundings of the longest coordinate, as in accel_prefilter.c. */
 #define BALL_ERRORS 64
 
 static bool is_ball(const struct rmap_accel_object *object)
@@ -339,23 +339,23 @@ static bool is_ball(const struct rmap_accel_object *object)
 static void add_ball(struct rmap_accel *accel, int32_t index, double tolerance)
 {
     const struct rmap_accel_object *object = &accel->object[index];
-    struct rmap_balls *balls = &accel->balls;
+    struct rmap_spheres *spheres = &accel->spheres;
     struct rmap_vec3 at = rmap_sub(object->to_world.t, accel->centre);
     double longest = 2 * (accel->radius + accel->reach) + rmap_length(at);
     double pad = BALL_ERRORS * RMAP_FLOAT_EPS * longest + object->tolerance + tolerance;
     double outer = object->shape->radius + pad, inner = object->shape->radius - pad;
-    int k = balls->n++;
-    balls->x[k] = (float)at.x;
-    balls->y[k] = (float)at.y;
-    balls->z[k] = (float)at.z;
-    balls->outer2[k] = (float)(outer * outer);
-    balls->inner2[k] = inner > 0 ? (float)(inner * inner) : 0;
-    balls->object[k] = index;
+    int k = spheres->n++;
+    spheres->x[k] = (float)at.x;
+    spheres->y[k] = (float)at.y;
+    spheres->z[k] = (float)at.z;
+    spheres->outer2[k] = (float)(outer * outer);
+    spheres->inner2[k] = inner > 0 ? (float)(inner * inner) : 0;
+    spheres->object[k] = index;
 }
 
-void rmap_balls_build(struct rmap_accel *accel)
+void rmap_spheres_build(struct rmap_accel *accel)
 {
-    struct rmap_balls *balls = &accel->balls;
+    struct rmap_spheres *spheres = &accel->spheres;
     double tolerance = 0; /* any surface may be the one that a ray starts from */
     int n = 0;
     for (size_t i = 0; i < accel->n_object; i++) {
@@ -363,7 +363,7 @@ void rmap_balls_build(struct rmap_accel *accel)
         tolerance = rmap_greater(tolerance, accel->object[i].tolerance);
     }
     for (int k = 0; k < WIDE; k++)
-        balls->outer2[k] = -1;
+        spheres->outer2[k] = -1;
     for (size_t i = 0; n <= WIDE && i < accel->n_object; i++)
         if (is_ball(&accel->object[i])) {
             accel->object[i].ball = true;
@@ -371,35 +371,35 @@ void rmap_balls_build(struct rmap_accel *accel)
         }
 }
 
-/* Bits of the balls whose surface the ray may meet before `far`, and where it enters each. */
+/* Bits of the spheres whose surface the ray may meet before `far`, and where it enters each. */
 RMAP_WIDEST
-static uint32_t sift_balls(const struct rmap_balls *balls, const float o[restrict 3],
-                           const float d[restrict 3], float far, float near[restrict WIDE])
+static uint32_t sift_spheres(const struct rmap_spheres *spheres, const float o[restrict 3],
+                             const float d[restrict 3], float far, float near[restrict WIDE])
 {
     uint32_t bits = 0;
     for (int k = 0; k < WIDE; k++) {
-        float x = balls->x[k] - o[0], y = balls->y[k] - o[1], z = balls->z[k] - o[2];
+        float x = spheres->x[k] - o[0], y = spheres->y[k] - o[1], z = spheres->z[k] - o[2];
         float along = x * d[0] + y * d[1] + z * d[2];
         float ax = x - along * d[0], ay = y - along * d[1], az = z - along * d[2];
         float ex = x - far * d[0], ey = y - far * d[1], ez = z - far * d[2];
         float across2 = ax * ax + ay * ay + az * az;
-        float half = sqrtf(across2 < balls->outer2[k] ? balls->outer2[k] - across2 : 0);
-        int inside = (x * x + y * y + z * z < balls->inner2[k]) &
-                     (ex * ex + ey * ey + ez * ez < balls->inner2[k]);
+        float half = sqrtf(across2 < spheres->outer2[k] ? spheres->outer2[k] - across2 : 0);
+        int inside = (x * x + y * y + z * z < spheres->inner2[k]) &
+                     (ex * ex + ey * ey + ez * ez < spheres->inner2[k]);
         near[k] = along - half;
-        bits |= (across2 <= balls->outer2[k]) & (along + half >= 0) & (near[k] <= far) & !inside
+        bits |= (across2 <= spheres->outer2[k]) & (along + half >= 0) & (near[k] <= far) & !inside
                     ? 1U << k
                     : 0;
     }
     return bits;
 }
 
-void rmap_balls_search(struct rmap_query *query, const float origin[3], const float direction[3],
-                       double shift)
+void rmap_spheres_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                         double shift)
 {
-    const struct rmap_balls *balls = &query->accel->balls;
+    const struct rmap_spheres *spheres = &query->accel->spheres;
     float near[WIDE];
-    uint32_t left = sift_balls(balls, origin, direction, rmap_far_end(query, shift), near);
+    uint32_t left = sift_spheres(spheres, origin, direction, rmap_far_end(query, shift), near);
     while (left) {
         int nearest = -1;
         float far = rmap_far_end(query, shift);
@@ -413,12 +413,12 @@ void rmap_balls_search(struct rmap_query *query, const float origin[3], const fl
         if (nearest < 0)
             return;
         left &= ~(1U << nearest);
-        (void)rmap_consider_shape(query, balls->object[nearest]);
+        (void)rmap_consider_shape(query, spheres->object[nearest]);
     }
 }
 
-/* The clearing: a box without shapes, in a scene whose shapes stand around everything else. A leg
- * within it needs no look at them. */
+/* The clearance: a box without shapes, in a scene whose shapes stand around everything else. A
+ * segment within it needs no look at them. */
 
 struct box {
     double lower[3], upper[3];
@@ -481,15 +481,15 @@ static bool ends_alone(const struct rmap_accel *accel, const struct box *room, i
     return type == RMAP_SHAPE_DISC || type == RMAP_SHAPE_RECTANGLE;
 }
 
-static void set_clearing(struct rmap_clearing *clearing, const struct box *room)
+static void set_clearance(struct rmap_clearance *clearance, const struct box *room)
 {
     for (int k = 0; k < 3; k++) {
-        clearing->box.lower[k] = (float)room->lower[k];
-        clearing->box.upper[k] = (float)room->upper[k];
+        clearance->box.lower[k] = (float)room->lower[k];
+        clearance->box.upper[k] = (float)room->upper[k];
     }
     for (int side = 0; side <= 6; side++) {
-        struct rmap_box3f *open = &clearing->begin[side];
-        *open = clearing->box;
+        struct rmap_box3f *open = &clearance->begin[side];
+        *open = clearance->box;
         if (side < 6 && side % 2)
             open->upper[side / 2] = HUGE_VALF;
         else if (side < 6)
@@ -497,7 +497,7 @@ static void set_clearing(struct rmap_clearing *clearing, const struct box *room)
     }
 }
 
-void rmap_clearing_build(struct rmap_accel *accel)
+void rmap_clearance_build(struct rmap_accel *accel)
 {
     struct box room;
     size_t owner[6];
@@ -530,7 +530,7 @@ void rmap_clearing_build(struct rmap_accel *accel)
     for (int side = 0; side < 6; side++)
         if (owner[side] < accel->n_object && ends_alone(accel, &room, side, owner[side]))
             accel->object[owner[side]].side = side;
-    set_clearing(&accel->clearing, &room);
+    set_clearance(&accel->clearance, &room);
 }
 
 static inline bool within(const struct rmap_box3f *box, const float p[3])
@@ -539,10 +539,10 @@ static inline bool within(const struct rmap_box3f *box, const float p[3])
            (p[0] < box->upper[0]) & (p[1] < box->upper[1]) & (p[2] < box->upper[2]);
 }
 
-bool rmap_clearing_holds(const struct rmap_query *query, const float origin[3],
-                         const float direction[3], double shift)
+bool rmap_clearance_holds(const struct rmap_query *query, const float origin[3],
+                          const float direction[3], double shift)
 {
-    const struct rmap_clearing *clearing = &query->accel->clearing;
+    const struct rmap_clearance *clearance = &query->accel->clearance;
     int32_t start = query->start.object;
     if (!(query->limit < HUGE_VAL))
         return false;
@@ -550,5 +550,5 @@ bool rmap_clearing_holds(const struct rmap_query *query, const float origin[3],
     const float end[3] = {origin[0] + far * direction[0], origin[1] + far * direction[1],
                           origin[2] + far * direction[2]};
     int side = start < 0 ? 6 : query->accel->object[start].side;
-    return within(&clearing->box, end) && within(&clearing->begin[side], origin);
+    return within(&clearance->box, end) && within(&clearance->begin[side], origin);
 }

@@ -1,35 +1,36 @@
 /* SPDX-License-Identifier: MIT
  *
- * Colours and lengths along a ray, once a wave knows its legs.
+ * Colours and lengths along a ray, once a batch knows its segments.
  */
-#include "compact/wave_sum.h"
+#include "compact/batch_sum.h"
 #include "base/wide.h"
+#include "compact/batch.h"
+#include "compact/batch_kernel.h"
 #include "compact/retrace.h"
 #include "compact/retrace_colour.h"
 #include "compact/step.h"
-#include "compact/wave.h"
-#include "compact/wave_kernel.h"
 
 /* The ray in hand. */
 struct sum {
-    struct rmap_wave_run *run;
-    size_t index, first, end; /* of the ray, of its legs */
-    const struct rmap_wave_leg *leg;
+    struct rmap_batch_run *run;
+    size_t index, first, end; /* of the ray, of its segments */
+    const struct rmap_batch_segment *segment;
     int channel; /* that it ends with; -1: several */
     double path_length, optical_path;
 };
 
-static void weigh_leg(const struct sum *sum, size_t row, const struct rmap_wave_leg *leg,
-                      struct rmap_compact_light *light)
+static void weigh_segment(const struct sum *sum, size_t row,
+                          const struct rmap_batch_segment *segment,
+                          struct rmap_compact_light *light)
 {
     const struct rmap_retrace *r = sum->run->r;
-    double cosine = leg->cosine, size = cosine < 0.0 ? -cosine : cosine;
+    double cosine = segment->cosine, size = cosine < 0.0 ? -cosine : cosine;
     if (!(size >= 0.0)) /* nothing met */
         return;
-    uint32_t object = leg->object;
+    uint32_t object = segment->object;
     if (r->event[row] & r->model->guide[object].grey[cosine < 0.0])
         return;
-    const struct rmap_medium *near = rmap_step_medium(r->model, leg->medium);
+    const struct rmap_medium *near = rmap_step_medium(r->model, segment->medium);
     if (!near)
         return;
     const struct rmap_compact_object *o = &r->model->object[object];
@@ -60,97 +61,98 @@ static inline void note_colour(const struct rmap_compact_light *light, size_t n,
 }
 
 /* Registrations of a ray that has been summed up: their optical paths are distances from their
- * legs' starts yet. */
+ * segments' starts yet. */
 static void sum_crossings(const struct sum *sum, size_t crossing, size_t crossing_end)
 {
-    const struct rmap_wave_start *start = sum->run->wave->start;
-    const uint32_t *segment = sum->run->r->crossing_segment;
+    const struct rmap_batch_start *start = sum->run->batch->start;
+    const uint32_t *crossed = sum->run->r->crossing_segment;
     double *optical_path = sum->run->out->registration.optical_path;
-    size_t leg = 0;
+    size_t segment = 0;
     for (; crossing < crossing_end; crossing++) {
-        leg = segment[crossing] > leg ? segment[crossing] : leg;
-        optical_path[crossing] =
-            rmap_step_double(start[leg].optical_path + start[leg].index * optical_path[crossing]);
+        segment = crossed[crossing] > segment ? crossed[crossing] : segment;
+        optical_path[crossing] = rmap_step_double(start[segment].optical_path +
+                                                  start[segment].index * optical_path[crossing]);
     }
 }
 
-/* One leg, at which the light may change. */
-static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *light)
+/* One segment, at which the light may change. */
+static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *light)
 {
     const struct rmap_retrace *r = sum->run->r;
-    const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
-    const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
+    const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
+    const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && leg->way.length > 0.0 && !rmap_colour_single(&light->colour))
-        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->way.length, false,
+    if (medium && medium->absorbing && segment->way.length > 0.0 &&
+        !rmap_colour_single(&light->colour))
+        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, segment->way.length, false,
                                 light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);
     size_t n = (size_t)r->model->n_channel;
     if (sum->run->out->colour)
         note_colour(light, n, sum->run->out->colour + n * row);
-    sum->run->wave->start[row - sum->first] =
-        (struct rmap_wave_start){.optical_path = sum->optical_path, .index = index};
-    if (!(leg->flags & RMAP_WAVE_LEFT)) {
-        sum->path_length += leg->way.length;
-        sum->optical_path += index * leg->way.length;
+    sum->run->batch->start[row - sum->first] =
+        (struct rmap_batch_start){.optical_path = sum->optical_path, .index = index};
+    if (!(segment->flags & RMAP_BATCH_LEFT)) {
+        sum->path_length += segment->way.length;
+        sum->optical_path += index * segment->way.length;
     }
     if (row + 1 < sum->end && !rmap_colour_single(&light->colour))
-        weigh_leg(sum, row, leg, light);
-    if (light->changed && !(leg[1].flags & RMAP_WAVE_TINTS)) /* or else it changes once more */
+        weigh_segment(sum, row, segment, light);
+    if (light->changed && !(segment[1].flags & RMAP_BATCH_TINTS)) /* or else it changes once more */
         rmap_light_quantise(r->model->n_channel, light);
 }
 
-/* What holds on legs that leave the light as it is. */
+/* What holds on segments that leave the light as it is. */
 struct steady {
     uint32_t any, tints; /* flags that it is taken to have; flags that it may not have */
     const double *index; /* by medium */
     double path_length, optical_path;
 };
 
-static inline bool leaves(const struct rmap_wave_leg *leg, const struct steady *s)
+static inline bool leaves(const struct rmap_batch_segment *segment, const struct steady *s)
 {
-    uint32_t flags = leg->flags, grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
+    uint32_t flags = segment->flags, grey = RMAP_BATCH_GREY_BACK << (segment->cosine < 0.0);
     return !((flags & s->tints) | (~(flags | s->any) & grey));
 }
 
-static inline void pass_leg(const struct rmap_wave_leg *leg, struct steady *s,
-                            struct rmap_wave_start *start)
+static inline void pass_segment(const struct rmap_batch_segment *segment, struct steady *s,
+                                struct rmap_batch_start *start)
 {
-    double n = s->index[leg->medium], length = leg->way.length;
-    length = leg->flags & RMAP_WAVE_LEFT ? 0.0 : length;
+    double n = s->index[segment->medium], length = segment->way.length;
+    length = segment->flags & RMAP_BATCH_LEFT ? 0.0 : length;
     start->optical_path = s->optical_path;
     start->index = n;
     s->path_length += length;
     s->optical_path += n * length;
 }
 
-/* Legs from `row` on up to the first at which the light may change; which one that is. colour: of
- * n channels each, or NULL. */
+/* Segments from `row` on up to the first at which the light may change; which one that is. colour:
+ * of n channels each, or NULL. */
 static inline size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light,
                                 size_t n_channel, uint16_t *colour)
 {
     const struct rmap_compact_model *model = sum->run->r->model;
     bool single = rmap_colour_single(&light->colour);
-    struct steady s = {.any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0,
-                       .tints = single ? 0 : RMAP_WAVE_TINTS,
+    struct steady s = {.any = single ? RMAP_BATCH_GREY_BACK | RMAP_BATCH_GREY_FRONT : 0,
+                       .tints = single ? 0 : RMAP_BATCH_TINTS,
                        .index = model->index + (model->n_medium + 1) * (size_t)light->colour.begin,
                        .path_length = sum->path_length,
                        .optical_path = sum->optical_path};
-    const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
-    struct rmap_wave_start *start = &sum->run->wave->start[row - sum->first];
+    const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
+    struct rmap_batch_start *start = &sum->run->batch->start[row - sum->first];
     size_t last = sum->end - 1;
     uint64_t four;
     memcpy(&four, light->quantised, sizeof four);
-    for (; row < last && leaves(leg, &s); row++, leg++, start++) {
-        pass_leg(leg, &s, start);
+    for (; row < last && leaves(segment, &s); row++, segment++, start++) {
+        pass_segment(segment, &s, start);
         if (colour && n_channel == 3) /* and one of the next row, which takes it back */
             memcpy(colour + 3 * row, &four, sizeof four);
         else if (colour)
             note_colour(light, n_channel, colour + n_channel * row);
     }
-    if (row == last && leaves(leg, &s)) {
-        pass_leg(leg, &s, start);
+    if (row == last && leaves(segment, &s)) {
+        pass_segment(segment, &s, start);
         if (colour)
             note_colour(light, n_channel, colour + n_channel * row);
         row++;
@@ -170,7 +172,7 @@ static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_l
 }
 
 /* As it leaves the source. */
-static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
+static void begin_light(struct rmap_batch_run *run, size_t i, int departs)
 {
     const struct rmap_retrace *r = run->r;
     if (r->colour) {
@@ -182,7 +184,7 @@ static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
     run->light.changed = false;
 }
 
-void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
+void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray)
 {
     const struct rmap_retrace *r = run->r;
     const struct rmap_ray_columns *out = &run->out->ray;
@@ -193,19 +195,19 @@ void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
                       .index = i,
                       .first = ray->end - r->segment_count[i],
                       .end = ray->end,
-                      .leg = ray->leg - r->segment_count[i],
+                      .segment = ray->segment - r->segment_count[i],
                       .channel = channel};
     begin_light(run, i, ray->departs);
     for (size_t row = sum.first; row < sum.end; row++) {
         row = run->light.changed ? row : sum_along(&sum, row, &run->light);
         if (row == sum.end)
             break;
-        sum_leg(&sum, row, &run->light);
+        sum_segment(&sum, row, &run->light);
     }
     if (crossings)
         sum_crossings(&sum, ray->crossing_end - r->registration_count[i], ray->crossing);
     if (ray->crossing < ray->crossing_end)
-        run->wave->careful[i] = 1;
+        run->batch->careful[i] = 1;
     if (out->path_length)
         out->path_length[i] = rmap_step_double(sum.path_length);
     if (out->optical_path)
@@ -218,7 +220,8 @@ void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
     }
 }
 
-/* Rays that are about to set out in a wave: where they depart, and what each of their legs takes.
+/* Rays that are about to set out in a batch: where they depart, and what each of their segments
+ * takes.
  */
 
 #if defined(__GNUC__)
@@ -238,8 +241,8 @@ static inline uint32_t first_bit(uint32_t x)
 #define soon(address) ((void)(address))
 #endif
 
-/* What legs follow from, in registers. */
-struct legs {
+/* What segments follow from, in registers. */
+struct segments {
     const int32_t *object, *primitive;
     const uint32_t *event;
     const int16_t *medium;
@@ -248,10 +251,10 @@ struct legs {
     size_t n_object, n_medium;
 };
 
-/* The leg of a row that starts on the object `from`, has one event and is not the last. No
+/* The segment of a row that starts on the object `from`, has one event and is not the last. No
  * branches: what a ray meets is anybody's guess. True: its triangle is not there. */
-static inline bool set_leg(const struct legs *l, size_t row, int32_t from,
-                           struct rmap_wave_leg *leg)
+static inline bool set_segment(const struct segments *l, size_t row, int32_t from,
+                               struct rmap_batch_segment *segment)
 {
     size_t object = (uint32_t)l->object[row], primitive = (uint32_t)l->primitive[row];
     size_t medium = (uint16_t)l->medium[row];
@@ -260,10 +263,10 @@ static inline bool set_leg(const struct legs *l, size_t row, int32_t from,
     medium = medium < l->n_medium ? medium : l->n_medium;
     const struct rmap_compact_guide *guide = &l->guide[object];
     uint32_t step = guide->step[first_bit(event | 1u << (RMAP_GUIDE_STEPS - 1))];
-    leg->way.corner = guide->corner + guide->stride * primitive;
-    leg->object = (uint32_t)object;
-    leg->medium = (uint16_t)medium;
-    leg->step = (uint16_t)(step + (guide->quadric & same) + l->tint[medium]);
+    segment->way.corner = guide->corner + guide->stride * primitive;
+    segment->object = (uint32_t)object;
+    segment->medium = (uint16_t)medium;
+    segment->step = (uint16_t)(step + (guide->quadric & same) + l->tint[medium]);
     return primitive >= guide->n_primitive;
 }
 
@@ -277,74 +280,75 @@ RMAP_WIDE static bool any_odd(const uint32_t *event, size_t n)
 }
 
 /* With several events, or a triangle that is not there. */
-static void set_odd_leg(const struct legs *l, size_t row, int32_t from, struct rmap_wave_leg *leg)
+static void set_odd_segment(const struct segments *l, size_t row, int32_t from,
+                            struct rmap_batch_segment *segment)
 {
-    const struct rmap_compact_guide *guide = &l->guide[leg->object];
+    const struct rmap_compact_guide *guide = &l->guide[segment->object];
     bool there = (uint32_t)l->primitive[row] < guide->n_primitive;
     uint32_t own = there && l->object[row] == from ? guide->quadric : 0;
     uint32_t step =
-        own + rmap_wave_step(guide, there ? guide->wave : RMAP_WAVE_ALONE, l->event[row]);
-    leg->way.corner = there ? leg->way.corner : guide->corner;
-    leg->step = (uint16_t)(step | l->tint[leg->medium]);
+        own + rmap_batch_step(guide, there ? guide->batch : RMAP_BATCH_ALONE, l->event[row]);
+    segment->way.corner = there ? segment->way.corner : guide->corner;
+    segment->step = (uint16_t)(step | l->tint[segment->medium]);
 }
 
-/* Legs of rows [first, end). */
-static void set_legs(const struct rmap_retrace *r, size_t first, size_t end,
-                     struct rmap_wave_leg *to)
+/* Segments of rows [first, end). */
+static void set_segments(const struct rmap_retrace *r, size_t first, size_t end,
+                         struct rmap_batch_segment *to)
 {
-    const struct legs l = {.object = r->object,
-                           .primitive = r->primitive,
-                           .event = r->event,
-                           .medium = r->medium,
-                           .guide = r->model->guide,
-                           .tint = r->model->tint,
-                           .n_object = r->model->n_object,
-                           .n_medium = r->model->n_medium};
+    const struct segments l = {.object = r->object,
+                               .primitive = r->primitive,
+                               .event = r->event,
+                               .medium = r->medium,
+                               .guide = r->model->guide,
+                               .tint = r->model->tint,
+                               .n_object = r->model->n_object,
+                               .n_medium = r->model->n_medium};
     int32_t from = -1;
     bool odd = any_odd(r->event + first, end - first);
     for (size_t k = first; k < end; k++) {
-        odd |= set_leg(&l, k, from, &to[k - first]);
+        odd |= set_segment(&l, k, from, &to[k - first]);
         from = l.object[k];
     }
     for (size_t k = first; odd && k < end; k++)
-        if (set_leg(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]) ||
+        if (set_segment(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]) ||
             any_odd(l.event + k, 1))
-            set_odd_leg(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]);
+            set_odd_segment(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]);
 }
 
 /* Of the ray that is made ready next. */
-static void mark_crossings(struct rmap_wave_run *run, struct rmap_wave_leg *leg, size_t n)
+static void mark_crossings(struct rmap_batch_run *run, struct rmap_batch_segment *segment, size_t n)
 {
-    const uint32_t *segment = run->r->crossing_segment + run->ready_crossing;
+    const uint32_t *crossed = run->r->crossing_segment + run->ready_crossing;
     size_t n_crossing = run->r->registration_count[run->ready];
     for (size_t k = 0; k < n_crossing; k++)
-        if (segment[k] < n)
-            leg[segment[k]].flags |= RMAP_WAVE_CROSSES;
+        if (crossed[k] < n)
+            segment[crossed[k]].flags |= RMAP_BATCH_CROSSES;
     run->ready_crossing += n_crossing;
 }
 
-/* A quadric of a ray's first leg may be the one that the ray starts on. */
-static void set_first(const struct rmap_retrace *r, size_t ray, struct rmap_wave_leg *leg)
+/* A quadric of a ray's first segment may be the one that the ray starts on. */
+static void set_first(const struct rmap_retrace *r, size_t ray, struct rmap_batch_segment *segment)
 {
-    uint32_t kind = leg->queue / RMAP_WAVE_TURNS, turn = leg->queue % RMAP_WAVE_TURNS;
-    bool own = r->start_object[ray] >= 0 && (uint32_t)r->start_object[ray] == leg->object;
-    if (kind != RMAP_WAVE_QUADRIC && kind != RMAP_WAVE_OWN_QUADRIC)
+    uint32_t kind = segment->queue / RMAP_BATCH_TURNS, turn = segment->queue % RMAP_BATCH_TURNS;
+    bool own = r->start_object[ray] >= 0 && (uint32_t)r->start_object[ray] == segment->object;
+    if (kind != RMAP_BATCH_QUADRIC && kind != RMAP_BATCH_OWN_QUADRIC)
         return;
-    kind = own ? RMAP_WAVE_OWN_QUADRIC : RMAP_WAVE_QUADRIC;
-    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + turn);
+    kind = own ? RMAP_BATCH_OWN_QUADRIC : RMAP_BATCH_QUADRIC;
+    segment->queue = (uint8_t)(kind * RMAP_BATCH_TURNS + turn);
 }
 
-/* A shelf for n rays. */
-static void open_shelf(struct rmap_wave_run *run, size_t n)
+/* A slab for n rays. */
+static void open_slab(struct rmap_batch_run *run, size_t n)
 {
-    struct rmap_wave *wave = run->wave;
-    if (wave->shelf_legs == 0) {
-        run->leg = wave->leg + run->ready_row;
+    struct rmap_batch *batch = run->batch;
+    if (batch->slab_segments == 0) {
+        run->segment = batch->segment + run->ready_row;
         return;
     }
-    run->shelf = wave->idle[--wave->n_idle];
-    run->leg = wave->leg + run->shelf * wave->shelf_legs;
-    wave->on_shelf[run->shelf] = n;
+    run->slab = batch->idle[--batch->n_idle];
+    run->segment = batch->segment + run->slab * batch->slab_segments;
+    batch->on_slab[run->slab] = n;
 }
 
 /* Rows that will be written here and there, brought nearer in one go: rays go on in no order that
@@ -365,28 +369,29 @@ RMAP_COPIED void expect_rows(const struct rmap_portion *out, size_t first, size_
     expect(out->colour, (size_t)out->n_channel * sizeof *out->colour, first, end);
 }
 
-void rmap_wave_ready(struct rmap_wave_run *run)
+void rmap_batch_ready(struct rmap_batch_run *run)
 {
     const struct rmap_retrace *r = run->r;
     size_t row = run->ready_row, end = row;
-    size_t last = run->ready + RMAP_WAVE_AHEAD < r->n_ray ? run->ready + RMAP_WAVE_AHEAD : r->n_ray;
-    open_shelf(run, last - run->ready);
-    struct rmap_wave_leg *leg = run->leg;
-    rmap_wave_depart(r, run->ready, last, run->departure);
+    size_t last =
+        run->ready + RMAP_BATCH_AHEAD < r->n_ray ? run->ready + RMAP_BATCH_AHEAD : r->n_ray;
+    open_slab(run, last - run->ready);
+    struct rmap_batch_segment *segment = run->segment;
+    rmap_batch_depart(r, run->ready, last, run->departure);
     for (size_t i = run->ready; i < last; i++)
         end += r->segment_count[i];
-    set_legs(r, row, end, leg);
+    set_segments(r, row, end, segment);
     for (; run->ready < last; run->ready++) {
         size_t n = r->segment_count[run->ready];
         if (n > 0)
-            set_first(r, run->ready, leg);
+            set_first(r, run->ready, segment);
         if (r->crossing_segment)
-            mark_crossings(run, leg, n);
-        leg += n;
+            mark_crossings(run, segment, n);
+        segment += n;
         if (n == 0)
             continue;
-        leg[-1].queue &= (uint8_t) ~(RMAP_WAVE_TURNS - 1);
-        leg[-1].flags |= RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT;
+        segment[-1].queue &= (uint8_t) ~(RMAP_BATCH_TURNS - 1);
+        segment[-1].flags |= RMAP_BATCH_GREY_BACK | RMAP_BATCH_GREY_FRONT;
     }
     run->ready_row = end;
     expect_rows(run->out, row, end);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * Few analytic surfaces are found through the sieve, many through Embree: the hits are the same,
- * bit for bit. Below AVX2 the accelerator has no sieve.
+ * Few analytic surfaces are found through the prefilter, many through Embree: the hits are the
+ * same, bit for bit. Below AVX2 the accelerator has no prefilter.
  */
 #include <math.h>
 
 #include "build_scene.h"
 
-enum { WITHOUT_SIEVE = 2, WITH_SIEVE = 3, N_KIND = 7, N_RAY = 20000, N_LEG = 6 };
+enum { WITHOUT_PREFILTER = 2, WITH_PREFILTER = 3, N_KIND = 7, N_RAY = 20000, N_SEGMENT = 6 };
 
 static void set_kinds(struct builder *b, int32_t kind[N_KIND])
 {
@@ -75,7 +75,7 @@ static int compare_paths(const struct builder *b, const struct rmap_accel *other
     for (uint64_t i = 0; i < N_RAY; i++) {
         struct rmap_vec3 from = rmap_scale(any_direction(i, 99), i % 2 ? 3 : 25);
         struct rmap_ray ray = {.origin = from, .direction = first_direction(b, i)};
-        for (uint32_t leg = 0; leg < N_LEG; leg++) {
+        for (uint32_t segment = 0; segment < N_SEGMENT; segment++) {
             struct rmap_hit hit, expected;
             memset(&hit, 0, sizeof(hit));
             memset(&expected, 0, sizeof(expected));
@@ -86,31 +86,32 @@ static int compare_paths(const struct builder *b, const struct rmap_accel *other
             assert_memory_equal(&hit, &expected, sizeof(hit));
             n_hit += hit.object > 0;
             ray.origin = hit.position;
-            if ((i + leg) % 2) {
+            if ((i + segment) % 2) {
                 rmap_contact_pass(&ray.contact, &hit);
                 continue;
             }
             rmap_contact_turn(&ray.contact, &hit);
             double sign = rmap_dot(hit.normal, ray.direction) > 0 ? -1 : 1;
             ray.direction =
-                rmap_normalize(rmap_axpy(1.1 * sign, hit.normal, any_direction(i, leg + 1)));
+                rmap_normalize(rmap_axpy(1.1 * sign, hit.normal, any_direction(i, segment + 1)));
         }
     }
     return n_hit;
 }
 
-static void test_the_sieve_finds_what_embree_finds(void **state)
+static void test_the_prefilter_finds_what_embree_finds(void **state)
 {
     (void)state;
     const int size[][2] = {{21, 29}, {0, 9}, {14, 0}, {1, 0}, {57, 0}, {56, 1}, {8, 49}};
-    if (rmap_accel_isa_level() < WITH_SIEVE)
+    if (rmap_accel_isa_level() < WITH_PREFILTER)
         skip();
     for (size_t k = 0; k < sizeof(size) / sizeof(size[0]); k++) {
         struct builder b;
         struct rmap_accel *plain = NULL;
         struct rmap_error err = {0};
         open_bench(&b, size[k][0], size[k][1]);
-        assert_int_equal(rmap_accel_create_isa(b.scene, 1, WITHOUT_SIEVE, &plain, &err), RMAP_OK);
+        assert_int_equal(rmap_accel_create_isa(b.scene, 1, WITHOUT_PREFILTER, &plain, &err),
+                         RMAP_OK);
         assert_true(compare_paths(&b, plain) > (size[k][0] + size[k][1]) * 50);
         rmap_accel_destroy(plain);
         builder_destroy(&b);
@@ -148,7 +149,7 @@ static void compare_chords(const struct builder *b, const struct rmap_accel *oth
         rmap_rng(32, i, 0, RMAP_RNG_EMIT_POINT, u);
         struct rmap_ray ray = {.origin = rmap_scale(any_direction(i, 99), i % 2 ? 3 * u[0] : 30),
                                .direction = any_direction(i, 0)};
-        for (uint32_t leg = 0; leg < N_LEG; leg++) {
+        for (uint32_t segment = 0; segment < N_SEGMENT; segment++) {
             struct rmap_hit next;
             if (!rmap_accel_next(other, &ray, &next))
                 break;
@@ -162,10 +163,10 @@ static void compare_chords(const struct builder *b, const struct rmap_accel *oth
                 assert_memory_equal(&hit, &expected, sizeof(hit));
             }
             ray.origin = next.position;
-            if (leg % 2) { /* from space, near the surface */
+            if (segment % 2) { /* from space, near the surface */
                 ray.origin = rmap_axpy(1e-3 * u[2] * u[2] * u[2], ray.direction, ray.origin);
                 rmap_contact_clear(&ray.contact);
-                ray.direction = any_direction(i, leg + 1);
+                ray.direction = any_direction(i, segment + 1);
             } else {
                 rmap_contact_pass(&ray.contact, &next);
             }
@@ -176,14 +177,15 @@ static void compare_chords(const struct builder *b, const struct rmap_accel *oth
 static void test_balls_are_met_by_chords_as_by_embree(void **state)
 {
     (void)state;
-    if (rmap_accel_isa_level() < WITH_SIEVE)
+    if (rmap_accel_isa_level() < WITH_PREFILTER)
         skip();
-    for (int n = 1; n < 10; n++) { /* nine are no balls, but shells of the sieve */
+    for (int n = 1; n < 10; n++) { /* nine are no balls, but shells of the prefilter */
         struct builder b;
         struct rmap_accel *plain = NULL;
         struct rmap_error err = {0};
         open_balls(&b, n);
-        assert_int_equal(rmap_accel_create_isa(b.scene, 1, WITHOUT_SIEVE, &plain, &err), RMAP_OK);
+        assert_int_equal(rmap_accel_create_isa(b.scene, 1, WITHOUT_PREFILTER, &plain, &err),
+                         RMAP_OK);
         assert_true(compare_paths(&b, plain) > 100);
         compare_chords(&b, plain);
         rmap_accel_destroy(plain);
@@ -195,7 +197,7 @@ static void test_balls_are_met_by_chords_as_by_embree(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_the_sieve_finds_what_embree_finds),
+        cmocka_unit_test(test_the_prefilter_finds_what_embree_finds),
         cmocka_unit_test(test_balls_are_met_by_chords_as_by_embree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,7 +2,7 @@
  *
  * A portion as one block of bytes that travels between ranks of one program.
  */
-#include "mpi/parallel/parcel.h"
+#include "mpi/parallel/message.h"
 
 #include <string.h>
 
@@ -19,7 +19,7 @@ static size_t column_nbytes(const struct rmap_portion *portion, enum rmap_column
     return (rows * rmap_portion_row_nbytes(portion, column) + 7) / 8 * 8;
 }
 
-static size_t parcel_nbytes(const struct rmap_portion *portion)
+static size_t message_nbytes(const struct rmap_portion *portion)
 {
     size_t nbytes = sizeof(struct header);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
@@ -27,75 +27,75 @@ static size_t parcel_nbytes(const struct rmap_portion *portion)
     return nbytes;
 }
 
-enum rmap_status rmap_parcel_create(size_t nbytes, struct rmap_parcel **parcel_ret,
-                                    struct rmap_error *err)
+enum rmap_status rmap_message_create(size_t nbytes, struct rmap_message **message_ret,
+                                     struct rmap_error *err)
 {
-    struct rmap_parcel *parcel = rmap_alloc(1, sizeof *parcel);
-    if (parcel)
-        parcel->bytes = rmap_alloc(nbytes, 1);
-    if (!parcel || !parcel->bytes) {
-        rmap_free(parcel);
+    struct rmap_message *message = rmap_alloc(1, sizeof *message);
+    if (message)
+        message->bytes = rmap_alloc(nbytes, 1);
+    if (!message || !message->bytes) {
+        rmap_free(message);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block of %zu bytes", nbytes);
     }
-    parcel->nbytes = nbytes;
-    *parcel_ret = parcel;
+    message->nbytes = nbytes;
+    *message_ret = message;
     return RMAP_OK;
 }
 
-void rmap_parcel_destroy(struct rmap_parcel *parcel)
+void rmap_message_destroy(struct rmap_message *message)
 {
-    if (!parcel)
+    if (!message)
         return;
-    rmap_free(parcel->bytes);
-    rmap_free(parcel);
+    rmap_free(message->bytes);
+    rmap_free(message);
 }
 
-enum rmap_status rmap_parcel_pack(const struct rmap_portion *portion,
-                                  struct rmap_parcel **parcel_ret, struct rmap_error *err)
+enum rmap_status rmap_message_pack(const struct rmap_portion *portion,
+                                   struct rmap_message **message_ret, struct rmap_error *err)
 {
-    struct rmap_parcel *parcel = NULL;
-    enum rmap_status st = rmap_parcel_create(parcel_nbytes(portion), &parcel, err);
+    struct rmap_message *message = NULL;
+    enum rmap_status st = rmap_message_create(message_nbytes(portion), &message, err);
     if (st != RMAP_OK)
         return st;
     struct header header = {.first_ray = portion->first_ray,
                             .n_channel = (uint64_t)portion->n_channel};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         header.n_row[t] = portion->n_row[t];
-    memcpy(parcel->bytes, &header, sizeof header);
+    memcpy(message->bytes, &header, sizeof header);
     size_t at = sizeof header;
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         size_t rows = portion->n_row[rmap_column_info(c)->table];
         if (rows > 0)
-            memcpy(parcel->bytes + at, rmap_portion_column(portion, c),
+            memcpy(message->bytes + at, rmap_portion_column(portion, c),
                    rows * rmap_portion_row_nbytes(portion, c));
         at += column_nbytes(portion, c);
     }
-    *parcel_ret = parcel;
+    *message_ret = message;
     return RMAP_OK;
 }
 
-enum rmap_status rmap_parcel_view(const struct rmap_parcel *parcel, struct rmap_portion *view,
-                                  struct rmap_error *err)
+enum rmap_status rmap_message_view(const struct rmap_message *message, struct rmap_portion *view,
+                                   struct rmap_error *err)
 {
     struct header header = {0};
     *view = (struct rmap_portion){0};
-    bool fits = parcel->nbytes >= sizeof header;
+    bool fits = message->nbytes >= sizeof header;
     if (fits)
-        memcpy(&header, parcel->bytes, sizeof header);
+        memcpy(&header, message->bytes, sizeof header);
     fits = fits && header.n_channel >= 1 && header.n_channel <= UINT16_MAX;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
-        fits = fits && header.n_row[t] <= parcel->nbytes;
+        fits = fits && header.n_row[t] <= message->nbytes;
         view->n_row[t] = (size_t)header.n_row[t];
     }
     view->first_ray = header.first_ray;
     view->n_channel = fits ? (int)header.n_channel : 1;
-    if (!fits || parcel_nbytes(view) != parcel->nbytes)
+    if (!fits || message_nbytes(view) != message->nbytes)
         return rmap_error_set(err, RMAP_INTERNAL, "a block from another rank is torn");
     size_t at = sizeof header;
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
-        void *start = parcel->bytes + at;
+        void *start = message->bytes + at;
         memcpy((void *)rmap_portion_column_address(view, c), &start, sizeof start);
         at += column_nbytes(view, c);
     }

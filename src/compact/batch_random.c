@@ -2,7 +2,7 @@
  *
  * Philox4x32-10 of base/rng.h (Salmon et al. 2011, doi:10.1145/2063384.2063405) for a pack of rays.
  */
-#include "compact/wave_random.h"
+#include "compact/batch_random.h"
 
 #include "base/wide.h"
 
@@ -12,7 +12,7 @@
 #define TIMES1 0xCD9E8D57u
 #define ROUNDS 10
 
-RMAP_WIDE void rmap_wave_draw(uint64_t seed, uint32_t c[4][W])
+RMAP_WIDE void rmap_batch_draw(uint64_t seed, uint32_t c[4][W])
 {
     uint32_t key0 = (uint32_t)seed, key1 = (uint32_t)(seed >> 32);
     for (int round = 0; round < ROUNDS; round++, key0 += KEY0, key1 += KEY1) {

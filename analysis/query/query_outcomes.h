@@ -4,56 +4,56 @@
  * and of the rays that it leaves undecided, or without one, from columns: each is read when a test,
  * or the sums over rays that matched, first ask for it. Criteria share what was read and found.
  */
-#ifndef RMAP_QUERY_VERDICTS_H
-#define RMAP_QUERY_VERDICTS_H
+#ifndef RMAP_QUERY_OUTCOMES_H
+#define RMAP_QUERY_OUTCOMES_H
 
 #include "analysis/query/query.h"
 #include "history/history_index.h"
 
-struct rmap_query_verdicts;
+struct rmap_query_outcomes;
 
 /* The map, the criteria and their array are borrowed. One thread. more: columns that
- * rmap_query_verdicts_read may ask for beside those of the criteria. */
-enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
+ * rmap_query_outcomes_read may ask for beside those of the criteria. */
+enum rmap_status rmap_query_outcomes_create(const struct rmap_map *map,
                                             const struct rmap_criterion *const *criterion,
                                             size_t n_criterion, rmap_column_set more,
-                                            struct rmap_query_verdicts **verdicts_ret,
+                                            struct rmap_query_outcomes **outcomes_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
-void rmap_query_verdicts_destroy(struct rmap_query_verdicts *verdicts);
+void rmap_query_outcomes_destroy(struct rmap_query_outcomes *outcomes);
 
 /* Takes a portion in hand for the criteria that want it: wanted [n_criterion]. */
-enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *verdicts, size_t portion,
+enum rmap_status rmap_query_outcomes_enter(struct rmap_query_outcomes *outcomes, size_t portion,
                                            const bool *wanted,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
 /* Adds the rays that match a wanted criterion to its count. */
-enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, size_t c,
+enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *outcomes, size_t c,
                                          struct rmap_count *count,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* Marks them: match[i] = 1 or 0 for row i of /ray. */
-enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
+enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *outcomes, size_t c,
                                           uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same, discrete columns being taken from the history index where it tells of the portion. The
  * portion is the same until the next enter: it gets what is read later. */
-enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
+enum rmap_status rmap_query_outcomes_know(struct rmap_query_outcomes *outcomes,
                                           rmap_column_set columns,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* As rmap_cursor_weigh. */
-enum rmap_status rmap_query_verdicts_weigh(struct rmap_query_verdicts *verdicts, bool *are_one_ret,
+enum rmap_status rmap_query_outcomes_weigh(struct rmap_query_outcomes *outcomes, bool *are_one_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
 /* What reads the portion in hand, which it has entered. */
-enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *verdicts,
+enum rmap_status rmap_query_outcomes_cursor(struct rmap_query_outcomes *outcomes,
                                             struct rmap_cursor **cursor_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the history index tells of the portion in hand; NULL: nothing. */
 const struct rmap_history_view *
-rmap_query_verdicts_view(const struct rmap_query_verdicts *verdicts);
+rmap_query_outcomes_view(const struct rmap_query_outcomes *outcomes);
 
 /* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
  * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
@@ -61,10 +61,10 @@ struct rmap_query_outlook {
     const struct rmap_history_view *view;
     uint64_t n_open, n_possible;
 };
-void rmap_query_verdicts_foresee(const struct rmap_query_verdicts *verdicts, size_t c,
+void rmap_query_outcomes_foresee(const struct rmap_query_outcomes *outcomes, size_t c,
                                  struct rmap_query_outlook *outlook);
 
 /* Stored bytes of what was read so far. */
-uint64_t rmap_query_verdicts_nbytes(const struct rmap_query_verdicts *verdicts);
+uint64_t rmap_query_outcomes_nbytes(const struct rmap_query_outcomes *outcomes);
 
 #endif

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A plain map's columns and names, read with h5py alone, as the judge of criteria sees them."""
+"""A plain map's columns and names, read with h5py alone, as the evaluator of criteria sees them."""
 import functools
 import re
 import struct

@@ -3,20 +3,20 @@
  * What the loops over the rays of a pack share. They have no branches, so that the compiler turns
  * them into vector instructions; for the files of the kernel alone.
  */
-#ifndef RMAP_COMPACT_WAVE_LANES_H
-#define RMAP_COMPACT_WAVE_LANES_H
+#ifndef RMAP_COMPACT_BATCH_LANES_H
+#define RMAP_COMPACT_BATCH_LANES_H
 
 #include <string.h>
 
-#include "compact/wave.h"
+#include "compact/batch.h"
 
-#define W    RMAP_WAVE_WIDTH
+#define W    RMAP_BATCH_WIDTH
 #define EACH for (int i = 0; i < W; i++)
 
 /* A wider instruction set where the machine has one. Results are the same: none of them contracts
  * multiplications and additions. */
 #ifndef WIDE
-#if RMAP_WAVE_AVX2
+#if RMAP_BATCH_AVX2
 #define WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define WIDE
@@ -115,7 +115,7 @@ static inline void gather_map(const struct rmap_affine *const map[W], struct map
                    out->m[k + 1] + i, out->m[k + 2] + i, out->m[k + 3] + i);
 }
 
-static inline void gather_maps(const struct rmap_wave_pack *p, struct maps *local,
+static inline void gather_maps(const struct rmap_batch_pack *p, struct maps *local,
                                struct maps *world)
 {
     const struct rmap_affine *a[W], *b[W];
@@ -163,7 +163,7 @@ struct local {
     double x[W], y[W], z[W], nx[W], ny[W], nz[W];
 };
 
-static inline void to_local(const struct maps *local, const struct rmap_wave_pack *p,
+static inline void to_local(const struct maps *local, const struct rmap_batch_pack *p,
                             struct local *l)
 {
     apply_point(local, 0, p->px, p->py, p->pz, l->ox);
@@ -175,7 +175,7 @@ static inline void to_local(const struct maps *local, const struct rmap_wave_pac
 }
 
 static inline void points_to_world(const struct maps *world, const struct local *l,
-                                   struct rmap_wave_pack *p)
+                                   struct rmap_batch_pack *p)
 {
     apply_point(world, 0, l->x, l->y, l->z, p->px);
     apply_point(world, 1, l->x, l->y, l->z, p->py);
@@ -183,7 +183,7 @@ static inline void points_to_world(const struct maps *world, const struct local 
 }
 
 static inline void to_world(const struct maps *local, const struct maps *world,
-                            const struct local *l, struct rmap_wave_pack *p)
+                            const struct local *l, struct rmap_batch_pack *p)
 {
     points_to_world(world, l, p);
     apply_transposed(local, 0, l->nx, l->ny, l->nz, p->nx);
@@ -210,14 +210,14 @@ static inline void record_cosine(const double x[W], int32_t out[W])
     }
 }
 
-static inline void record_position(struct rmap_wave_pack *pack)
+static inline void record_position(struct rmap_batch_pack *pack)
 {
     record(pack->px, pack->position[0]);
     record(pack->py, pack->position[1]);
     record(pack->pz, pack->position[2]);
 }
 
-static inline void record_end(struct rmap_wave_pack *pack)
+static inline void record_end(struct rmap_batch_pack *pack)
 {
     int32_t nx[W], ny[W];
     record_position(pack);
@@ -230,7 +230,7 @@ static inline void record_end(struct rmap_wave_pack *pack)
     }
 }
 
-static inline void arrive(struct rmap_wave_pack *pack)
+static inline void arrive(struct rmap_batch_pack *pack)
 {
     EACH
     {
@@ -240,7 +240,7 @@ static inline void arrive(struct rmap_wave_pack *pack)
     }
 }
 
-static inline void conclude(struct rmap_wave_pack *pack)
+static inline void conclude(struct rmap_batch_pack *pack)
 {
     arrive(pack);
     record_end(pack);

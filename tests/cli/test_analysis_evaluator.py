@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A referee: what `raymap stats`, `detector`, `report --energy` and `paths` say of random criteria over
 an odd scene and the lens, against numpy from the columns of a plain map. The formulas are those of
-docs/statistics.md and its neighbours, written down again; criteria are judged by judge.py.
+docs/statistics.md and its neighbours, written down again; criteria are evaluated by evaluator.py.
 
 RAYMAP_JUDGE says how many criteria per scene (4), RAYMAP_JUDGE_SEED which (1).
 """
@@ -19,10 +19,10 @@ sys.dont_write_bytecode = True
 
 import numpy as np
 
-import judge_dice
-import judge_scene
-from judge import Judge
-from judge_map import STOPS, PlainMap
+import evaluator_dice
+import evaluator_scene
+from evaluator import Evaluator
+from evaluator_map import STOPS, PlainMap
 
 PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
 N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "4"))
@@ -169,8 +169,8 @@ class Referee:
     def detector(self, target, text, found, which):
         name = self.map.names["detector"][which]
         where = f"{target}: detector {name} --where {text}: "
-        program("detector", target, name, "--where", text, "-o", "judge.csv", "--force", "--quiet")
-        with open("judge.csv", encoding="utf-8") as file:
+        program("detector", target, name, "--where", text, "-o", "evaluator.csv", "--force", "--quiet")
+        with open("evaluator.csv", encoding="utf-8") as file:
             said = list(csv.DictReader(line for line in file if not line.startswith("#")))
         on = (self.map.registration["detector"] == which) & \
             (self.map.registration["registered"] == 1) & found[self.map.ray_of_registration]
@@ -255,7 +255,7 @@ class Referee:
             groups[key].append(int(row))
         return groups
 
-    def paths(self, target, text, found, judge):
+    def paths(self, target, text, found, evaluator):
         where = f"{target}: paths --where {text}: "
         said = json.loads(program("paths", target, "--where", text, "--top", 12, "--json",
                                   "--quiet"))
@@ -277,7 +277,7 @@ class Referee:
             self.expect(where + one["sequence"], one, rows)
             if not near(one["share"], self.map.flux[rows].sum() / total, 1e-9):
                 fail(f"{where}{one['sequence']}: share {one['share']}")
-            if one["criterion"] and not (np.flatnonzero(judge.match(one["criterion"]) & found)
+            if one["criterion"] and not (np.flatnonzero(evaluator.match(one["criterion"]) & found)
                                          == rows).all():
                 fail(f"{where}the criterion selects others: {one['criterion']}")
         got = sum(one["flux"] for one in said["classes"]) + rest["flux"]
@@ -289,8 +289,8 @@ class Referee:
 
 
 def main():
-    pathlib.Path("box.obj").write_text(judge_scene.BOX, encoding="utf-8")
-    pathlib.Path("odd.yaml").write_text(judge_scene.SCENE, encoding="utf-8")
+    pathlib.Path("box.obj").write_text(evaluator_scene.BOX, encoding="utf-8")
+    pathlib.Path("odd.yaml").write_text(evaluator_scene.SCENE, encoding="utf-8")
     known = program("--help")
     scenes = (("odd", "odd.yaml", 5000),
               ("lens", SOURCE / "examples" / "double-gauss" / "scene.yaml", 5000))
@@ -299,7 +299,7 @@ def main():
         program("trace", scene, "-o", target, "-n", n_ray, "--quiet", "--force", "--encoding",
                 "plain", "--seed", SEED)
         plain = PlainMap(target)
-        judge, dice = Judge(plain), judge_dice.Dice(plain, 1000 * SEED + k)
+        evaluator, dice = Evaluator(plain), evaluator_dice.Dice(plain, 1000 * SEED + k)
         referee = Referee(plain)
         compact = f"{name}-compact.raymap"
         program("convert", target, "-o", compact, "--encoding", "compact", "--quiet", "--force")
@@ -307,8 +307,8 @@ def main():
         detectors = [d for d in range(len(plain.names["detector"]))
                      if (plain.registration["detector"] == d).any()]
         for n in range(N_CRITERION):
-            text = "all" if n == 0 else dice.criterion(judge)
-            found = judge.match(text)
+            text = "all" if n == 0 else dice.criterion(evaluator)
+            found = evaluator.match(text)
             which = dice.one_of(*detectors)
             its = dice.one_of("x", "y", "angle", "time") + \
                 f"({dice.write(plain.names['detector'][which])})"
@@ -319,7 +319,7 @@ def main():
             referee.detector(asked, text, found, which)
             referee.energy(asked, text, found)
             if " paths " in known:
-                referee.paths(asked, text, found, judge)
+                referee.paths(asked, text, found, evaluator)
     print(f"{failures} failures")
     sys.exit(failures > 0)
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * A room of shapes with meshes in it: legs in its empty middle are not held against the walls. A
- * mesh far outside, which no ray can reach, turns that off: every hit must be the same.
+ * A room of shapes with meshes in it: segments in its empty middle are not held against the walls.
+ * A mesh far outside, which no ray can reach, turns that off: every hit must be the same.
  */
 #include <math.h>
 
 #include "build_scene.h"
 
-enum { MOST = 16, RAYS = 4000, LEGS = 12, ON_WALL = 6 };
+enum { MOST = 16, RAYS = 4000, SEGMENTS = 12, ON_WALL = 6 };
 
 static struct rmap_shape rectangle(double width, double height)
 {
@@ -68,10 +68,10 @@ static bool same(const struct rmap_hit *a, const struct rmap_hit *b)
 }
 
 /* Into any direction, but away from the side that it came to when it turns. */
-static void go_on(struct rmap_ray *ray, const struct rmap_hit *hit, uint64_t i, uint32_t leg)
+static void go_on(struct rmap_ray *ray, const struct rmap_hit *hit, uint64_t i, uint32_t segment)
 {
-    struct rmap_vec3 d = any_direction(i, leg);
-    bool turns = hit->object < 6 || leg % 3;
+    struct rmap_vec3 d = any_direction(i, segment);
+    bool turns = hit->object < 6 || segment % 3;
     double came = rmap_dot(ray->direction, hit->normal), goes = rmap_dot(d, hit->normal);
     if ((came * goes < 0) != turns)
         d = rmap_scale(d, -1);
@@ -83,7 +83,7 @@ static void go_on(struct rmap_ray *ray, const struct rmap_hit *hit, uint64_t i, 
     ray->origin = hit->position;
 }
 
-static void test_legs_of_a_room_are_the_same_with_its_walls_asked_or_not(void **state)
+static void test_segments_of_a_room_are_the_same_with_its_walls_asked_or_not(void **state)
 {
     (void)state;
     struct builder room, outside;
@@ -92,13 +92,13 @@ static void test_legs_of_a_room_are_the_same_with_its_walls_asked_or_not(void **
     build(&outside, true);
     for (uint64_t i = 0; i < RAYS; i++) {
         struct rmap_ray ray = {.origin = {-0.5, -1.1, 0.7}, .direction = any_direction(i, 1000)};
-        for (uint32_t leg = 0; leg < LEGS; leg++) {
+        for (uint32_t segment = 0; segment < SEGMENTS; segment++) {
             struct rmap_hit hit, other;
             assert_true(rmap_accel_next(room.accel, &ray, &hit));
             assert_true(rmap_accel_next(outside.accel, &ray, &other));
             assert_true(same(&hit, &other));
             met[hit.object]++;
-            go_on(&ray, &hit, i, leg);
+            go_on(&ray, &hit, i, segment);
         }
     }
     for (size_t i = 0; i < room.scene->n_object; i++)
@@ -112,7 +112,7 @@ static void test_legs_of_a_room_are_the_same_with_its_walls_asked_or_not(void **
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_legs_of_a_room_are_the_same_with_its_walls_asked_or_not),
+        cmocka_unit_test(test_segments_of_a_room_are_the_same_with_its_walls_asked_or_not),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

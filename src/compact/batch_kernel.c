@@ -8,10 +8,10 @@
 
 #include "base/rng.h"
 #include "base/wide.h"
+#include "compact/batch_kernel.h"
+#include "compact/batch_lanes.h"
+#include "compact/batch_random.h"
 #include "compact/retrace.h"
-#include "compact/wave_kernel.h"
-#include "compact/wave_lanes.h"
-#include "compact/wave_random.h"
 #include "formula/emit.h"
 #include "formula/triangle.h"
 
@@ -22,7 +22,7 @@ struct quadrics {
     double low[W], high[W], sign[W], rigid[W];
 };
 
-static inline void gather_quadrics(const struct rmap_wave_pack *p, struct quadrics *q)
+static inline void gather_quadrics(const struct rmap_batch_pack *p, struct quadrics *q)
 {
     for (int i = 0; i < W; i += 4) {
         const double *a = (const double *)&p->object[i]->quadric;
@@ -49,7 +49,7 @@ RMAP_COPIED struct rmap_bounded_quadric quadric_of(const struct quadrics *q, int
         q->rigid[i]};
 }
 
-RMAP_COPIED void cross_quadric(const struct quadrics *q, struct local *l, struct rmap_wave_pack *p)
+RMAP_COPIED void cross_quadric(const struct quadrics *q, struct local *l, struct rmap_batch_pack *p)
 {
     EACH
     {
@@ -62,7 +62,7 @@ RMAP_COPIED void cross_quadric(const struct quadrics *q, struct local *l, struct
 }
 
 RMAP_COPIED void meet_quadric(const struct quadrics *q, double behind, struct local *l,
-                              struct rmap_wave_pack *p)
+                              struct rmap_batch_pack *p)
 {
     double shift[W], t0[W], t1[W], x[W], y[W], z[W];
     EACH
@@ -98,7 +98,7 @@ RMAP_COPIED void quadric_normal(const struct quadrics *q, struct local *l)
 }
 
 /* Normals of maps that do not keep lengths. */
-static inline void normalise_some(const double rigid[W], struct rmap_wave_pack *p)
+static inline void normalise_some(const double rigid[W], struct rmap_batch_pack *p)
 {
     double nx[W], ny[W], nz[W], all = 1.0;
     EACH
@@ -119,7 +119,7 @@ static inline void normalise_some(const double rigid[W], struct rmap_wave_pack *
     }
 }
 
-WIDE void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *p)
+WIDE void rmap_batch_meet_quadrics(bool own, double behind, struct rmap_batch_pack *p)
 {
     struct local l;
     struct maps local, world;
@@ -139,7 +139,7 @@ WIDE void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack
 }
 
 /* As rmap_step_distance_out. */
-WIDE void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *p)
+WIDE void rmap_batch_meet_nothing(const struct rmap_scene *scene, struct rmap_batch_pack *p)
 {
     double radius2 = scene->radius * scene->radius;
     EACH
@@ -164,7 +164,7 @@ WIDE void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wav
 }
 
 /* z = 0; normals in the world are known beforehand, and recorded. */
-WIDE void rmap_wave_meet_flats(struct rmap_wave_pack *p)
+WIDE void rmap_batch_meet_flats(struct rmap_batch_pack *p)
 {
     struct local l;
     struct maps local, world;
@@ -195,7 +195,7 @@ WIDE void rmap_wave_meet_flats(struct rmap_wave_pack *p)
 }
 
 /* Corner k of the triangles. */
-static inline void get_corners(const struct rmap_wave_pack *p, int k, double x[W], double y[W],
+static inline void get_corners(const struct rmap_batch_pack *p, int k, double x[W], double y[W],
                                double z[W])
 {
     EACH
@@ -207,7 +207,7 @@ static inline void get_corners(const struct rmap_wave_pack *p, int k, double x[W
     }
 }
 
-WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
+WIDE void rmap_batch_meet_meshes(struct rmap_batch_pack *p)
 {
     struct local l;
     struct maps local, world;
@@ -235,7 +235,7 @@ WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
 
 /* sx, sy, sz: normals towards the light. */
 RMAP_COPIED void reflect(const double sx[W], const double sy[W], const double sz[W],
-                         struct rmap_wave_pack *p)
+                         struct rmap_batch_pack *p)
 {
     EACH
     {
@@ -245,7 +245,7 @@ RMAP_COPIED void reflect(const double sx[W], const double sy[W], const double sz
 }
 
 RMAP_COPIED void refract(const double sx[W], const double sy[W], const double sz[W],
-                         struct rmap_wave_pack *p)
+                         struct rmap_batch_pack *p)
 {
     EACH
     {
@@ -258,10 +258,10 @@ RMAP_COPIED void refract(const double sx[W], const double sy[W], const double sz
 }
 
 RMAP_COPIED void diffuse(const double sx[W], const double sy[W], const double sz[W], uint64_t seed,
-                         struct rmap_wave_pack *p)
+                         struct rmap_batch_pack *p)
 {
     double u[W], v[W];
-    rmap_wave_draw(seed, p->random);
+    rmap_batch_draw(seed, p->random);
     uniform(p->random[2], u);
     uniform(p->random[3], v);
     EACH
@@ -272,7 +272,7 @@ RMAP_COPIED void diffuse(const double sx[W], const double sy[W], const double sz
     }
 }
 
-WIDE void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack)
+WIDE void rmap_batch_turn(enum rmap_turn turn, uint64_t seed, struct rmap_batch_pack *pack)
 {
     double sx[W], sy[W], sz[W];
     EACH
@@ -293,7 +293,7 @@ WIDE void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pa
 /* Rays into packs and back: four numbers of four rays at a time change rows for columns. */
 
 /* x, y, z and normal_xy of four rays. */
-static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words row[4])
+static inline void turn_ends(const struct rmap_batch_pack *p, size_t at, words row[4])
 {
     words x, y, z, n;
     memcpy(&x, p->position[0] + at, sizeof x);
@@ -308,7 +308,7 @@ static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words ro
     row[3] = MIX4(high0, high1, 2, 3, 6, 7);
 }
 
-static inline void note(const struct rmap_wave_pack *p, const words end[W], const size_t row[W],
+static inline void note(const struct rmap_batch_pack *p, const words end[W], const size_t row[W],
                         size_t n, float *position, int16_t *normal)
 {
     for (size_t i = 0; position && i < n; i++)
@@ -320,8 +320,8 @@ static inline void note(const struct rmap_wave_pack *p, const words end[W], cons
     }
 }
 
-void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t n, float *position,
-                    int16_t *normal)
+void rmap_batch_note(const struct rmap_batch_pack *p, const size_t row[W], size_t n,
+                     float *position, int16_t *normal)
 {
     words end[W];
     for (size_t i = 0; i < W; i += 4)
@@ -333,8 +333,8 @@ void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t 
 }
 
 /* The store of a row reaches into the next one. */
-void rmap_wave_note_on(const struct rmap_wave_pack *p, const size_t row[W], float *position,
-                       int16_t *normal)
+void rmap_batch_note_on(const struct rmap_batch_pack *p, const size_t row[W], float *position,
+                        int16_t *normal)
 {
     words end[W];
     uint64_t three[W];
@@ -353,7 +353,7 @@ void rmap_wave_note_on(const struct rmap_wave_pack *p, const size_t row[W], floa
         memcpy(normal + 3 * row[i], &three[i], sizeof three[i]);
 }
 
-WIDE void rmap_wave_load(struct rmap_wave_pack *p)
+WIDE void rmap_batch_load(struct rmap_batch_pack *p)
 {
     double unused[2][4];
     for (int i = 0; i < W; i += 4) {
@@ -364,15 +364,15 @@ WIDE void rmap_wave_load(struct rmap_wave_pack *p)
     }
 }
 
-WIDE void rmap_wave_store(const struct rmap_wave_pack *p,
-                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+WIDE void rmap_batch_store(const struct rmap_batch_pack *p,
+                           struct rmap_batch_ray *const to[RMAP_BATCH_WIDTH])
 {
     EACH
     {
         const double state[6] = {p->px[i], p->py[i], p->pz[i], p->dx[i], p->dy[i], p->dz[i]};
         memcpy(to[i]->state, state, sizeof state);
-        to[i]->leg->way.length = p->t[i];
-        to[i]->leg->cosine = p->cosine[i];
+        to[i]->segment->way.length = p->t[i];
+        to[i]->segment->cosine = p->cosine[i];
     }
 }
 
@@ -394,7 +394,7 @@ RMAP_COPIED void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_slo
         counter[2][i] = 0;
         counter[3][i] = (uint32_t)slot;
     }
-    rmap_wave_draw(seed, counter);
+    rmap_batch_draw(seed, counter);
     uniform(counter[0], u);
     uniform(counter[1], v);
 }
@@ -486,11 +486,11 @@ static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t 
             .channel = -1};
 }
 
-void rmap_wave_depart(const struct rmap_retrace *r, size_t first, size_t end,
-                      struct rmap_departure *departure)
+void rmap_batch_depart(const struct rmap_retrace *r, size_t first, size_t end,
+                       struct rmap_departure *departure)
 {
     struct rmap_departure *to[W + 1]; /* one more than go */
-    size_t ray[W + 1], n, left = end - first, waits[RMAP_WAVE_AHEAD];
+    size_t ray[W + 1], n, left = end - first, waits[RMAP_BATCH_AHEAD];
     for (size_t i = 0; i < left; i++)
         waits[i] = first + i;
     while (left > 0) {

@@ -2,8 +2,8 @@
 """An evaluator of criteria for tests alone: straight from the definition of the language, row by
 row over the columns of a plain map. It shares nothing with the program but the text.
 
-    judge = Judge(PlainMap("lens.raymap"))
-    judge.match("hit(lens) >= 2")       # a bool per ray, in the order of the map's view
+    evaluator = Evaluator(PlainMap("lens.raymap"))
+    evaluator.match("hit(lens) >= 2")       # a bool per ray, in the order of the map's view
 """
 import functools
 import operator
@@ -11,8 +11,8 @@ import re
 
 import numpy as np
 
-from judge_map import BIT, STOPS, glob
-from judge_path import PathJudge
+from evaluator_map import BIT, STOPS, glob
+from evaluator_path import PathEvaluator
 
 UNIONS = {
     "reflect": ("reflect_specular", "reflect_diffuse", "total_reflection"),
@@ -44,7 +44,7 @@ def tokens_of(text):
     while not found or found[-1][0] != "end":
         token = TOKEN.match(text, at)
         if not token:
-            raise ValueError(f"the judge does not understand {text[at:]!r}")
+            raise ValueError(f"the evaluator does not understand {text[at:]!r}")
         at = token.end()
         value = token.group(token.lastgroup)
         if token.lastgroup in ("quoted", "string"):
@@ -63,10 +63,10 @@ def in_polygon(x, y, corners):
     return inside
 
 
-class Judge:
+class Evaluator:
     def __init__(self, plain_map):
         self.map = plain_map
-        self.paths = PathJudge(plain_map, self.objects)
+        self.paths = PathEvaluator(plain_map, self.objects)
         self.names = {}  # let
         self.before = False  # reading what is behind a `where`
         self.tokens, self.at = [], 0
@@ -79,7 +79,7 @@ class Judge:
         self.tokens, self.at = tokens_of(text), 0
         found = self._logic(self._test)
         if self._kind() != "end":
-            raise ValueError(f"the judge does not understand the rest of {text!r}")
+            raise ValueError(f"the evaluator does not understand the rest of {text!r}")
         self.tokens, self.at = kept
         return found
 
@@ -102,7 +102,7 @@ class Judge:
 
     def _expect(self, text):
         if not self._is(text):
-            raise ValueError(f"the judge expects {text!r}, finds {self.tokens[self.at]}")
+            raise ValueError(f"the evaluator expects {text!r}, finds {self.tokens[self.at]}")
         self.at += 1
 
     def _logic(self, test):
@@ -210,7 +210,7 @@ class Judge:
         return relation(count.astype(float)) if relation else count >= 1
 
     def _count(self, rows):
-        """Of each ray; inside `where` of each registration: of the legs before its own."""
+        """Of each ray; inside `where` of each registration: of the segments before its own."""
         if not self.before:
             return np.bincount(self.map.ray_of_segment[rows], minlength=self.map.n_ray)
         m, upto = self.map, np.append(0, np.cumsum(rows))

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """path("..."): every kind of step or registration that a map has becomes a character, every ray a
 string, every step of the pattern a class of characters. An automaton of its own matches them;
-Python's regular expressions, which may take for ever on long histories, judge it on short ones."""
+Python's regular expressions, which may take for ever on long histories, evaluator it on short ones."""
 import re
 
 import numpy as np
 
-from judge_map import glob
+from evaluator_map import glob
 
 FIRST = 0x4E00  # character of the first kind
 STEP_LETTERS = "TRIDdSFOAXKE"
@@ -93,7 +93,7 @@ class Automaton:
         return self.end in states
 
 
-class PathJudge:
+class PathEvaluator:
     def __init__(self, plain_map, objects):
         self.map, self.objects = plain_map, objects
         self.kinds = None  # (letter, object, medium, detector) of each character
@@ -171,7 +171,7 @@ class PathJudge:
         ("times", part, least, most or None)."""
         tree, at = self._alternatives(text, 0)
         if at != len(text):
-            raise ValueError(f"the judge does not understand {text[at:]!r}")
+            raise ValueError(f"the evaluator does not understand {text[at:]!r}")
         return tree
 
     def _alternatives(self, text, at):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The query engine against an evaluator of its own (judge.py): random criteria over the examples
+"""The query engine against an evaluator of its own (evaluator.py): random criteria over the examples
 and an odd little scene must select as many rays, segments and as much flux, whatever the map's
 encoding, pieces, index of histories, and however many ranks and threads ask.
 
@@ -16,11 +16,11 @@ import sys
 
 sys.dont_write_bytecode = True
 
-import judge_dice
-import judge_sample
-import judge_scene
-from judge import Judge
-from judge_map import PlainMap
+import evaluator_dice
+import evaluator_sample
+import evaluator_scene
+from evaluator import Evaluator
+from evaluator_map import PlainMap
 
 PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
 N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "60"))
@@ -94,18 +94,18 @@ def ask(target, texts, *options, ranks=1):
 
 
 def check_paths(name, verdicts, n):
-    """The judge's own automaton against Python's regular expressions."""
+    """The evaluator's own automaton against Python's regular expressions."""
     for _ in range(n):
-        text = verdicts.dice.path(verdicts.judge.paths)
-        both = verdicts.judge.paths.match_again(text)
+        text = verdicts.dice.path(verdicts.evaluator.paths)
+        both = verdicts.evaluator.paths.match_again(text)
         if (both[:, 0] != both[:, 1]).any():
-            fail(f"{name}: the judge disagrees with himself: path(\"{text}\")")
+            fail(f"{name}: the evaluator disagrees with himself: path(\"{text}\")")
 
 
-def check_complements(target, dice, judge, n):
+def check_complements(target, dice, evaluator, n):
     """not (a and b) is not a or not b; a and b, a and not b, not a and b, neither add up."""
     for _ in range(n):
-        a, b = (f"({dice.test(judge)})" for _ in range(2))
+        a, b = (f"({dice.test(evaluator)})" for _ in range(2))
         texts = [f"not ({a} and {b})", f"not {a} or not {b}", f"{a} and {b}", f"{a} and not {b}",
                  f"not {a} and {b}", f"not ({a} or {b})", "all"]
         rays = [answer["rays"]["matched"] for answer in ask(target, texts)]
@@ -115,13 +115,13 @@ def check_complements(target, dice, judge, n):
 
 def check_lists(target, verdicts, n):
     """--limit and --sample against sorting all rays that match; the same for any ranks."""
-    plain = verdicts.judge.map
+    plain = verdicts.evaluator.map
     for k, text in enumerate(verdicts.texts[:n]):
-        ids = [int(ray) for ray in plain.ray["id"][verdicts.judge.match(text)]]
+        ids = [int(ray) for ray in plain.ray["id"][verdicts.evaluator.match(text)]]
         number, seed = verdicts.dice.one_of(1, 3, 40), verdicts.dice.one_of(1, 7, 2 ** 40)
         for options, want in ((["--limit", number], sorted(ids)[:number]),
                               (["--sample", number, "--seed", seed],
-                               judge_sample.sample(ids, number, seed))):
+                               evaluator_sample.sample(ids, number, seed))):
             given = ["query", target, text, *verdicts.options, *options, "--json", "--quiet"]
             out = program(*given).stdout
             if [ray["ray"] for ray in json.loads(out)] != want:
@@ -132,7 +132,7 @@ def check_lists(target, verdicts, n):
 
 def check_part(name, target, verdicts, n):
     """A map of a query holds the rays of the query and no others; false: there is no such thing."""
-    judge, part = verdicts.judge, f"{name}-part.raymap"
+    evaluator, part = verdicts.evaluator, f"{name}-part.raymap"
     for k in range(n):
         text, second = verdicts.texts[k], verdicts.texts[k + 1]
         done = program("query", target, text, *verdicts.options, "-o", part, "--force", "--quiet",
@@ -142,11 +142,11 @@ def check_part(name, target, verdicts, n):
         if done.returncode != 0:
             fail(f"{target}: {text} -o {part}: status {done.returncode}: {done.stderr}")
             continue
-        found = judge.match(text)
-        wanted = [expected(judge.map, found), expected(judge.map, found & judge.match(second))]
+        found = evaluator.match(text)
+        wanted = [expected(evaluator.map, found), expected(evaluator.map, found & evaluator.match(second))]
         for want, answer in zip(wanted, ask(part, ["all", second], *verdicts.options)):
             if not agrees(want, answer):
-                fail(f"{part} of {text}: {answer['criterion']}\n     the judge: {want}\n"
+                fail(f"{part} of {text}: {answer['criterion']}\n     the evaluator: {want}\n"
                      f"     the program: {answer['rays']} {answer['segments']} {answer['flux']}")
         listed = program("query", part, "all", "--limit", 10 ** 6, "--json", "--quiet").stdout
         if listed != program("query", target, text, *verdicts.options, "--limit", 10 ** 6, "--json",
@@ -157,19 +157,19 @@ def check_part(name, target, verdicts, n):
 
 
 class Verdicts:
-    """Random criteria for a map, and what the judge finds there."""
+    """Random criteria for a map, and what the evaluator finds there."""
 
     def __init__(self, name, target, n_criterion, seed):
         self.missing = set()
         plain = PlainMap(target)
-        self.judge = Judge(plain)
-        self.dice = judge_dice.Dice(plain, seed)
+        self.evaluator = Evaluator(plain)
+        self.dice = evaluator_dice.Dice(plain, seed)
         with open(name + ".criteria", "w", encoding="utf-8") as file:
-            file.write("\n".join(self.dice.let(self.judge) for _ in range(4)) + "\n")
+            file.write("\n".join(self.dice.let(self.evaluator) for _ in range(4)) + "\n")
         self.options = ["--criteria", name + ".criteria"]
-        self.texts = [self.dice.criterion(self.judge) for _ in range(n_criterion)]
+        self.texts = [self.dice.criterion(self.evaluator) for _ in range(n_criterion)]
         self.texts += AT_PLACES if name == "odd" else []
-        self.wanted = [expected(plain, self.judge.match(text)) for text in self.texts]
+        self.wanted = [expected(plain, self.evaluator.match(text)) for text in self.texts]
         some = sum(0 < want["rays"] < plain.n_ray for want in self.wanted)
         print(f"{name}: {plain.n_ray} rays, {len(plain.leg)} segments; {some} of {len(self.texts)} "
               f"criteria select some and not all", flush=True)
@@ -193,13 +193,13 @@ class Verdicts:
         for text, want, answer in zip(self.texts, self.wanted, answers):
             if not agrees(want, answer):
                 bad += 1
-                fail(f"{where}: {text}\n     the judge: {want}\n"
+                fail(f"{where}: {text}\n     the evaluator: {want}\n"
                      f"     the program: {answer['rays']} {answer['segments']} {answer['flux']}")
         print(f"{where}: {len(self.texts)} criteria, {bad} disagree", flush=True)
 
 
 def judge_scene_in(name, scene, n_ray, k):
-    """All maps of a scene against the judge; what the program does not know yet."""
+    """All maps of a scene against the evaluator; what the program does not know yet."""
     plain = trace(scene, f"{name}.raymap", n_ray, "--encoding", "plain")
     pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
                    ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
@@ -217,13 +217,13 @@ def judge_scene_in(name, scene, n_ray, k):
     check_lists(plain, verdicts, max(1, N_CRITERION // 60))
     if not check_part(name, (pieces, plain, compact)[k], verdicts, max(1, N_CRITERION // 60)):
         verdicts.missing.add("query -o NEW.raymap")
-    check_complements(plain, verdicts.dice, verdicts.judge, max(2, N_CRITERION // 60))
+    check_complements(plain, verdicts.dice, verdicts.evaluator, max(2, N_CRITERION // 60))
     return verdicts.missing
 
 
 def main():
-    pathlib.Path("box.obj").write_text(judge_scene.BOX, encoding="utf-8")
-    pathlib.Path("odd.yaml").write_text(judge_scene.SCENE, encoding="utf-8")
+    pathlib.Path("box.obj").write_text(evaluator_scene.BOX, encoding="utf-8")
+    pathlib.Path("odd.yaml").write_text(evaluator_scene.SCENE, encoding="utf-8")
     examples = SOURCE / "examples"
     scenes = (("odd", "odd.yaml", 9000), ("lens", examples / "double-gauss/scene.yaml", 5000),
               ("room", examples / "room/scene.yaml", 4200))

@@ -12,18 +12,18 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
+#include "io/map/arena.h"
 #include "io/map/column_store.h"
-#include "io/map/keeper.h"
 
 enum { N_BLOCK = 4000 };
 
 /* Blocks of many sizes, none of which overlaps another; how many there was room for. */
-static size_t fill(struct rmap_keeper *keeper, uint8_t *block[N_BLOCK], size_t nbytes[N_BLOCK])
+static size_t fill(struct rmap_arena *arena, uint8_t *block[N_BLOCK], size_t nbytes[N_BLOCK])
 {
     size_t n = 0;
     for (size_t i = 0; i < N_BLOCK; i++) {
         nbytes[n] = i * i % 7919 + (i % 500 == 0 ? 100000 : 0);
-        block[n] = rmap_keeper_room(keeper, nbytes[n]);
+        block[n] = rmap_arena_room(arena, nbytes[n]);
         if (!block[n])
             continue;
         assert_int_equal((uintptr_t)block[n] % 64, 0);
@@ -44,19 +44,19 @@ static void test_budget_holds(void **state)
     size_t before = 0;
     (void)state;
     for (size_t l = 0; l < sizeof limit / sizeof *limit; l++) {
-        struct rmap_keeper *keeper = NULL;
+        struct rmap_arena *arena = NULL;
         struct rmap_error err = {0};
-        assert_int_equal(rmap_keeper_create(limit[l], &keeper, &err), RMAP_OK);
-        size_t n = fill(keeper, block, nbytes), sum = 0;
+        assert_int_equal(rmap_arena_create(limit[l], &arena, &err), RMAP_OK);
+        size_t n = fill(arena, block, nbytes), sum = 0;
         for (size_t k = 0; k < n; k++)
             sum += nbytes[k];
-        assert_true(sum <= rmap_keeper_nbytes(keeper));
-        assert_true(rmap_keeper_nbytes(keeper) <= rmap_keeper_limit(keeper));
+        assert_true(sum <= rmap_arena_nbytes(arena));
+        assert_true(rmap_arena_nbytes(arena) <= rmap_arena_limit(arena));
         assert_true(n >= before);
         before = n;
-        assert_null(rmap_keeper_room(keeper, SIZE_MAX));
-        assert_false(rmap_keeper_claim(keeper, limit[l]) && n > 0);
-        rmap_keeper_destroy(keeper);
+        assert_null(rmap_arena_room(arena, SIZE_MAX));
+        assert_false(rmap_arena_claim(arena, limit[l]) && n > 0);
+        rmap_arena_destroy(arena);
     }
     assert_int_equal(before, N_BLOCK);
     assert_int_equal(rmap_alloc_live(), 0);
@@ -64,39 +64,39 @@ static void test_budget_holds(void **state)
 
 static void test_claims_count(void **state)
 {
-    struct rmap_keeper *keeper = NULL;
+    struct rmap_arena *arena = NULL;
     struct rmap_error err = {0};
     (void)state;
-    assert_int_equal(rmap_keeper_create(1 << 20, &keeper, &err), RMAP_OK);
-    assert_true(rmap_keeper_claim(keeper, (1 << 20) - 100));
-    assert_false(rmap_keeper_claim(keeper, 101));
-    assert_null(rmap_keeper_room(keeper, 64));
-    assert_true(rmap_keeper_claim(keeper, 100));
-    assert_int_equal(rmap_keeper_nbytes(keeper), 1 << 20);
-    rmap_keeper_destroy(keeper);
+    assert_int_equal(rmap_arena_create(1 << 20, &arena, &err), RMAP_OK);
+    assert_true(rmap_arena_claim(arena, (1 << 20) - 100));
+    assert_false(rmap_arena_claim(arena, 101));
+    assert_null(rmap_arena_room(arena, 64));
+    assert_true(rmap_arena_claim(arena, 100));
+    assert_int_equal(rmap_arena_nbytes(arena), 1 << 20);
+    rmap_arena_destroy(arena);
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
 static void test_without_memory_less_is_kept(void **state)
 {
-    struct rmap_keeper *keeper = NULL;
+    struct rmap_arena *arena = NULL;
     struct rmap_column_store *store = NULL;
     struct rmap_error err = {0};
     const uint64_t rows[] = {3, 1, 4, 1, 5};
     (void)state;
-    assert_int_equal(rmap_keeper_create(1 << 20, &keeper, &err), RMAP_OK);
-    assert_int_equal(rmap_column_store_create(2, keeper, &store, &err), RMAP_OK);
+    assert_int_equal(rmap_arena_create(1 << 20, &arena, &err), RMAP_OK);
+    assert_int_equal(rmap_column_store_create(2, arena, &store, &err), RMAP_OK);
     rmap_alloc_fail_at(1);
     rmap_column_store_offer(store, 0, RMAP_RAY_id, rows, sizeof rows);
     rmap_alloc_fail_at(0);
     assert_null(rmap_column_store_get(store, 0, RMAP_RAY_id));
-    assert_int_equal(rmap_keeper_nbytes(keeper), 0);
+    assert_int_equal(rmap_arena_nbytes(arena), 0);
     assert_int_equal(rmap_column_store_nbytes(store), 0);
     rmap_column_store_offer(store, 0, RMAP_RAY_id, rows, sizeof rows);
     assert_memory_equal(rmap_column_store_get(store, 0, RMAP_RAY_id), rows, sizeof rows);
     assert_null(rmap_column_store_get(store, 1, RMAP_RAY_id));
     rmap_column_store_destroy(store);
-    rmap_keeper_destroy(keeper);
+    rmap_arena_destroy(arena);
     assert_int_equal(rmap_alloc_live(), 0);
 }
 

@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 
-from judge import LENGTH, MASK
-from judge_map import EVENTS, STOPS
-from judge_path import FIRST
+from evaluator import LENGTH, MASK
+from evaluator_map import EVENTS, STOPS
+from evaluator_path import FIRST
 
 SURFACE_NUMBERS = ("reflectance", "reflect_specular", "reflect_diffuse", "transmit_specular",
                    "transmit_diffuse", "absorb")
@@ -18,7 +18,7 @@ class Dice:
     def __init__(self, plain_map, seed):
         self.map, self.random = plain_map, random.Random(seed)
         self.lets = {}  # name: text
-        self.paths = None  # of the judge
+        self.paths = None  # of the evaluator
 
     # ------------------------------------------------------------------ words
 
@@ -342,38 +342,38 @@ class Dice:
 
     # ------------------------------------------------------------------ logic
 
-    def test(self, judge):
+    def test(self, evaluator):
         kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
                  "number", "registered", "registered", "any", "path", "path"]
         kind = self.random.choice(kinds)
-        self.paths = judge.paths
+        self.paths = evaluator.paths
         if self.paths.kinds is None:
             self.paths.match(".")
         if kind == "path":
-            return f'path("{self.path(judge.paths)}")'
+            return f'path("{self.path(evaluator.paths)}")'
         if kind in ("registered", "any") and not self.map.names["detector"]:
             kind = "hit"
         return getattr(self, "test_" + kind)()
 
-    def criterion(self, judge, depth=0):
+    def criterion(self, evaluator, depth=0):
         roll = self.random.random()
         if self.lets and roll > 0.93:
             return "@" + self.random.choice(list(self.lets))
         if depth > 3 or roll < 0.3:
-            return self.test(judge)
+            return self.test(evaluator)
         if roll < 0.42:
-            return self.one_of("not ", "!") + f"({self.criterion(judge, depth + 1)})"
+            return self.one_of("not ", "!") + f"({self.criterion(evaluator, depth + 1)})"
         if roll < 0.5:
-            return "not " + self.test(judge)
+            return "not " + self.test(evaluator)
         sign = self.one_of("and", "and", "or", "or", "&", "|", "&&", "||")
-        parts = [self.criterion(judge, depth + 1) for _ in range(self.one_of(2, 2, 3))]
+        parts = [self.criterion(evaluator, depth + 1) for _ in range(self.one_of(2, 2, 3))]
         text = f" {sign} ".join(parts)
         return f"({text})" if depth and self.chance(0.6) else text
 
-    def let(self, judge):
+    def let(self, evaluator):
         """A new name for a criterion."""
         name = self.one_of("ghost", "stray", "direct", "_2nd") + str(len(self.lets))
-        text = self.criterion(judge, depth=2)
+        text = self.criterion(evaluator, depth=2)
         self.lets[name] = text
-        judge.let(name, text)
+        evaluator.let(name, text)
         return f"let {name} = {text}"

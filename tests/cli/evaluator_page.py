@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 #
-# judge_page.py MAP ALL SOME NONE TEN: reads the data out of pages and compares them with the
+# evaluator_page.py MAP ALL SOME NONE TEN: reads the data out of pages and compares them with the
 # map's columns.
 import base64
 import html.parser

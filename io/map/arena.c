@@ -3,7 +3,7 @@
  * Memory for what stays of an open map between questions: many blocks of some kilobytes that all
  * go at once, within a budget of bytes.
  */
-#include "io/map/keeper.h"
+#include "io/map/arena.h"
 
 #include <pthread.h>
 #include <stdint.h>
@@ -17,25 +17,25 @@ struct block {
     struct block *next;
 };
 
-struct rmap_keeper {
+struct rmap_arena {
     pthread_mutex_t lock;
     size_t limit, nbytes; /* nbytes: of blocks, and claimed */
     struct block *block;  /* all of them */
 };
 
-enum rmap_status rmap_keeper_create(size_t limit_nbytes, struct rmap_keeper **keeper_ret,
-                                    struct rmap_error *err)
+enum rmap_status rmap_arena_create(size_t limit_nbytes, struct rmap_arena **arena_ret,
+                                   struct rmap_error *err)
 {
-    struct rmap_keeper *self = rmap_alloc(1, sizeof *self);
+    struct rmap_arena *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for what is kept of a map");
     (void)pthread_mutex_init(&self->lock, NULL);
     self->limit = limit_nbytes;
-    *keeper_ret = self;
+    *arena_ret = self;
     return RMAP_OK;
 }
 
-void rmap_keeper_destroy(struct rmap_keeper *self)
+void rmap_arena_destroy(struct rmap_arena *self)
 {
     if (!self)
         return;
@@ -47,7 +47,7 @@ void rmap_keeper_destroy(struct rmap_keeper *self)
     rmap_free(self);
 }
 
-static bool claim(struct rmap_keeper *self, size_t nbytes)
+static bool claim(struct rmap_arena *self, size_t nbytes)
 {
     if (nbytes > self->limit - self->nbytes)
         return false;
@@ -55,7 +55,7 @@ static bool claim(struct rmap_keeper *self, size_t nbytes)
     return true;
 }
 
-void *rmap_keeper_room(struct rmap_keeper *self, size_t nbytes)
+void *rmap_arena_room(struct rmap_arena *self, size_t nbytes)
 {
     const size_t own = sizeof(struct block) + ALIGN;
     struct block *block = NULL;
@@ -75,7 +75,7 @@ void *rmap_keeper_room(struct rmap_keeper *self, size_t nbytes)
     return block ? (uint8_t *)block + own - (uintptr_t)((uint8_t *)block + own) % ALIGN : NULL;
 }
 
-bool rmap_keeper_claim(struct rmap_keeper *self, size_t nbytes)
+bool rmap_arena_claim(struct rmap_arena *self, size_t nbytes)
 {
     (void)pthread_mutex_lock(&self->lock);
     bool is = claim(self, nbytes);
@@ -83,12 +83,12 @@ bool rmap_keeper_claim(struct rmap_keeper *self, size_t nbytes)
     return is;
 }
 
-size_t rmap_keeper_limit(const struct rmap_keeper *self)
+size_t rmap_arena_limit(const struct rmap_arena *self)
 {
     return self->limit;
 }
 
-size_t rmap_keeper_nbytes(const struct rmap_keeper *self)
+size_t rmap_arena_nbytes(const struct rmap_arena *self)
 {
     pthread_mutex_t *lock = (pthread_mutex_t *)(uintptr_t)&self->lock;
     (void)pthread_mutex_lock(lock);
