@@ -37,9 +37,7 @@ static bool is_glass(const struct rmap_scene *scene, int32_t medium)
 static bool is_cap(const struct rmap_scene *scene, size_t object)
 {
     const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
-    return geometry->kind == RMAP_GEOMETRY_SHAPE &&
-           (geometry->shape.type == RMAP_SHAPE_CONIC || geometry->shape.type == RMAP_SHAPE_DISC ||
-            geometry->shape.type == RMAP_SHAPE_RECTANGLE);
+    return geometry->kind == RMAP_GEOMETRY_SHAPE && rmap_shape_model[geometry->shape.type].cap;
 }
 
 /* World direction of a cap's normal at its vertex. */

@@ -124,7 +124,7 @@ static int ascending(const void *a, const void *b)
 static bool about_axis(const struct rmap_scene *scene, size_t object)
 {
     const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
-    return geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type != RMAP_SHAPE_RECTANGLE;
+    return geometry->kind == RMAP_GEOMETRY_SHAPE && rmap_shape_model[geometry->shape.type].revolved;
 }
 
 /* The plane that most axes lie in: the median place of surfaces of revolution, else the scene's

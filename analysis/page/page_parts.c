@@ -398,8 +398,8 @@ json_t *rmap_page_geometries(const struct rmap_scene *scene, struct rmap_error *
             RMAP_TRY(rmap_shape_tessellate(&geometry->shape, &mesh, err));
         else
             RMAP_TRY(rmap_mesh_weld(geometry->mesh, &mesh, err));
-        bool revolved =
-            geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type != RMAP_SHAPE_RECTANGLE;
+        bool revolved = geometry->kind == RMAP_GEOMETRY_SHAPE &&
+                        rmap_shape_model[geometry->shape.type].revolved;
         json = revolved ? profile_json(mesh) : mesh_json(mesh);
         if (!json || json_array_append_new(list, json) != 0)
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene of a page"));

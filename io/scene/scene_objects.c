@@ -184,7 +184,8 @@ static void place_sides(struct rmap_reader *reader, const struct rmap_object_pla
 {
     int32_t front = 0, back = 0;
     const struct rmap_geometry *geometry = &reader->scene->geometry[plan->geometry];
-    bool body = geometry->kind == RMAP_GEOMETRY_MESH || geometry->shape.type == RMAP_SHAPE_SPHERE;
+    bool body =
+        geometry->kind == RMAP_GEOMETRY_MESH || rmap_shape_model[geometry->shape.type].closed;
     const struct rmap_object_side side[2] = {
         {index, plan->medium_front, plan->element_front ? plan->element_front : &plan->to_world,
          plan->element_front != NULL},

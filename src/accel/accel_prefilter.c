@@ -110,8 +110,7 @@ static void set_shell(struct rmap_prefilter *prefilter, int slot, const struct r
     group->half_x[lane] = (float)(object->upper.x + pad);
     group->half_y[lane] = (float)(object->upper.y + pad);
     prefilter->object[slot] = index;
-    prefilter->flat[slot] =
-        object->shape->type == RMAP_SHAPE_DISC || object->shape->type == RMAP_SHAPE_RECTANGLE;
+    prefilter->flat[slot] = rmap_shape_model[object->shape->type].plane;
 }
 
 /* The row, sorted by its lower ends. */
@@ -478,7 +477,7 @@ static bool ends_alone(const struct rmap_accel *accel, const struct box *room, i
         if (overlap(&beyond, &other))
             return false;
     }
-    return type == RMAP_SHAPE_DISC || type == RMAP_SHAPE_RECTANGLE;
+    return rmap_shape_model[type].plane;
 }
 
 static void set_clearance(struct rmap_clearance *clearance, const struct box *room)

@@ -154,7 +154,7 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
     if (body->expected == RMAP_EVENT_ABSORB)
         body->expected = usual_event(&scene->surface[from->surface_back]);
     body->mesh = geometry->kind == RMAP_GEOMETRY_MESH;
-    bool closed = body->mesh || geometry->shape.type == RMAP_SHAPE_SPHERE;
+    bool closed = body->mesh || rmap_shape_model[geometry->shape.type].closed;
     body->inside =
         closed && body->medium_back != body->medium_front ? body->medium_back : INT32_MIN;
 }

@@ -19,7 +19,7 @@ bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origi
 
 struct rmap_vec3 rmap_shape_normal(const struct rmap_shape *shape, struct rmap_vec3 point)
 {
-    if (shape->type == RMAP_SHAPE_DISC || shape->type == RMAP_SHAPE_RECTANGLE)
+    if (rmap_shape_model[shape->type].plane)
         return rmap_vec3(0, 0, 1);
     if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0) {
         double slope = -2 * rmap_conic_slope(shape, point.x * point.x + point.y * point.y);

@@ -16,12 +16,29 @@
 
 #include "base/vec.h"
 
+/* Columns: symbol; plane; with a normal at its vertex, as caps of lenses have; of revolution about
+ * z; closed, with an inside. What must be computed for each stands in switches without default. */
+#define RMAP_SHAPE_TABLE(X)                                                                        \
+    X(CONIC, false, true, true, false)                                                             \
+    X(DISC, true, true, true, false)                                                               \
+    X(RECTANGLE, true, true, false, false)                                                         \
+    X(TUBE, false, false, true, false)                                                             \
+    X(SPHERE, false, false, true, true)
+
 enum rmap_shape_type {
-    RMAP_SHAPE_CONIC,
-    RMAP_SHAPE_DISC,
-    RMAP_SHAPE_RECTANGLE,
-    RMAP_SHAPE_TUBE,
-    RMAP_SHAPE_SPHERE
+#define RMAP_SHAPE_ENUM(symbol, plane, cap, revolved, closed) RMAP_SHAPE_##symbol,
+    RMAP_SHAPE_TABLE(RMAP_SHAPE_ENUM)
+#undef RMAP_SHAPE_ENUM
+};
+
+struct rmap_shape_model {
+    bool plane, cap, revolved, closed;
+};
+
+static const struct rmap_shape_model rmap_shape_model[] = {
+#define RMAP_SHAPE_ROW(symbol, plane, cap, revolved, closed) {plane, cap, revolved, closed},
+    RMAP_SHAPE_TABLE(RMAP_SHAPE_ROW)
+#undef RMAP_SHAPE_ROW
 };
 
 #define RMAP_ASPHERE_MAX 16 /* even powers r^2 ... r^32 */

@@ -19,15 +19,18 @@ static inline struct rmap_quadric rmap_quadric_of(const struct rmap_shape *shape
     double m;
     switch (shape->type) {
     case RMAP_SHAPE_CONIC:
+    case RMAP_SHAPE_DISC: /* solved as planes */
+    case RMAP_SHAPE_RECTANGLE:
         return (struct rmap_quadric){shape->curvature, shape->curvature * (1 + shape->conic), -1, 0,
                                      0};
     case RMAP_SHAPE_TUBE:
         m = (shape->radius2 - shape->radius) / shape->length;
         return (struct rmap_quadric){1, -m * m, -m * shape->radius, -shape->radius * shape->radius,
                                      0.5 * shape->length};
-    default:
-        return (struct rmap_quadric){1, 1, 0, -shape->radius * shape->radius, 0};
+    case RMAP_SHAPE_SPHERE:
+        break;
     }
+    return (struct rmap_quadric){1, 1, 0, -shape->radius * shape->radius, 0};
 }
 
 /* Is a point of the whole quadric a point of the surface? */
