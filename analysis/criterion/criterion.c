@@ -109,25 +109,6 @@ static rmap_column_set plan_ending(struct rmap_ending_test *test)
     return columns;
 }
 
-static rmap_column_set ray_number_columns(enum rmap_ray_number number)
-{
-    switch (number) {
-    case RMAP_RAY_NUMBER_ID:
-        return RMAP_COLUMN_BIT(RMAP_RAY_id);
-    case RMAP_RAY_NUMBER_SEGMENTS:
-        return RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
-    case RMAP_RAY_NUMBER_WAVELENGTH:
-        return RMAP_COLUMN_BIT(RMAP_RAY_wavelength);
-    case RMAP_RAY_NUMBER_FLUX:
-        return RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source);
-    case RMAP_RAY_NUMBER_PATH_LENGTH:
-        return RMAP_COLUMN_BIT(RMAP_RAY_path_length);
-    case RMAP_RAY_NUMBER_OPTICAL_PATH:
-        return RMAP_COLUMN_BIT(RMAP_RAY_optical_path);
-    }
-    return 0;
-}
-
 /* Children in a stable order of cost. A chain keeps its links in the nodes: one list per class,
  * joined at the end. */
 struct chain {
@@ -196,7 +177,7 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         node->columns = plan_ending(&node->ending);
         return node->ending.somewhere ? COST_ROWS : COST_RAY;
     case RMAP_CRITERION_NUMBER:
-        node->columns = ray_number_columns(node->ray_number);
+        node->columns = rmap_ray_number_columns(node->ray_number);
         return node->columns & ~RMAP_COLUMNS_DISCRETE ? COST_NUMBER : COST_RAY;
     case RMAP_CRITERION_STEPS:
         node->columns = plan_steps(criterion->scene, &node->steps);

@@ -18,10 +18,7 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
                                 const struct rmap_criterion_node *node, uint8_t *outcome)
 {
     const struct rmap_ray_columns *ray = &ev->portion->ray;
-    const double *stored = node->ray_number == RMAP_RAY_NUMBER_WAVELENGTH     ? ray->wavelength
-                           : node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH  ? ray->path_length
-                           : node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
-                                                                              : NULL;
+    const double *stored = rmap_ray_number_stored(node->ray_number, ray);
     const bool is_flux = node->ray_number == RMAP_RAY_NUMBER_FLUX;
     size_t n_source = ev->criterion->scene->n_source;
     if (stored) {

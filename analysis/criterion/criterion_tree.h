@@ -7,6 +7,7 @@
 #define RMAP_CRITERION_TREE_H
 
 #include "analysis/criterion/criterion.h"
+#include "analysis/criterion/ray_number.h"
 
 /* True for v in the closed [low, high], or, when `outside`, for v beyond it. Never for NaN. */
 struct rmap_interval {
@@ -55,15 +56,6 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
                                      `where` the history up to and with the registration */
     RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
-};
-
-enum rmap_ray_number {
-    RMAP_RAY_NUMBER_ID,
-    RMAP_RAY_NUMBER_SEGMENTS,
-    RMAP_RAY_NUMBER_WAVELENGTH, /* nm */
-    RMAP_RAY_NUMBER_FLUX,       /* the scene's flux unit */
-    RMAP_RAY_NUMBER_PATH_LENGTH,
-    RMAP_RAY_NUMBER_OPTICAL_PATH /* scene's length unit, both */
 };
 
 enum rmap_registration_number {

@@ -197,18 +197,9 @@ out:
 
 static rmap_column_set columns_of(const struct rmap_quantity *quantity)
 {
-    static const rmap_column_set of_ray[] = {
-        [RMAP_RAY_NUMBER_ID] = RMAP_COLUMN_BIT(RMAP_RAY_id),
-        [RMAP_RAY_NUMBER_SEGMENTS] = RMAP_COLUMN_BIT(RMAP_RAY_segment_count),
-        [RMAP_RAY_NUMBER_WAVELENGTH] = RMAP_COLUMN_BIT(RMAP_RAY_wavelength),
-        [RMAP_RAY_NUMBER_FLUX] =
-            RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source),
-        [RMAP_RAY_NUMBER_PATH_LENGTH] = RMAP_COLUMN_BIT(RMAP_RAY_path_length),
-        [RMAP_RAY_NUMBER_OPTICAL_PATH] = RMAP_COLUMN_BIT(RMAP_RAY_optical_path),
-    };
     switch (quantity->kind) {
     case RMAP_QUANTITY_RAY_NUMBER:
-        return of_ray[quantity->ray_number];
+        return rmap_ray_number_columns(quantity->ray_number);
     case RMAP_QUANTITY_ITS_NUMBER:
         return rmap_registration_number_columns(quantity->its_number);
     case RMAP_QUANTITY_COUNT:

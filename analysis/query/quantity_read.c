@@ -119,10 +119,7 @@ static const double *column_of(const struct rmap_quantity *quantity,
 {
     if (quantity->kind != RMAP_QUANTITY_RAY_NUMBER)
         return NULL;
-    return quantity->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH    ? ray->path_length
-           : quantity->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
-           : quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH   ? ray->wavelength
-                                                                  : NULL;
+    return rmap_ray_number_stored(quantity->ray_number, ray);
 }
 
 /* Rays that are one place each. */
@@ -196,6 +193,7 @@ static void read_wavelengths(const struct search *search, double *value)
                        : portion->ray.wavelength[readings->ray[k]];
 }
 
+/* Those that are not stored as such. */
 static void read_ray_numbers(const struct search *search, enum rmap_ray_number number,
                              double *value)
 {
@@ -204,21 +202,10 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
     const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
     for (size_t k = 0; k < readings->n; k++) {
         size_t i = readings->ray[k];
-        switch (number) {
-        case RMAP_RAY_NUMBER_ID:
-            value[k] = (double)ray->id[i];
-            break;
-        case RMAP_RAY_NUMBER_SEGMENTS:
-            value[k] = ray->segment_count[i];
-            break;
-        case RMAP_RAY_NUMBER_FLUX:
-            value[k] = ray->weight[i] * flux_per_weight[ray->source[i]];
-            break;
-        case RMAP_RAY_NUMBER_PATH_LENGTH:
-        case RMAP_RAY_NUMBER_OPTICAL_PATH:
-        case RMAP_RAY_NUMBER_WAVELENGTH:
-            break; /* as columns, read_wavelengths */
-        }
+        value[k] = number == RMAP_RAY_NUMBER_ID ? (double)ray->id[i]
+                   : number == RMAP_RAY_NUMBER_SEGMENTS
+                       ? ray->segment_count[i]
+                       : ray->weight[i] * flux_per_weight[ray->source[i]];
     }
 }
 

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers of a whole ray that criteria compare and `stats --of` counts: one table.
+ */
+#ifndef RMAP_RAY_NUMBER_H
+#define RMAP_RAY_NUMBER_H
+
+#include "portion/portion.h"
+
+/* Columns: symbol, the columns it is made of, and that in which it stands as it is, or NULL. Units:
+ * WAVELENGTH nm; FLUX the scene's flux unit; paths the scene's length unit. */
+#define RMAP_RAY_NUMBERS(X)                                                                        \
+    X(ID, RMAP_COLUMN_BIT(RMAP_RAY_id), NULL)                                                      \
+    X(SEGMENTS, RMAP_COLUMN_BIT(RMAP_RAY_segment_count), NULL)                                     \
+    X(WAVELENGTH, RMAP_COLUMN_BIT(RMAP_RAY_wavelength), ray->wavelength)                           \
+    X(FLUX, RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source), NULL)             \
+    X(PATH_LENGTH, RMAP_COLUMN_BIT(RMAP_RAY_path_length), ray->path_length)                        \
+    X(OPTICAL_PATH, RMAP_COLUMN_BIT(RMAP_RAY_optical_path), ray->optical_path)
+
+enum rmap_ray_number {
+#define RMAP_RAY_NUMBER_ENUM(symbol, columns, stored) RMAP_RAY_NUMBER_##symbol,
+    RMAP_RAY_NUMBERS(RMAP_RAY_NUMBER_ENUM)
+#undef RMAP_RAY_NUMBER_ENUM
+};
+
+static inline rmap_column_set rmap_ray_number_columns(enum rmap_ray_number number)
+{
+    static const rmap_column_set of[] = {
+#define RMAP_RAY_NUMBER_COLUMNS(symbol, columns, stored) columns,
+        RMAP_RAY_NUMBERS(RMAP_RAY_NUMBER_COLUMNS)
+#undef RMAP_RAY_NUMBER_COLUMNS
+    };
+    return of[number];
+}
+
+/* [n_ray], borrowed; NULL where it is not stored as such. */
+static inline const double *rmap_ray_number_stored(enum rmap_ray_number number,
+                                                   const struct rmap_ray_columns *ray)
+{
+    const double *const of[] = {
+#define RMAP_RAY_NUMBER_STORED(symbol, columns, stored) stored,
+        RMAP_RAY_NUMBERS(RMAP_RAY_NUMBER_STORED)
+#undef RMAP_RAY_NUMBER_STORED
+    };
+    return of[number];
+}
+
+#endif
