@@ -256,11 +256,11 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
-/* Columns that only the segments, traced again, tell. */
-#define SEGMENT_COLUMNS                                                                            \
-    (BIT(RMAP_RAY_path_length) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_RAY_start) |                \
-     BIT(RMAP_RAY_start_normal) | BIT(RMAP_RAY_end_direction) | BIT(RMAP_SEGMENT_position) |       \
-     BIT(RMAP_SEGMENT_normal) | BIT(RMAP_SEGMENT_colour) | CROSSING_LANES)
+/* Columns that only the segments, traced again, tell; and those that do without. */
+#define OF_SEGMENTS(column, role) | (RMAP_LANE_##role != RMAP_LANE_SIMPLE ? BIT(RMAP_##column) : 0)
+#define SIMPLE(column, role)      | (RMAP_LANE_##role == RMAP_LANE_SIMPLE ? BIT(RMAP_##column) : 0)
+#define SEGMENT_COLUMNS           (0 RMAP_LANES(OF_SEGMENTS))
+#define SIMPLE_COLUMNS            (0 RMAP_LANES(SIMPLE))
 
 #define CROSSING_LANES                                                                             \
     (BIT(RMAP_REGISTRATION_cell) | BIT(RMAP_REGISTRATION_relative) |                               \
@@ -268,10 +268,6 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 
 #define COLOUR_COLUMNS                                                                             \
     (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path))
-
-#define SIMPLE_COLUMNS                                                                             \
-    (BIT(RMAP_RAY_id) | BIT(RMAP_RAY_weight) | BIT(RMAP_RAY_wavelength) |                          \
-     BIT(RMAP_RAY_start_primitive) | BIT(RMAP_SEGMENT_primitive) | BIT(RMAP_SEGMENT_medium))
 
 /* What must be decoded so that these columns can be. */
 static rmap_column_set with_needs(rmap_column_set columns)

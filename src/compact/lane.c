@@ -10,7 +10,7 @@
 #include "compact/streams.h"
 
 static const enum rmap_column lane_column[RMAP_LANE_COUNT] = {
-#define COLUMN(column) RMAP_##column,
+#define COLUMN(column, role) RMAP_##column,
     RMAP_LANES(COLUMN)
 #undef COLUMN
 };

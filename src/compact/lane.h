@@ -16,33 +16,37 @@
 #include "base/status.h"
 #include "portion/portion.h"
 
-/* In the order in which the header and the pools have them. */
+/* Columns and roles, in the order in which the header and the pools have them. */
 #define RMAP_LANES(X)                                                                              \
-    X(RAY_id)                                                                                      \
-    X(RAY_weight)                                                                                  \
-    X(RAY_wavelength)                                                                              \
-    X(RAY_path_length)                                                                             \
-    X(RAY_optical_path)                                                                            \
-    X(RAY_start)                                                                                   \
-    X(RAY_start_primitive)                                                                         \
-    X(RAY_start_normal)                                                                            \
-    X(RAY_end_direction)                                                                           \
-    X(SEGMENT_primitive)                                                                           \
-    X(SEGMENT_medium)                                                                              \
-    X(SEGMENT_position)                                                                            \
-    X(SEGMENT_normal)                                                                              \
-    X(SEGMENT_colour)                                                                              \
-    X(REGISTRATION_cell)                                                                           \
-    X(REGISTRATION_relative)                                                                       \
-    X(REGISTRATION_direction)                                                                      \
-    X(REGISTRATION_optical_path)
+    X(RAY_id, SIMPLE)                                                                              \
+    X(RAY_weight, SIMPLE)                                                                          \
+    X(RAY_wavelength, SIMPLE)                                                                      \
+    X(RAY_path_length, FOLLOWS)                                                                    \
+    X(RAY_optical_path, FOLLOWS)                                                                   \
+    X(RAY_start, LEADS)                                                                            \
+    X(RAY_start_primitive, SIMPLE)                                                                 \
+    X(RAY_start_normal, FOLLOWS)                                                                   \
+    X(RAY_end_direction, FOLLOWS)                                                                  \
+    X(SEGMENT_primitive, SIMPLE)                                                                   \
+    X(SEGMENT_medium, SIMPLE)                                                                      \
+    X(SEGMENT_position, LEADS)                                                                     \
+    X(SEGMENT_normal, FOLLOWS)                                                                     \
+    X(SEGMENT_colour, LEADS)                                                                       \
+    X(REGISTRATION_cell, FOLLOWS)                                                                  \
+    X(REGISTRATION_relative, FOLLOWS)                                                              \
+    X(REGISTRATION_direction, FOLLOWS)                                                             \
+    X(REGISTRATION_optical_path, FOLLOWS)
 
 enum rmap_lane_id {
-#define RMAP_ENUM(column) RMAP_LANE_##column,
+#define RMAP_ENUM(column, role) RMAP_LANE_##column,
     RMAP_LANES(RMAP_ENUM)
 #undef RMAP_ENUM
         RMAP_LANE_COUNT
 };
+
+/* What a lane is predicted from: its like before it (SIMPLE), or segments that are traced again;
+ * then whether later predictions depend on it (LEADS) or not (FOLLOWS). */
+enum rmap_lane_role { RMAP_LANE_SIMPLE, RMAP_LANE_LEADS, RMAP_LANE_FOLLOWS };
 
 /* How a portion stores a lane; two bits of its header. */
 enum rmap_lane_mode {

@@ -7,74 +7,57 @@
 #include "compact/settle.h"
 #include "compact/retrace.h"
 
-/* A lane of the segments, with the rows of a ray in its table. */
-enum span { SPAN_RAY, SPAN_SEGMENT, SPAN_REGISTRATION };
-
-struct segment_lane {
-    enum rmap_lane_id id;
-    enum span span;
-    bool leads; /* later predictions depend on it */
-};
-
-static const struct segment_lane segment_lane[] = {
-    {RMAP_LANE_RAY_start, SPAN_RAY, true},
-    {RMAP_LANE_SEGMENT_position, SPAN_SEGMENT, true},
-    {RMAP_LANE_SEGMENT_colour, SPAN_SEGMENT, true},
-    {RMAP_LANE_SEGMENT_normal, SPAN_SEGMENT, false},
-    {RMAP_LANE_RAY_path_length, SPAN_RAY, false},
-    {RMAP_LANE_RAY_optical_path, SPAN_RAY, false},
-    {RMAP_LANE_RAY_start_normal, SPAN_RAY, false},
-    {RMAP_LANE_RAY_end_direction, SPAN_RAY, false},
-    {RMAP_LANE_REGISTRATION_cell, SPAN_REGISTRATION, false},
-    {RMAP_LANE_REGISTRATION_relative, SPAN_REGISTRATION, false},
-    {RMAP_LANE_REGISTRATION_direction, SPAN_REGISTRATION, false},
-    {RMAP_LANE_REGISTRATION_optical_path, SPAN_REGISTRATION, false},
-};
-#define SEGMENT_LANES (sizeof segment_lane / sizeof *segment_lane)
-
 /* Numbers of a ray in each table's lanes, per row. */
 struct strip {
     struct rmap_lane *lane;
     size_t width; /* numbers per row */
     const uint8_t *predicted;
-    enum span span;
-    bool leads;
+    enum rmap_table span;
+    bool leads; /* later predictions depend on it */
 };
 
-/* Rows [first, end) of a ray by span, among the predictions; and where its rows begin in the
- * lanes. */
+/* Rows [first, end) of a ray by span, a table with rows of rays, among the predictions; and where
+ * its rows begin in the lanes. */
 struct rows {
     size_t first[3], end[3], at[3];
 };
 
+/* Of the lanes that segments tell; those that lead stand in front. */
 static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *predicted,
-                     struct strip strip[SEGMENT_LANES])
+                     struct strip strip[RMAP_LANE_COUNT])
 {
+    static const enum rmap_lane_role role[] = {
+#define ROLE(column, role) RMAP_LANE_##role,
+        RMAP_LANES(ROLE)
+#undef ROLE
+    };
     int n = 0;
-    for (size_t i = 0; i < SEGMENT_LANES; i++) {
-        struct rmap_lane *lane = &r->lane[segment_lane[i].id];
-        if ((segment_lane[i].id == RMAP_LANE_SEGMENT_colour && !r->colour) ||
-            (segment_lane[i].span == SPAN_REGISTRATION && !r->crossing_segment))
-            continue;
-        strip[n++] = (struct strip){
-            .lane = lane,
-            .width = rmap_portion_row_nbytes(predicted, lane->column) / lane->element_nbytes,
-            .predicted = rmap_portion_column(predicted, lane->column),
-            .span = segment_lane[i].span,
-            .leads = segment_lane[i].leads,
-        };
-    }
+    for (enum rmap_lane_role wanted = RMAP_LANE_LEADS; wanted <= RMAP_LANE_FOLLOWS; wanted++)
+        for (size_t i = 0; i < RMAP_LANE_COUNT; i++) {
+            struct rmap_lane *lane = &r->lane[i];
+            const enum rmap_table table = rmap_column_info(lane->column)->table;
+            if (role[i] != wanted || (i == RMAP_LANE_SEGMENT_colour && !r->colour) ||
+                (table == RMAP_TABLE_REGISTRATION && !r->crossing_segment))
+                continue;
+            strip[n++] = (struct strip){
+                .lane = lane,
+                .width = rmap_portion_row_nbytes(predicted, lane->column) / lane->element_nbytes,
+                .predicted = rmap_portion_column(predicted, lane->column),
+                .span = table,
+                .leads = wanted == RMAP_LANE_LEADS,
+            };
+        }
     return n;
 }
 
 static void next_rows(const struct rmap_retrace *r, size_t i, struct rows *rows)
 {
-    rows->first[SPAN_RAY] = i;
-    rows->first[SPAN_SEGMENT] = rows->end[SPAN_SEGMENT];
-    rows->first[SPAN_REGISTRATION] = rows->end[SPAN_REGISTRATION];
-    rows->end[SPAN_RAY] = i + 1;
-    rows->end[SPAN_SEGMENT] += r->segment_count[i];
-    rows->end[SPAN_REGISTRATION] += r->registration_count[i];
+    rows->first[RMAP_TABLE_RAY] = i;
+    rows->first[RMAP_TABLE_SEGMENT] = rows->end[RMAP_TABLE_SEGMENT];
+    rows->first[RMAP_TABLE_REGISTRATION] = rows->end[RMAP_TABLE_REGISTRATION];
+    rows->end[RMAP_TABLE_RAY] = i + 1;
+    rows->end[RMAP_TABLE_SEGMENT] += r->segment_count[i];
+    rows->end[RMAP_TABLE_REGISTRATION] += r->registration_count[i];
     memcpy(rows->at, rows->first, sizeof rows->at);
 }
 
@@ -99,12 +82,10 @@ static bool any_careful(const struct rmap_batch *batch, size_t n_ray)
  * that lead stay in front. */
 static int drop_right_ones(struct strip *strip, int n, const size_t *n_row)
 {
-    static const enum rmap_table table[] = {RMAP_TABLE_RAY, RMAP_TABLE_SEGMENT,
-                                            RMAP_TABLE_REGISTRATION};
     int left = 0;
     for (int k = 0; k < n; k++) {
         const struct rmap_lane *lane = strip[k].lane;
-        size_t nbytes = n_row[table[strip[k].span]] * strip[k].width * lane->element_nbytes;
+        size_t nbytes = n_row[strip[k].span] * strip[k].width * lane->element_nbytes;
         bool right = lane->from ? nbytes == 0 || memcmp(lane->from, strip[k].predicted, nbytes) == 0
                                 : lane->next == SIZE_MAX;
         if (!right)
@@ -156,7 +137,7 @@ enum rmap_status rmap_settle_decode(struct rmap_batch *batch, const struct rmap_
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[SEGMENT_LANES];
+    struct strip strip[RMAP_LANE_COUNT];
     struct rows rows = {.end = {0}};
     int n = strips_of(r, out, strip);
     for (int k = 0; k < n && strip[k].leads; k++)
@@ -171,7 +152,7 @@ enum rmap_status rmap_settle_decode(struct rmap_batch *batch, const struct rmap_
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
         if (one_by_one || batch->careful[i] || misled(strip, n, &rows))
-            rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+            rmap_retrace(r, i, rows.first[RMAP_TABLE_SEGMENT], rows.first[RMAP_TABLE_REGISTRATION]);
         else
             settle_ray(strip, n, &rows);
     }
@@ -189,7 +170,7 @@ static bool encode_ray(const struct rmap_retrace *r, size_t ray, bool careful,
         return true;
     }
     size_t before = leading_patches(strip, n);
-    rmap_retrace(r, ray, rows->at[SPAN_SEGMENT], rows->at[SPAN_REGISTRATION]);
+    rmap_retrace(r, ray, rows->at[RMAP_TABLE_SEGMENT], rows->at[RMAP_TABLE_REGISTRATION]);
     return careful || leading_patches(strip, n) > before;
 }
 
@@ -213,7 +194,7 @@ static void encode_one_by_one(const struct rmap_retrace *r, const struct strip *
         strip[k].lane->n_patch = strip[k].lane->last = 0;
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
-        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+        rmap_retrace(r, i, rows.first[RMAP_TABLE_SEGMENT], rows.first[RMAP_TABLE_REGISTRATION]);
     }
 }
 
@@ -222,7 +203,7 @@ enum rmap_status rmap_settle_encode(struct rmap_batch *batch, const struct rmap_
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[SEGMENT_LANES];
+    struct strip strip[RMAP_LANE_COUNT];
     int n = strips_of(r, predicted, strip);
     RMAP_TRY(rmap_batch_run(batch, r, predicted, err));
     n = drop_right_ones(strip, n, predicted->n_row);
@@ -242,7 +223,7 @@ enum rmap_status rmap_settle_encode_few(struct rmap_batch *batch, const struct r
                                         bool *one_by_one_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct strip strip[SEGMENT_LANES];
+    struct strip strip[RMAP_LANE_COUNT];
     struct rows rows = {.end = {0}};
     int n = strips_of(of_few, predicted, strip);
     *one_by_one_ret = false;
@@ -250,9 +231,9 @@ enum rmap_status rmap_settle_encode_few(struct rmap_batch *batch, const struct r
     for (size_t k = 0; k < few->n && !*one_by_one_ret; k++) {
         size_t before = all_patches(strip, n);
         next_rows(of_few, k, &rows);
-        rows.at[SPAN_RAY] = few->ray[k];
-        rows.at[SPAN_SEGMENT] = few->first_segment[k];
-        rows.at[SPAN_REGISTRATION] = few->first_registration[k];
+        rows.at[RMAP_TABLE_RAY] = few->ray[k];
+        rows.at[RMAP_TABLE_SEGMENT] = few->first_segment[k];
+        rows.at[RMAP_TABLE_REGISTRATION] = few->first_registration[k];
         *one_by_one_ret = !encode_ray(r, few->ray[k], batch->careful[k], strip, n, &rows);
         if (few->sample[k] && (*one_by_one_ret || all_patches(strip, n) != before))
             return rmap_error_set(err, RMAP_INTERNAL,
