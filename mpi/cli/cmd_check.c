@@ -4,6 +4,7 @@
  */
 #include <stdio.h>
 
+#include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -18,7 +19,11 @@ enum { PROBE_RAYS = 8192 };
 static const double probe_s = 10.0;
 
 static const struct rmap_option options[] = {
-    {"seed", 's', "S", "of the probing rays (default 1)"}, RMAP_SCENE_OPTIONS, {NULL}};
+    {"seed", 's', "S", "of the probing rays (default 1)"},
+    {"schema", 0, NULL,
+     "print the JSON Schema of scene files, by which editors complete their keys"},
+    RMAP_SCENE_OPTIONS,
+    {NULL}};
 
 struct checked {
     const char *path;
@@ -107,6 +112,16 @@ out:
     return st;
 }
 
+static enum rmap_status print_schema(struct rmap_error *err)
+{
+    json_t *schema = rmap_scene_schema();
+    int failed = json_dumpf(schema, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(15));
+    json_decref(schema);
+    if (failed || printf("\n") < 0)
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write the schema of scene files");
+    return RMAP_OK;
+}
+
 static enum rmap_status run_check(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -114,7 +129,18 @@ static enum rmap_status run_check(const struct rmap_context *context,
     struct rmap_scene_options scene_options = {0};
     struct checked checked = {.path = given->operand[0]};
     rmap_diagnostics_init(&checked.diagnostics, checked.path);
-    enum rmap_status st = rmap_argument_count(given, "seed", &seed, err);
+    enum rmap_status st = RMAP_OK;
+    const bool schema = rmap_argument(given, "schema") != NULL;
+    if (schema != !checked.path)
+        st = rmap_error_set(err, RMAP_USAGE, "%s; usage: raymap check %s\nsee: raymap check --help",
+                            schema ? "--schema takes no SCENE" : "SCENE is missing",
+                            rmap_command_check.operands);
+    else if (schema && context->rank == 0)
+        st = print_schema(err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (schema)
+        goto out;
+    st = rmap_argument_count(given, "seed", &seed, err);
     if (st == RMAP_OK)
         st = rmap_scene_options_read(given, &scene_options, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -132,12 +158,12 @@ out:
 const struct rmap_command rmap_command_check = {
     .name = "check",
     .summary = "say what is in a scene and everything that is wrong with it",
-    .operands = "SCENE",
+    .operands = "SCENE | --schema",
     .help = "Reads a scene with all its files, lists every mistake with file:line:column and the\n"
             "remedy, and sends some thousand rays through it to find touching surfaces whose\n"
             "media do not match. Exit status 3 when there is an error.",
     .options = options,
-    .min_operands = 1,
+    .min_operands = 0,
     .max_operands = 1,
     .run = run_check,
 };
