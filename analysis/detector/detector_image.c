@@ -6,6 +6,7 @@
 
 #include "analysis/detector/detector_image.h"
 #include "analysis/table/csv_field.h"
+#include "analysis/table/text_table.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
 #include "optics/spectrum.h"
@@ -46,13 +47,18 @@ static double error_of(double variance)
     return isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
 }
 
+/* Sources of an image, [first, last). */
+struct sources {
+    size_t first, last;
+};
+
 /* Cell c of a channel, or behind the cells its total: flux and standard error. */
 static void channel_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                          size_t channel, size_t c, double *value, double *error)
+                          struct sources of, size_t channel, size_t c, double *value, double *error)
 {
     double variance = 0.0;
     *value = 0.0;
-    for (size_t s = 0; s < sums->n_source; s++) {
+    for (size_t s = of.first; s < of.last; s++) {
         const uint64_t *share =
             sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
         add_flux(map, s, (double)share[0] / 65535.0,
@@ -63,9 +69,9 @@ static void channel_value(const struct rmap_map *map, const struct rmap_detector
 
 /* The same of what is seen of it, in lm. */
 static void luminous_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                           size_t c, double *value, double *error)
+                           struct sources of, size_t c, double *value, double *error)
 {
-    channel_value(map, sums, 0, c, value, error);
+    channel_value(map, sums, of, 0, c, value, error);
     *value *= sums->luminous_unit;
     *error *= sums->luminous_unit;
 }
@@ -83,7 +89,7 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
         uint32_t i = (uint32_t)(c % image->n[0]);
         double extent = rmap_detector_bins_extent(&image->bins, i), error = error_of(variance);
         if (sums->ask.luminous)
-            luminous_value(map, sums, c, &flux, &error);
+            luminous_value(map, sums, (struct sources){0, sums->n_source}, c, &flux, &error);
         image->value[c] = flux / extent;
         image->standard_error[c] = error / extent;
         image->registrations += image->rays[c];
@@ -118,16 +124,32 @@ static void fill_centroid(struct rmap_detector_image *image, const struct rmap_m
                                       0.0));
 }
 
+/* Of these sources together. */
+static void total_of(const struct rmap_map *map, const struct rmap_detector_sums *sums,
+                     struct sources of, struct rmap_detector_share *total)
+{
+    double variance = 0.0;
+    *total = (struct rmap_detector_share){0.0, 0.0, 0.0};
+    for (size_t s = of.first; s < of.last; s++) {
+        add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &total->flux, &variance);
+        for (size_t c = 0; c < sums->n_cell; c++)
+            total->registrations += sums->weight[s * sums->n_cell + c];
+    }
+    total->flux_error = error_of(variance);
+    if (sums->ask.luminous)
+        luminous_value(map, sums, of, sums->n_cell, &total->flux, &total->flux_error);
+}
+
 static void fill_totals(struct rmap_detector_image *image, const struct rmap_map *map,
                         const struct rmap_detector_sums *sums)
 {
-    double variance = 0.0;
-    for (size_t s = 0; s < sums->n_source; s++)
-        add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &image->flux, &variance);
+    struct rmap_detector_share all;
     double extent = rmap_detector_bins_whole(&image->bins);
-    image->flux_error = error_of(variance);
-    if (sums->ask.luminous)
-        luminous_value(map, sums, sums->n_cell, &image->flux, &image->flux_error);
+    total_of(map, sums, (struct sources){0, sums->n_source}, &all);
+    for (size_t s = 0; s < sums->n_source; s++)
+        total_of(map, sums, (struct sources){s, s + 1}, &image->source[s]);
+    image->flux = all.flux;
+    image->flux_error = all.flux_error;
     image->mean = image->flux / extent;
     image->mean_error = image->flux_error / extent;
     image->peak_x = image->peak_y = (double)NAN;
@@ -141,6 +163,7 @@ static enum rmap_status fill_channels(struct rmap_detector_image *image, const s
                                       const struct rmap_detector_sums *sums, struct rmap_error *err)
 {
     const size_t n = sums->n_cell, n_channel = sums->n_channel;
+    const struct sources all = {0, sums->n_source};
     if (n_channel == 0 || sums->ask.luminous)
         return RMAP_OK;
     image->n_channel = n_channel;
@@ -153,11 +176,12 @@ static enum rmap_status fill_channels(struct rmap_detector_image *image, const s
     for (size_t k = 0; k < n_channel; k++) {
         for (size_t c = 0; c < n; c++) {
             double extent = rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
-            channel_value(map, sums, k, c, &image->cube[k * n + c], &image->cube_error[k * n + c]);
+            channel_value(map, sums, all, k, c, &image->cube[k * n + c],
+                          &image->cube_error[k * n + c]);
             image->cube[k * n + c] /= extent;
             image->cube_error[k * n + c] /= extent;
         }
-        channel_value(map, sums, k, n, &image->channel_flux[k], &image->channel_flux_error[k]);
+        channel_value(map, sums, all, k, n, &image->channel_flux[k], &image->channel_flux_error[k]);
     }
     return RMAP_OK;
 }
@@ -179,9 +203,10 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
         image->value = rmap_alloc(sums->n_cell, sizeof *image->value);
         image->standard_error = rmap_alloc(sums->n_cell, sizeof *image->standard_error);
         image->rays = rmap_alloc(sums->n_cell, sizeof *image->rays);
+        image->source = rmap_alloc(sums->n_source + 1, sizeof *image->source);
         image->rgb = sums->n_colour ? rmap_alloc(sums->n_colour, sizeof *image->rgb) : NULL;
     }
-    if (!image || !image->value || !image->standard_error || !image->rays ||
+    if (!image || !image->source || !image->value || !image->standard_error || !image->rays ||
         (sums->n_colour && !image->rgb)) {
         rmap_detector_image_destroy(image);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an image of %zu cells",
@@ -190,6 +215,8 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
     name_units(image, sums->ask.luminous);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
+    RMAP_TRY(rmap_uniformity_find(image->value, image->standard_error, sums->n_cell, image->mean,
+                                  &image->uniformity, err));
     RMAP_TRY(fill_channels(image, map, sums, err));
     *image_ret = image;
     image = NULL;
@@ -205,6 +232,7 @@ void rmap_detector_image_destroy(struct rmap_detector_image *image)
     rmap_free(image->value);
     rmap_free(image->standard_error);
     rmap_free(image->rays);
+    rmap_free(image->source);
     rmap_free(image->rgb);
     rmap_free(image->cube);
     rmap_free(image->cube_error);
@@ -263,12 +291,11 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
             fprintf(out, "%u,%u", i, j);
             rmap_csv_put_number(x, out);
             rmap_csv_put_number(y, out);
-            rmap_csv_put_number(image->value[c], out);
-            rmap_csv_put_number(image->standard_error[c], out);
+            rmap_csv_put_estimate(image->value[c], image->standard_error[c], out);
             rmap_csv_put_number(image->rays[c], out);
             for (size_t k = 0; k < image->n_channel; k++) {
-                rmap_csv_put_number(image->cube[k * image->n[0] * image->n[1] + c], out);
-                rmap_csv_put_number(image->cube_error[k * image->n[0] * image->n[1] + c], out);
+                rmap_csv_put_estimate(image->cube[k * image->n[0] * image->n[1] + c],
+                                      image->cube_error[k * image->n[0] * image->n[1] + c], out);
             }
             fputc('\n', out);
         }
@@ -280,6 +307,37 @@ static void print_sum(const char *name, double value, double error, const char *
     if (isfinite(error))
         fprintf(out, " +- %.3g", error);
     fprintf(out, " %s\n", unit);
+}
+
+static void print_biased(const char *name, const struct rmap_biased *of, const char *unit,
+                         FILE *out)
+{
+    fprintf(out, "%-14s %.4g %s", name, of->value, unit);
+    if (isfinite(of->standard_error))
+        fprintf(out, "; without the cells' noise %.4g +- %.2g", fmax(of->value - of->bias, 0.0),
+                of->standard_error);
+    fputc('\n', out);
+}
+
+static void print_uniformity(const struct rmap_detector_image *image, FILE *out)
+{
+    const struct rmap_uniformity *of = &image->uniformity;
+    if (!(image->registrations > 0.0) || image->n[0] * image->n[1] < 2)
+        return;
+    const size_t n_cell = (size_t)image->n[0] * image->n[1];
+    size_t n_empty = 0;
+    for (size_t c = 0; c < n_cell; c++)
+        n_empty += (size_t) !(image->rays[c] > 0.0);
+    print_biased("least", &of->least, image->unit, out);
+    if (n_empty > 0)
+        fprintf(out, "%-14s %zu of %zu cells: what is least there, more rays or fewer cells tell\n",
+                "empty", n_empty, n_cell);
+    fprintf(out, "%-14s", "percentiles");
+    for (int k = 0; k < RMAP_PERCENTILES; k++)
+        fprintf(out, "%s %d %%: %.4g", k ? "," : "", rmap_percentile[k], of->percentile[k]);
+    fprintf(out, " %s\n", image->unit);
+    print_biased("U0", &of->u0, "least / mean", out);
+    print_biased("Ud", &of->ud, "least / greatest", out);
 }
 
 void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
@@ -301,6 +359,7 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
                 image->peak_x, plane ? "y" : "phi", image->peak_y,
                 rmap_detector_image_coordinate_unit(image), image->peak_cell[0],
                 image->peak_cell[1]);
+    print_uniformity(image, out);
     for (size_t k = 0; k < image->n_channel; k++) {
         char channel[32];
         rmap_detector_image_channel(image, k, channel);
@@ -310,6 +369,29 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
     if (image->registrations == 0.0)
         fprintf(out, "%-14s nothing was registered: no ray matches, or none meets the region\n",
                 "note");
+}
+
+enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_image *image,
+                                                   FILE *out, struct rmap_error *err)
+{
+    struct rmap_text_table table;
+    enum rmap_status st = RMAP_OK;
+    static const char *const head[5] = {"source", "registrations", "flux", "standard error",
+                                        "share"};
+    rmap_text_table_init(&table, 5);
+    for (size_t k = 0; k < 5; k++)
+        rmap_text_table_add(&table, "%s", head[k]);
+    for (size_t s = 0; s < image->scene->n_source; s++) {
+        const struct rmap_detector_share *of = &image->source[s];
+        rmap_text_table_add(&table, "%s", image->scene->source[s].name);
+        rmap_text_table_add(&table, "%.10g", of->registrations);
+        rmap_text_table_add(&table, "%.6g %s", of->flux, image->flux_unit);
+        rmap_text_table_add(&table, "%.2g", of->flux_error);
+        rmap_text_table_add(&table, "%.4g %%", 100.0 * of->flux / image->flux);
+    }
+    st = rmap_text_table_print(&table, "lrrrr", out, err);
+    rmap_text_table_fini(&table);
+    return st;
 }
 
 /* Degrees as they were asked for: 30, not 29.999999999999996. */
@@ -349,6 +431,37 @@ static void describe_channels(const struct rmap_detector_image *image, json_t *d
         (void)json_object_set_new(document, "spectrum", list);
 }
 
+static json_t *biased_json(const struct rmap_biased *of)
+{
+    return json_pack("{s:o, s:o, s:o}", "value", rmap_json_number(of->value), "standard_error",
+                     rmap_json_number(of->standard_error), "bias", rmap_json_number(of->bias));
+}
+
+static void describe_cells(const struct rmap_detector_image *image, json_t *document)
+{
+    const struct rmap_uniformity *of = &image->uniformity;
+    json_t *percentiles = json_array(), *sources = json_array();
+    for (int k = 0; k < RMAP_PERCENTILES; k++)
+        (void)json_array_append_new(percentiles,
+                                    json_pack("{s:i, s:o}", "percent", rmap_percentile[k], "value",
+                                              rmap_json_number(of->percentile[k])));
+    for (size_t s = 0; s < image->scene->n_source; s++) {
+        const struct rmap_detector_share *share = &image->source[s];
+        (void)json_array_append_new(
+            sources, json_pack("{s:s, s:I, s:o, s:o}", "source", image->scene->source[s].name,
+                               "registrations", (json_int_t)llround(share->registrations), "flux",
+                               rmap_json_number(share->flux), "standard_error",
+                               rmap_json_number(share->flux_error)));
+    }
+    (void)json_object_set_new(document, "least", biased_json(&of->least));
+    (void)json_object_set_new(document, "greatest", biased_json(&of->greatest));
+    (void)json_object_set_new(document, "percentiles", percentiles);
+    (void)json_object_set_new(
+        document, "uniformity",
+        json_pack("{s:o, s:o}", "U0", biased_json(&of->u0), "Ud", biased_json(&of->ud)));
+    (void)json_object_set_new(document, "sources", sources);
+}
+
 json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const char *criterion)
 {
     size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
@@ -370,6 +483,7 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
         rmap_json_number(image->mean_error), "peak", peak);
     if (!document)
         return NULL;
+    describe_cells(image, document);
     describe_bins(image, document);
     describe_channels(image, document);
     if (image->registrations == 0.0)

@@ -13,6 +13,11 @@
 #include <stdio.h>
 
 #include "analysis/detector/detector_sums.h"
+#include "analysis/detector/uniformity.h"
+
+struct rmap_detector_share {
+    double registrations, flux, flux_error;
+};
 
 struct rmap_detector_image {
     const struct rmap_scene *scene; /* borrowed */
@@ -33,7 +38,9 @@ struct rmap_detector_image {
     uint32_t peak_cell[2];
     double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
     double registrations;
-    double centroid[2], rms_radius; /* of planes, where asked for; else NaN */
+    struct rmap_uniformity uniformity;  /* of the cells */
+    struct rmap_detector_share *source; /* [n_source of scene] */
+    double centroid[2], rms_radius;     /* of planes, where asked for; else NaN */
 
     /* Where channels were asked for; 0 and NULL otherwise. */
     size_t n_channel;
@@ -65,6 +72,10 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
 /* The sums for people, and as a JSON object (new reference; NULL when memory is short). */
 void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
                                FILE *out);
+
+/* For people, a row per source. */
+enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_image *image,
+                                                   FILE *out, struct rmap_error *err) RMAP_MUST_USE;
 json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const char *criterion);
 
 #endif

@@ -42,8 +42,10 @@ static const struct rmap_option options[] = {
     {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene"},
     {"plot", 0, "OUT", "the curves of --spot and --mtf: OUT.png, OUT.svg or OUT.csv"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
-    {"output", 'o', "OUT",
-     "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour"},
+    {"by", 0, "source", "registrations and flux of each source"},
+    {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
+     "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; again for "
+     "more"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour"},
     {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)"},
     {"linear", 0, NULL, "linear scale in the picture"},
@@ -51,9 +53,11 @@ static const struct rmap_option options[] = {
     {NULL}};
 
 struct request {
-    const char *map_path, *detector, *where, *output_path;
+    const char *map_path, *detector, *where;
+    char **output; /* [n_output] */
+    size_t n_output;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels, force;
+    bool tally, channels, force, by_source;
     bool spot, mtf;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
@@ -144,14 +148,14 @@ static enum rmap_status read_spot(const struct rmap_arguments *given, struct req
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
 {
-    const char *color = rmap_argument(given, "color");
+    const char *color = rmap_argument(given, "color"), *by = rmap_argument(given, "by");
     *request = (struct request){
         .map_path = given->operand[0],
         .detector = given->operand[1],
         .where = rmap_argument(given, "where"),
-        .output_path = rmap_argument(given, "output"),
         .tally = rmap_argument(given, "tally") != NULL,
         .force = rmap_argument(given, "force") != NULL,
+        .by_source = by != NULL,
     };
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
@@ -167,9 +171,13 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     enum rmap_status st = read_bins(given, request, err);
     if (st == RMAP_OK)
         st = read_spot(given, request, err);
-    if (st != RMAP_OK || !request->output_path)
-        return st;
-    return rmap_output_check(request->output_path, rmap_detector_suffixes, request->force, err);
+    if (st == RMAP_OK && by && strcmp(by, "source") != 0)
+        st = rmap_error_set(err, RMAP_USAGE, "--by '%.40s': say source", by);
+    if (st == RMAP_OK)
+        st = rmap_argument_each(given, "output", &request->output, &request->n_output, err);
+    for (size_t i = 0; i < request->n_output && st == RMAP_OK; i++)
+        st = rmap_output_check(request->output[i], rmap_detector_suffixes, request->force, err);
+    return st;
 }
 
 /* What light is asked about. */
@@ -191,8 +199,8 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_detector_image *image = answer->image;
-    if (request->output_path)
-        RMAP_TRY(rmap_detector_write(image, &request->figure, request->output_path, err));
+    for (size_t i = 0; i < request->n_output; i++)
+        RMAP_TRY(rmap_detector_write(image, &request->figure, request->output[i], err));
     if (request->plot_path)
         RMAP_TRY(rmap_spot_write(answer->spot, image->detector->name, request->where,
                                  request->plot_path, err));
@@ -203,6 +211,8 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
     rmap_detector_image_print(image, request->where, stdout);
+    if (request->by_source)
+        RMAP_TRY(rmap_detector_image_print_sources(image, stdout, err));
     if (answer->spot)
         rmap_spot_print(answer->spot, stdout);
 out:
@@ -365,12 +375,12 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_scene_with(map, overlay);
-    *ask = (struct rmap_detector_ask){.map = map,
-                                      .overlay = overlay,
-                                      .channels = request->channels,
-                                      .centre = request->spot,
-                                      .colour = request->figure.true_colour &&
-                                                request->output_path != NULL};
+    *ask =
+        (struct rmap_detector_ask){.map = map,
+                                   .overlay = overlay,
+                                   .channels = request->channels,
+                                   .centre = request->spot,
+                                   .colour = request->figure.true_colour && request->n_output > 0};
     RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
@@ -444,6 +454,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_free(request.output);
     rmap_spot_destroy(answer.spot);
     rmap_detector_image_destroy(answer.image);
     rmap_detector_sums_fini(&sums);
@@ -460,8 +471,9 @@ const struct rmap_command rmap_command_detector = {
     .summary = "a detector's image: sums, peak, errors, picture",
     .operands = "MAP NAME [--where CRITERION] [--receivers FILE] [-o OUT]",
     .help =
-        "Prints what detector NAME caught: flux, mean, peak and where it lies, with standard\n"
-        "errors; with --where, of the matching rays alone, as\n\n"
+        "Prints what detector NAME caught: flux, mean, peak and where it lies, the least cell,\n"
+        "percentiles and uniformities, with standard errors; with --where, of the matching rays "
+        "alone, as\n\n"
         "  raymap detector lens.raymap sensor --where 'hit(*, reflect) >= 2' -o ghosts.png\n\n"
         "Values are in W/m2 or lx for a plane, W/sr or cd for an intensity grid; --quantity\n"
         "and --over choose others, --cells, --region and --rotate other cells. FILE lists\n"

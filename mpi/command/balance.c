@@ -5,10 +5,12 @@
  */
 #include "mpi/command/balance.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/export/json_number.h"
 #include "mpi/parallel/progress.h"
 
 enum { SHOWN_MAX = 10 };
@@ -154,6 +156,62 @@ json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
                       flux_of(tally, flux, s), "unit", rmap_flux_unit_text(scene), "absorbed",
                       "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
                       "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]));
+    }
+    return list;
+}
+
+struct caught {
+    double registrations, flux, error;
+};
+
+/* Errors as those of a detector's image (docs/physics.md). */
+static struct caught caught_by(const struct rmap_tally *tally, size_t detector)
+{
+    const struct rmap_scene *scene = tally->scene;
+    const uint32_t *cells = scene->detector[detector].cells;
+    const size_t n_cell = (size_t)cells[0] * cells[1];
+    struct caught all = {0.0, 0.0, 0.0};
+    double variance = 0.0;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        const double *image = rmap_tally_image(tally, detector, s);
+        const double n = tally->emitted[s], unit = n > 0.0 ? scene->source[s].flux / n : 0.0;
+        const double w = sum(image, n_cell),
+                     w2 = sum(tally->image_squared + (image - tally->image), n_cell);
+        all.registrations += w;
+        all.flux += unit * w;
+        variance += n >= 2.0 ? unit * unit * n / (n - 1.0) * (w2 - w * w / n) : (double)NAN;
+    }
+    all.error = variance >= 0.0 ? sqrt(variance) : (double)NAN;
+    return all;
+}
+
+void rmap_balance_print_detectors(const struct rmap_tally *tally, FILE *out)
+{
+    const struct rmap_scene *scene = tally->scene;
+    char count[RMAP_GROUPED_LEN];
+    if (scene->n_detector > 0)
+        fputs("detectors\n", out);
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct caught caught = caught_by(tally, d);
+        fprintf(out, "  %-24s %15s registrations  %.6g", scene->detector[d].name,
+                rmap_grouped((uint64_t)caught.registrations, count), caught.flux);
+        if (isfinite(caught.error))
+            fprintf(out, " +- %.2g", caught.error);
+        fprintf(out, " %s\n", rmap_flux_unit_text(scene));
+    }
+}
+
+json_t *rmap_balance_detectors_json(const struct rmap_tally *tally)
+{
+    const struct rmap_scene *scene = tally->scene;
+    json_t *list = json_array();
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct caught caught = caught_by(tally, d);
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:I, s:{s:o, s:o, s:s}}", "name", scene->detector[d].name,
+                            "registrations", (json_int_t)caught.registrations, "flux", "total",
+                            rmap_json_number(caught.flux), "standard_error",
+                            rmap_json_number(caught.error), "unit", rmap_flux_unit_text(scene)));
     }
     return list;
 }

@@ -23,6 +23,12 @@ void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE
  * memory is short. The counts are rays. */
 json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux);
 
+/* What each detector registered: a line each; [{"name", "registrations", "flux": {"total",
+ * "standard_error", "unit"}}], NULL when memory is short. A registration is taken for a ray of its
+ * own in the errors. */
+void rmap_balance_print_detectors(const struct rmap_tally *tally, FILE *out);
+json_t *rmap_balance_detectors_json(const struct rmap_tally *tally);
+
 /* "W" or "lm" */
 const char *rmap_flux_unit_text(const struct rmap_scene *scene);
 

@@ -43,6 +43,7 @@ static void print_text(const struct summary *summary, FILE *out)
     }
     fputs("energy balance\n", out);
     rmap_balance_print(outcome->tally, NULL, out);
+    rmap_balance_print_detectors(outcome->tally, out);
 }
 
 static json_t *to_json(const struct summary *summary)
@@ -71,6 +72,7 @@ static json_t *to_json(const struct summary *summary)
         (void)json_object_set_new(document, "digest", json_string(digest));
     }
     (void)json_object_set_new(document, "sources", rmap_balance_json(outcome->tally, NULL));
+    (void)json_object_set_new(document, "detectors", rmap_balance_detectors_json(outcome->tally));
     if (summary->errors > 0)
         (void)json_object_set_new(document, "first_error",
                                   json_pack("{s:I, s:s}", "ray",
@@ -109,7 +111,6 @@ enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
     find_errors(&summary);
     if (context->json)
         return rmap_json_print(to_json(&summary), stdout, err);
-    if (!context->quiet)
-        print_text(&summary, stdout);
+    print_text(&summary, stdout);
     return RMAP_OK;
 }

@@ -45,7 +45,8 @@ assert math.isclose(d["flux"]["standard_error"], math.sqrt(((q * q).sum() - n * 
 t = json.load(open("tally.json"))
 assert math.isclose(t["flux"]["standard_error"], math.sqrt((n - n * n / N) / (N * (N - 1))), rel_tol=1e-9)
 del t["flux"], t["mean"], t["peak"]["standard_error"], d["peak"]["standard_error"]
-assert t == {key: d[key] for key in t}
+with_errors = {"least", "greatest", "uniformity", "sources"}
+assert all(t[key] == d[key] for key in t.keys() - with_errors)
 some, one = json.load(open("query.json")) # a ray may come back to the sensor
 assert some["rays"]["matched"] < d["registrations"]
 once = json.load(open("once.json"))

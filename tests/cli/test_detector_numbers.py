@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `detector` tells least, percentiles and uniformities whose errors hold for fewer rays, each source's part, writes
+several files at once, and rounds CSV as the errors allow; `trace` ends with each detector's registrations and flux, also -q."""
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+ROOM = os.path.join(os.environ["SOURCE_DIR"], "examples", "room", "scene.yaml")
+GAUSS = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
+failures = []
+os.chdir(tempfile.mkdtemp(dir="."))
+
+
+def check(holds, what):
+    if not holds:
+        failures.append(what)
+
+
+def run(*words, status=0):
+    done = subprocess.run([os.environ["RAYMAP"], *map(str, words)], capture_output=True, text=True, check=False)
+    check(done.returncode == status, f"{words}: status {done.returncode}, not {status}: {done.stderr}")
+    return done.stdout
+
+
+text = run("trace", GAUSS, "-n", "20000", "-o", "lens.raymap", "-q")
+document = json.loads(run("trace", GAUSS, "-n", "20000", "--no-record", "--json"))
+image = json.loads(run("detector", "lens.raymap", "sensor", "--json"))
+caught, = document["detectors"]
+check("detectors\n  sensor" in text, "trace -q ends with the detectors")
+check(caught["name"] == "sensor" and caught["registrations"] == image["registrations"], f"registrations {caught}")
+check(abs(caught["flux"]["total"] / image["flux"]["total"] - 1) < 1e-12, f"flux {caught}")
+check(abs(sum(s["flux"] for s in image["sources"]) / image["flux"]["total"] - 1) < 1e-12, f"sources {image['sources']}")
+check(sum(s["registrations"] for s in image["sources"]) == image["registrations"], "registrations of the sources")
+alone = json.loads(run("detector", "lens.raymap", "sensor", "--where", "source(star)", "--json"))
+star, = [s for s in image["sources"] if s["source"] == "star"]
+check(star["flux"] == alone["flux"]["total"] and star["standard_error"] == alone["flux"]["standard_error"], f"{star} {alone['flux']}")
+table = run("detector", "lens.raymap", "sensor", "--by", "source", "--cells", "6x4", "-o", "a.csv", "-o", "a.png", "-o", "a.npy")
+check("star " in table and "share" in table, table)
+check(all(os.path.getsize(name) > 0 for name in ("a.csv", "a.png", "a.npy")), "three files")
+run("detector", "lens.raymap", "sensor", "--by", "colour", status=2)
+
+image = json.loads(run("detector", "lens.raymap", "sensor", "--cells", "6x4", "--json"))
+with open("a.csv", encoding="utf-8") as file:
+    rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+total = sum(float(row["value"]) for row in rows) / len(rows)
+check(abs(total - image["mean"]["value"]) < 1e-3 * image["mean"]["standard_error"], f"sum of CSV {total} {image['mean']}")
+check(all(len(row["value"]) <= 9 for row in rows), f"digits: {[row['value'] for row in rows]}")
+
+# of few rays and of many: within the errors, once the noise is taken off
+found = []
+for rays in (100000, 1600000):
+    run("trace", ROOM, "-n", rays, "-o", f"{rays}.raymap", "-q")
+    found.append(json.loads(run("detector", f"{rays}.raymap", "floor_map", "--cells", "12x8", "--json")))
+for name in ("U0", "Ud"):
+    few, many = (f["uniformity"][name] for f in found)
+    distance = abs((few["value"] - few["bias"]) - (many["value"] - many["bias"]))
+    check(distance < 3 * (few["standard_error"] ** 2 + many["standard_error"] ** 2) ** 0.5, f"{name}: {few} {many}")
+    check(few["bias"] < many["bias"] < 0.3 * few["standard_error"] and many["standard_error"] < few["standard_error"] / 2, f"{name}: {few} {many}")
+order = [p["value"] for p in found[1]["percentiles"]]
+check(order == sorted(order) and found[1]["least"]["value"] <= order[0] and order[-1] <= found[1]["greatest"]["value"], str(order))
+print("\n".join(failures) or "as promised")
+sys.exit(bool(failures))
