@@ -30,8 +30,4 @@ bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_no
 /* Whether a value is the word `catalogue`. */
 bool rmap_reader_is_catalogue(const struct rmap_yaml_node *node);
 
-/* The names of glasses that differ least from one: "N-SK16, J-SK16"; "" where none is near. What
- * stands before a hyphen (N-, S-, H-: free of lead) counts less than the rest. */
-void rmap_glass_nearest(const char *name, char *text, size_t nbytes);
-
 #endif
