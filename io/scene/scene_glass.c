@@ -32,6 +32,10 @@ static void unknown(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                     const char *name)
 {
     char nearest[160], pattern[40];
+    if (rmap_diagnostics_full(reader->diagnostics)) {
+        rmap_reader_error(reader, at, "unknown %s", kind);
+        return;
+    }
     if (is_code(name)) {
         rmap_reader_error(reader, at,
                           "unknown %s '%.60s' (raymap glass --near 1.%.3s,%.2s.%s lists what has "
@@ -67,9 +71,11 @@ bool rmap_reader_find_glass(struct rmap_reader *reader, const struct rmap_yaml_n
     enum rmap_glass_found found;
     if (find(reader, at, name, glass, &found) || found == RMAP_GLASS_SEVERAL)
         return found == RMAP_GLASS_FOUND;
-    size_t least = rmap_glass_nearest(name, NULL, 0);
+    /* Of a mistake that is not shown, nobody wants to know what was meant. */
+    const bool full = rmap_diagnostics_full(reader->diagnostics);
+    size_t least = full ? 0 : rmap_glass_nearest(name, NULL, 0);
     const char *medium = NULL;
-    for (size_t i = 0; i < reader->media.n; i++) {
+    for (size_t i = 0; i < reader->media.n && !full; i++) {
         const char *text = reader->media.name[i].text;
         size_t from = rmap_glass_difference(name, text);
         if (from < least || (from == least && !medium)) {

@@ -145,12 +145,14 @@ void rmap_catalogue_read(const struct rmap_catalogue *place, struct rmap_glass *
             add_row(&glass->extinction, um, k);
 }
 
-/* The rest of a name behind its group; the name itself where the group is not said. */
-static const char *without_group(const char *name, const char *group)
+/* Whether a name is the material's, with its group or without. */
+static bool is_called(const struct rmap_catalogue *place, const char *name, bool *grouped)
 {
-    size_t n = strlen(group);
-    return strncasecmp(name, group, n) == 0 && (name[n] == ' ' || name[n] == ':') ? name + n + 1
-                                                                                  : name;
+    const size_t n = strcspn(place->group, "\n");
+    *grouped = strncasecmp(name, place->group, n) == 0 && (name[n] == ' ' || name[n] == ':');
+    const char *bare = *grouped ? name + n + 1 : name;
+    const size_t len = strcspn(place->line, " ");
+    return strlen(bare) == len && strncasecmp(bare, place->line, len) == 0;
 }
 
 enum rmap_glass_found rmap_glass_find(const char *name, struct rmap_glass *glass, char *choices,
@@ -159,17 +161,17 @@ enum rmap_glass_found rmap_glass_find(const char *name, struct rmap_glass *glass
     struct rmap_catalogue place = {0}, found = {0};
     char own[32], group[16];
     size_t n = 0, used = 0;
+    bool grouped;
     while (rmap_catalogue_next(&place)) {
-        rmap_catalogue_name(&place, own, group);
-        const char *bare = without_group(name, group);
-        if (strcasecmp(bare, own) != 0)
+        if (!is_called(&place, name, &grouped))
             continue;
         found = place;
-        if (n++ && used < choices_nbytes)
-            used += (size_t)snprintf(choices + used, choices_nbytes - used, ", ");
+        rmap_catalogue_name(&place, own, group);
         if (used < choices_nbytes)
-            used += (size_t)snprintf(choices + used, choices_nbytes - used, "%s %s", group, own);
-        if (bare != name || strcmp(group, "SCHOTT") == 0)
+            used += (size_t)snprintf(choices + used, choices_nbytes - used, "%s%s %s",
+                                     n ? ", " : "", group, own);
+        n++;
+        if (grouped || strcmp(group, "SCHOTT") == 0)
             break;
     }
     if (n == 1)

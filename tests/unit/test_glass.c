@@ -198,8 +198,8 @@ static void names(void **state)
     assert_near(rmap_glass_index(&glass, RMAP_LINE_D_NM), 1.61293, 1e-5);
     assert_int_equal(rmap_glass_find("E-F2", &glass, choices, sizeof choices), RMAP_GLASS_SEVERAL);
     assert_string_equal(choices, "HOYA E-F2, HIKARI E-F2");
-    static const char *const none[] = {"unobtainium", "",    "SCHOTT", "SCHOTT ",
-                                       "SCHOTT E-F2", "N-BK"};
+    static const char *const none[] = {"unobtainium",  "",    "SCHOTT", "SCHOTT ", "SCHOTT E-F2",
+                                       "N-BK7 1.5168", "N-BK"};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++)
         assert_int_equal(rmap_glass_find(none[i], &glass, choices, sizeof choices),
                          RMAP_GLASS_UNKNOWN);
