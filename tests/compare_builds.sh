@@ -85,9 +85,12 @@ outputs() { # PROGRAM FOLDER
     cd "$work/run" || exit 2
     rm -rf ./*
     put help.txt --help
-    for command in check trace info query report detector stats compare paths draw render verify repair convert merge index session bench; do
+    for command in check trace info query report detector stats compare paths draw render verify repair convert merge index session glass bench; do
         put "help-$command.txt" $command --help
     done
+    put glass.json glass 'N-*' 'crystal *' --json
+    put glass-near.txt glass --near 1.5168,64.2
+    file glass.svg glass N-LAK8 'metal A?'
     scene_outputs double-gauss sensor
     scene_outputs gradient-sphere
     scene_outputs luneburg focus

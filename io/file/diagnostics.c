@@ -102,8 +102,7 @@ void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *ou
     rmap_free(order);
 }
 
-/* Edit distance with case folded, bounded: anything above `limit` is limit + 1. */
-static size_t edit_distance(const char *a, const char *b, size_t limit)
+size_t rmap_word_distance(const char *a, const char *b, size_t limit)
 {
     enum { LONGEST = 64 };
     size_t n = strlen(a), m = strlen(b);
@@ -131,7 +130,7 @@ const char *rmap_nearest_word(const char *word, const char *const *candidate, si
     size_t limit = strlen(word) / 3 + 1;
     const char *nearest = NULL;
     for (size_t i = 0; i < n_candidate; i++) {
-        size_t distance = candidate[i] ? edit_distance(word, candidate[i], limit) : limit + 1;
+        size_t distance = candidate[i] ? rmap_word_distance(word, candidate[i], limit) : limit + 1;
         if (distance <= limit && !(nearest && distance == limit)) {
             nearest = candidate[i];
             limit = distance;

@@ -46,6 +46,9 @@ bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics);
 /* "file:line:column: error: text", one per line, sorted by place. */
 void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *out);
 
+/* Edit distance with case folded; anything above `limit` is limit + 1. */
+size_t rmap_word_distance(const char *a, const char *b, size_t limit);
+
 /* The candidate nearest to `word` by edit distance (case-insensitive), if near enough to be
  * worth suggesting; else NULL. */
 const char *rmap_nearest_word(const char *word, const char *const *candidate, size_t n_candidate);

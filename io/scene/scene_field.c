@@ -9,9 +9,9 @@
 #include "gradient/field_made.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_field.h"
+#include "io/scene/scene_glass.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
-#include "optics/dispersion.h"
 #include "optics/spectrum.h"
 #include "scene/bounds.h"
 
@@ -116,13 +116,13 @@ enum { ADDITIVE, REFRACTIVITY, MULTIPLICATIVE };
 
 /* An index over wavelength, of one kind. */
 struct dispersion {
-    struct rmap_sellmeier sellmeier;
-    struct rmap_table1 table; /* n > 0: this, else the formula */
+    struct rmap_glass glass;
+    struct rmap_table1 table; /* n > 0: this, else the glass */
 };
 
 static double index_at(const struct dispersion *of, double nm)
 {
-    return of->table.n ? rmap_table1_at(&of->table, nm) : rmap_sellmeier_index(&of->sellmeier, nm);
+    return of->table.n ? rmap_table1_at(&of->table, nm) : rmap_glass_index(&of->glass, nm);
 }
 
 static void read_index_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -144,17 +144,12 @@ static void read_model(struct rmap_reader *reader, const struct rmap_yaml_node *
     *good = false;
     if (!!glass + !!formula + !!table != 1)
         rmap_reader_error(reader, node, "dispersion needs one of glass, sellmeier, table");
-    else if (table) {
+    else if (table)
         read_index_table(reader, table, of, good);
-        return;
-    } else if (formula)
-        *good = rmap_reader_sellmeier(reader, formula, 1, &of->sellmeier);
-    else {
-        const struct rmap_glass *found = rmap_reader_glass(reader, node);
-        *good = found != NULL;
-        if (found)
-            of->sellmeier = found->sellmeier;
-    }
+    else if (formula)
+        *good = rmap_reader_sellmeier(reader, formula, 1, &of->glass);
+    else
+        *good = rmap_reader_material(reader, node, "glass", &of->glass);
 }
 
 /* What the field's numbers become on a channel. */

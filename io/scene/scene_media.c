@@ -8,9 +8,9 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
-#include "optics/dispersion.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
 
@@ -35,109 +35,106 @@ static void describe(struct rmap_reader *reader, struct rmap_medium *medium, con
     medium->description = rmap_reader_strdup(reader, text);
 }
 
-static void warn_outside(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                         const char *name, double from_nm, double to_nm, const char *consequence)
-{
-    const struct rmap_channels *channels = &reader->scene->channels;
-    double first = channels->wavelength_nm[0], last = channels->wavelength_nm[channels->n - 1];
-    double slack = 1e-6 * last;
-    if (first < from_nm - slack || last > to_nm + slack)
-        rmap_reader_warn(reader, at,
-                         "medium '%.60s' is known from %g to %g nm, the scene has light from %g "
-                         "to %g nm: %s",
-                         name, from_nm, to_nm, first, last, consequence);
-}
-
-static void evaluate_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                               const struct rmap_sellmeier *sellmeier, struct rmap_medium *medium)
+/* False after a complaint. */
+static bool evaluate(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                     const struct rmap_glass *glass, const char *remedy, struct rmap_medium *medium)
 {
     const struct rmap_channels *channels = &reader->scene->channels;
     for (int i = 0; i < channels->n; i++) {
-        double n = rmap_sellmeier_index(sellmeier, channels->wavelength_nm[i]);
+        double n = rmap_glass_index(glass, channels->wavelength_nm[i]);
         if (n >= range_index.from && n <= range_index.to) {
             medium->n[i] = n;
             continue;
         }
         rmap_reader_error(reader, at,
-                          "medium '%.60s' has no real refractive index at %g nm: check B and C "
-                          "(and wavelength_unit), or leave the wavelength out",
-                          medium->name, channels->wavelength_nm[i]);
-        return;
+                          "medium '%.60s' has no real refractive index at %g nm: %sleave the "
+                          "wavelength out",
+                          medium->name, channels->wavelength_nm[i], remedy);
+        return false;
     }
-}
-
-static void apply_glass(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                        const struct rmap_glass *glass, struct rmap_medium *medium)
-{
-    char text[400];
-    evaluate_sellmeier(reader, at, &glass->sellmeier, medium);
-    warn_outside(reader, at, medium->name, glass->from_nm, glass->to_nm,
-                 "its formula is extrapolated");
-    (void)snprintf(text, sizeof text, "%s (Sellmeier; %s)", glass->name, glass->source);
-    describe(reader, medium, text);
-}
-
-const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
-                                           const struct rmap_yaml_node *node)
-{
-    enum { LISTED = 256 };
-    const char *name = rmap_reader_text(reader, node, "glass", RMAP_REQUIRED);
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "glass");
-    const struct rmap_glass *glass = name ? rmap_glass_find(name) : NULL;
-    if (glass || !name)
-        return glass;
-    const char *known[LISTED];
-    size_t n = 0;
-    for (const struct rmap_glass *g; n < LISTED && (g = rmap_glass_at(n)) != NULL; n++)
-        known[n] = g->name;
-    rmap_reader_unknown(reader, at->line, at->column, "unknown glass", name, known, n);
-    return NULL;
-}
-
-static void read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       struct rmap_medium *medium)
-{
-    const struct rmap_glass *glass = rmap_reader_glass(reader, node);
-    if (glass)
-        apply_glass(reader, rmap_yaml_get(node, "glass"), glass, medium);
-}
-
-bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           double unit_um, struct rmap_sellmeier *sellmeier)
-{
-    size_t n_b = 0, n_c = 0;
-    *sellmeier = (struct rmap_sellmeier){0};
-    if (!rmap_reader_check_map(reader, node, "sellmeier", "B C"))
-        return false;
-    bool good = rmap_reader_numbers(reader, node, "B", RMAP_REQUIRED, &rmap_range_any, 1,
-                                    RMAP_SELLMEIER_MAX, sellmeier->b, &n_b);
-    good &= rmap_reader_numbers(reader, node, "C", RMAP_REQUIRED, &rmap_range_any, 1,
-                                RMAP_SELLMEIER_MAX, sellmeier->c, &n_c);
-    if (good && n_b != n_c)
-        rmap_reader_error(reader, node, "B has %zu coefficients, C has %zu", n_b, n_c);
-    if (!good || n_b != n_c)
-        return false;
-    sellmeier->n_term = n_b;
-    for (size_t i = 0; i < n_c; i++)
-        sellmeier->c[i] *= unit_um * unit_um;
     return true;
-}
-
-static void read_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           double unit_um, struct rmap_medium *medium)
-{
-    const struct rmap_yaml_node *inner = rmap_yaml_get(node, "sellmeier");
-    struct rmap_sellmeier sellmeier;
-    if (!rmap_reader_sellmeier(reader, inner, unit_um, &sellmeier))
-        return;
-    evaluate_sellmeier(reader, inner, &sellmeier, medium);
-    describe(reader, medium, "Sellmeier coefficients of the scene");
 }
 
 /* Absorption per length unit of k: 4 pi k / lambda (Born & Wolf, 7th ed., 14.1). */
 static double absorption_of_k(const struct rmap_scene *scene, double k, double wavelength_nm)
 {
     return 4.0 * RMAP_PI * k / (wavelength_nm * 1e-9 / scene->unit_m);
+}
+
+/* Of a table of k: linear in between on wavelengths; in RGB, means of the absorption, which
+ * `of_rows` has room for. */
+static void absorb(const struct rmap_scene *scene, const struct rmap_table1 *k, double *of_rows,
+                   struct rmap_medium *medium)
+{
+    struct rmap_spectrum sampled = {.kind = RMAP_SPECTRUM_TABLE, .table = *k};
+    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL) {
+        rmap_spectrum_sample(&sampled, &scene->channels, medium->absorption);
+        for (int i = 0; i < scene->channels.n; i++)
+            medium->absorption[i] =
+                absorption_of_k(scene, medium->absorption[i], scene->channels.wavelength_nm[i]);
+        return;
+    }
+    for (size_t i = 0; i < k->n; i++)
+        of_rows[i] = absorption_of_k(scene, k->value[i], k->wavelength_nm[i]);
+    sampled.table.value = of_rows;
+    rmap_spectrum_sample(&sampled, &scene->channels, medium->absorption);
+}
+
+static void absorb_as_published(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                const struct rmap_glass *glass, struct rmap_medium *medium)
+{
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "absorption");
+    const struct rmap_glass_table *k = &glass->extinction;
+    double of_rows[RMAP_GLASS_ROWS_MAX];
+    if (k->n == 0) {
+        rmap_reader_error(reader, at,
+                          "the catalogue has no absorption of %s %s: give 'absorption' as numbers, "
+                          "or leave it out",
+                          glass->group, glass->name);
+        return;
+    }
+    rmap_reader_warn_outside(reader, at, "medium", medium->name, k->wavelength_nm[0],
+                             k->wavelength_nm[k->n - 1],
+                             "the ends of its absorption stand for the rest");
+    absorb(reader->scene, &(struct rmap_table1){k->n, k->wavelength_nm, k->value}, of_rows, medium);
+}
+
+static const char *const formula_name[] = {"table",      "Sellmeier", "Sellmeier",
+                                           "polynomial", "general",   "Cauchy"};
+
+static void apply_glass(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                        const struct rmap_glass *glass, struct rmap_medium *medium)
+{
+    char text[600];
+    if (!evaluate(reader, at, glass, "", medium))
+        return;
+    rmap_reader_warn_outside(reader, at, "medium", medium->name, glass->from_nm, glass->to_nm,
+                             glass->formula ? "its formula is extrapolated"
+                                            : "its ends stand for the rest");
+    (void)snprintf(text, sizeof text, "%s (%s; %s)", glass->name, formula_name[glass->formula],
+                   glass->source);
+    describe(reader, medium, text);
+}
+
+static void read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_medium *medium)
+{
+    struct rmap_glass glass;
+    if (!rmap_reader_material(reader, node, "glass", &glass))
+        return;
+    apply_glass(reader, rmap_yaml_get(node, "glass"), &glass, medium);
+    if (rmap_reader_is_catalogue(rmap_yaml_get(node, "absorption")))
+        absorb_as_published(reader, node, &glass, medium);
+}
+
+static void read_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           double unit_um, struct rmap_medium *medium)
+{
+    const struct rmap_yaml_node *inner = rmap_yaml_get(node, "sellmeier");
+    struct rmap_glass glass;
+    if (rmap_reader_sellmeier(reader, inner, unit_um, &glass))
+        (void)evaluate(reader, inner, &glass, "check B and C (and wavelength_unit), or ", medium);
+    describe(reader, medium, "Sellmeier coefficients of the scene");
 }
 
 static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -161,22 +158,12 @@ static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *
     const struct rmap_table1 index = {n, column[0], column[1]};
     for (int i = 0; i < scene->channels.n; i++)
         medium->n[i] = rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
-    warn_outside(reader, inner, medium->name, column[0][0], column[0][n - 1],
-                 "its ends stand for the rest");
+    rmap_reader_warn_outside(reader, inner, "medium", medium->name, column[0][0], column[0][n - 1],
+                             "its ends stand for the rest");
     describe(reader, medium, "table of the scene");
     if (!column[2])
         return;
-    struct rmap_spectrum k = {.kind = RMAP_SPECTRUM_TABLE, .table = {n, column[0], column[2]}};
-    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL) {
-        rmap_spectrum_sample(&k, &scene->channels, medium->absorption);
-        for (int i = 0; i < scene->channels.n; i++)
-            medium->absorption[i] =
-                absorption_of_k(scene, medium->absorption[i], scene->channels.wavelength_nm[i]);
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
-        column[2][i] = absorption_of_k(scene, column[2][i], column[0][i]);
-    rmap_spectrum_sample(&k, &scene->channels, medium->absorption);
+    absorb(scene, &(struct rmap_table1){n, column[0], column[2]}, column[2], medium);
 }
 
 static void read_index(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -195,7 +182,12 @@ static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_n
                             struct rmap_medium *medium)
 {
     double extra[RMAP_CHANNEL_MAX] = {0};
-    rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL, &rmap_range_nonnegative, extra);
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "absorption");
+    if (!rmap_reader_is_catalogue(at))
+        rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL, &rmap_range_nonnegative,
+                             extra);
+    else if (!rmap_yaml_get(node, "glass"))
+        rmap_reader_error(reader, at, "'absorption: catalogue' is the absorption of a 'glass'");
     for (int i = 0; i < reader->scene->channels.n; i++) {
         medium->absorption[i] += extra[i];
         medium->absorbing |= medium->absorption[i] > 0;
@@ -285,15 +277,16 @@ void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
     if (!name)
         return;
     const struct rmap_yaml_node *at = rmap_yaml_get(map, key);
-    const struct rmap_glass *glass = rmap_glass_find(name);
-    if (!glass || rmap_names_find(&reader->media, name)) {
-        *medium_ret = rmap_reader_find(reader, &reader->media, "medium", at, name);
+    const struct rmap_name *known = rmap_names_find(&reader->media, name);
+    struct rmap_glass glass;
+    if (known)
+        *medium_ret = known->index;
+    if (known || !rmap_reader_find_glass(reader, at, name, &glass))
         return;
-    }
     struct rmap_medium *medium = new_medium(reader, name, at->line);
     if (!medium)
         return;
-    apply_glass(reader, at, glass, medium);
+    apply_glass(reader, at, &glass, medium);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->dispersive |= medium->n[i] != medium->n[0];
     *medium_ret = (int32_t)(reader->scene->n_medium - 1);

@@ -19,7 +19,6 @@
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
 #include "io/scene/yaml_tree.h"
-#include "optics/dispersion.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
 

@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_surfaces.h"
 
@@ -42,13 +43,32 @@ static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *n
                          surface->reflect_specular);
 }
 
+/* metal: Ag */
+static void metal_of_catalogue(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               struct rmap_surface *surface)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    struct rmap_glass metal;
+    if (!rmap_reader_material(reader, node, "metal", &metal))
+        return;
+    if (metal.extinction.n == 0)
+        rmap_reader_error(reader, rmap_yaml_get(node, "metal"),
+                          "the catalogue has no k of %s %s: a metal needs it", metal.group,
+                          metal.name);
+    rmap_reader_warn_outside(reader, rmap_yaml_get(node, "metal"), "metal", metal.name,
+                             metal.from_nm, metal.to_nm, "its ends stand for the rest");
+    for (int i = 0; i < channels->n; i++) {
+        surface->metal_n[i] = rmap_glass_index(&metal, channels->wavelength_nm[i]);
+        surface->metal_k[i] = rmap_glass_extinction(&metal, channels->wavelength_nm[i]);
+    }
+}
+
 /* metal: {n: 0.2, k: 3} or metal: {table: {wavelength, n, k}} */
 static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *metal,
                        struct rmap_surface *surface)
 {
     const struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *table = rmap_yaml_get(metal, "table");
-    surface->is_metal = true;
     if (!rmap_reader_check_map(reader, metal, "a metal", "table n k"))
         return;
     if (!table) {
@@ -82,7 +102,11 @@ static void read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node 
     if (metal && rmap_yaml_get(node, "reflectance"))
         rmap_reader_error(reader, metal, "a mirror has a reflectance or is a metal, not both");
     if (metal) {
-        read_metal(reader, metal, surface);
+        surface->is_metal = true;
+        if (metal->kind == RMAP_YAML_SCALAR)
+            metal_of_catalogue(reader, node, surface);
+        else
+            read_metal(reader, metal, surface);
         return;
     }
     rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,

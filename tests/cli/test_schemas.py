@@ -104,6 +104,8 @@ for path in seen:
     os.remove(path)
     os.remove(path[:-6])
 
+run("glass", "N-BK7", "metal ag")
+run("glass", "--near", "1.6,50", "--at", "500,1e5")
 run("check", GAUSS)
 run("check", EXAMPLES / "mirage" / "scene.yaml")
 run("trace", GAUSS, "-o", "a.raymap", "-n", 3000, "--force")

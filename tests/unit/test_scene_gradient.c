@@ -351,7 +351,7 @@ static const struct {
     {"{gradient: {type: constant, index: 1.5, dispersion: {}}}", NULL, NULL,
      "dispersion needs one of glass, sellmeier, table"},
     {"{gradient: {type: constant, index: 1.5, dispersion: {glass: N-BK8}}}", NULL, NULL,
-     "unknown glass 'N-BK8' (did you mean 'N-BK7'?)"},
+     "unknown glass 'N-BK8' (did you mean 'BK8', 'N-BK7'?"},
     {"{gradient: {type: constant, index: 1.5, dispersion: {sellmeier: {B: [-9], C: [0]}}}}", NULL,
      NULL, "the dispersion has no index at 587.56 nm"},
     {"{gradient: {type: luneburg, radius: 2}, index: 1}", NULL, NULL,

@@ -94,7 +94,19 @@ static const struct mistake mistakes[] = {
      "6:19: error: unknown key in a medium: 'absorbtion' (did you mean 'absorption'?)\n"},
     {6, "  air: {index: 1, absorption: -1}",
      "6:31: error: 'absorption' must be 0 or greater, not -1\n"},
-    {7, "  bk7: {glass: N-BK8}", "7:16: error: unknown glass 'N-BK8' (did you mean 'N-BK7'?)\n"},
+    {7, "  bk7: {glass: N-BK8}",
+     "7:16: error: unknown glass 'N-BK8' (did you mean 'BK8', 'N-BK7'? raymap glass '*BK*' lists "
+     "glasses)\n"},
+    {7, "  bk7: {glass: E-F2}",
+     "7:16: error: several glasses are called 'E-F2': write HOYA E-F2, HIKARI E-F2\n"},
+    {7, "  bk7: {glass: 517642}",
+     "7:16: error: unknown glass '517642' (raymap glass --near 1.517,64.2 lists what has this nd "
+     "and vd)\n"},
+    {7, "  bk7: {glass: LZOS K8, absorption: catalogue}",
+     "7:37: error: the catalogue has no absorption of LZOS K8: give 'absorption' as numbers, or "
+     "leave it out\n"},
+    {7, "  bk7: {index: 1.5, absorption: catalogue}",
+     "7:33: error: 'absorption: catalogue' is the absorption of a 'glass'\n"},
     {7, "  bk7: {sellmeier: {B: [1, 2], C: [1]}}", "7:20: error: B has 2 coefficients, C has 1\n"},
     {7, "  bk7: {sellmeier: {B: [-3], C: [0.01]}}",
      "7:20: error: medium 'bk7' has no real refractive index at 486 nm: check B and C (and "
@@ -123,6 +135,11 @@ static const struct mistake mistakes[] = {
      "10:73: error: unknown key in a table: 'x'; known: wavelength, value\n"},
     {10, "  black: {type: mixture, reflect_specular: 0.6, reflect_diffuse: 0.5}",
      "10:10: error: the shares of mixture 'black' sum to 1.1: more than 1 is no surface\n"},
+    {10, "  black: {type: mirror, metal: CaF2}",
+     "10:32: error: the catalogue has no k of crystal CaF2: a metal needs it\n"},
+    {10, "  black: {type: mirror, metal: Sg}",
+     "10:32: error: unknown metal 'Sg' (did you mean 'Si', 'Ag', 'Hg'? raymap glass '*Sg*' lists "
+     "glasses)\n"},
     {10, "  black: {type: mirror, metal: {n: 1}}", "10:32: error: 'k' is missing: add it\n"},
     /* geometries */
     {12, "  cap: {type: conic, radius: 5, aperture: 10}", "12:8: error: this is no surface: %s\n"},
@@ -148,6 +165,9 @@ static const struct mistake mistakes[] = {
      "or .glb\n"},
     {17, "      - {radius: 50, thickness: 5, medium: bk77, aperture: 10}",
      "17:44: error: unknown medium 'bk77' (did you mean 'bk7'?)\n"},
+    {17, "      - {radius: 50, thickness: 5, medium: N-SK17, aperture: 10}",
+     "17:44: error: unknown medium 'N-SK17' (did you mean 'N-SK10', 'N-SK11', 'N-SK14', 'N-SK15'? "
+     "raymap glass '*SK*' lists glasses)\n"},
     {17, "      - {radius: 50, medium: bk7, aperture: 10}",
      "17:9: error: 'thickness' is missing: add it\n"},
     {17, "      - {radius: 50, thickness: 5, aperture: 10}",

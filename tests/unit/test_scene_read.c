@@ -127,6 +127,30 @@ static void test_media(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* 25 mm of N-BK7 let 0.992 of 400 nm through and 0.994 of 580 nm; the means of bands lie about
+ * that. */
+static void test_absorption_of_the_catalogue(void **state)
+{
+    (void)state;
+    static const char *const said[] = {"{glass: N-BK7}", "{glass: N-BK7, absorption: catalogue}"};
+    for (int asked = 0; asked < 2; asked++)
+        for (int rgb = 0; rgb < 2; rgb++) {
+            char text[512];
+            (void)snprintf(
+                text, sizeof text,
+                "raymap: 1\nunits: cm\nspectrum: {%s}\nmedia: {air: {index: 1}, bk7: %s}\n%s",
+                rgb ? "mode: rgb" : "wavelengths: [400, 580]", said[asked], SOURCE);
+            struct rmap_scene *scene = must_read(text);
+            const struct rmap_medium *bk7 = &scene->medium[1];
+            assert_true(bk7->absorbing == (asked == 1));
+            const int blue = rgb ? 2 : 0, red = rgb ? 0 : 1;
+            const double slack = rgb ? 0.3 : 1e-12;
+            assert_near(bk7->absorption[blue], asked ? -log(0.992) / 2.5 : 0, slack * 0.004);
+            assert_near(bk7->absorption[red], asked ? -log(0.995) / 2.5 : 0, slack * 0.004);
+            rmap_scene_destroy(scene);
+        }
+}
+
 static void test_surfaces(void **state)
 {
     (void)state;
@@ -141,9 +165,10 @@ static void test_surfaces(void **state)
                   "  gold: {type: mirror, metal: {n: 0.2, k: 3}}\n"
                   "  glossy: {type: mirror, reflectance: 0.9}\n"
                   "  paint: {type: lambert, reflectance: {rgb: [0.8, 0.5, 0.1]}}\n"
-                  "  milk: {type: mixture, reflect_diffuse: 0.5, transmit_diffuse: 0.5}\n" SOURCE);
+                  "  milk: {type: mixture, reflect_diffuse: 0.5, transmit_diffuse: 0.5}\n"
+                  "  plated: {type: mirror, metal: ag}\n" SOURCE);
     const struct rmap_surface *s = scene->surface;
-    assert_int_equal(scene->n_surface, 7);
+    assert_int_equal(scene->n_surface, 8);
     assert_int_equal(s[0].coat, RMAP_COAT_REFLECTANCE);
     assert_near(s[0].reflect_specular[1], 0.1, 1e-15);
     assert_int_equal(s[1].coat, RMAP_COAT_IDEAL);
@@ -154,6 +179,9 @@ static void test_surfaces(void **state)
     assert_near(s[5].reflect_diffuse[0], 0.1, 0); /* 450 nm: blue */
     assert_near(s[5].reflect_diffuse[2], 0.8, 0);
     assert_near(s[6].transmit_diffuse[1], 0.5, 0);
+    assert_true(s[7].is_metal); /* Johnson & Christy 1972: 548.6 nm 0.06 + 3.586 i */
+    assert_near(s[7].metal_n[1], 0.06, 2e-3);
+    assert_near(s[7].metal_k[1], 3.586, 2e-2);
     rmap_scene_destroy(scene);
 }
 
@@ -542,13 +570,21 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
-        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_wavelengths),
+        cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),
+        cmocka_unit_test(test_absorption_of_the_catalogue),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),
+        cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),
+        cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames),
+        cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),
+        cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),
+        cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
