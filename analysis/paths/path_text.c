@@ -266,8 +266,6 @@ static void add_expression(struct text *text, const struct rmap_path_keys *keys,
         if (keys->view.collapsed && may_repeat(keys, symbol[i - 1], i == n))
             add_text(text, "+");
     }
-    if (keys->view.until_detector)
-        add_text(text, " .*");
 }
 
 enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32_t source,
@@ -288,9 +286,16 @@ enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32
         add_text(&text, ") and segments == 0");
         return finish(&text, text_ret);
     }
-    add_text(&text, ") and path(\"");
+    add_text(&text, ") and ");
+    if (keys->view.until_detector) { /* so that it chooses the registrations, too */
+        bool inside, clash;
+        add_text(&text, "registered(");
+        add_name(&text, place_of(keys, symbol[n - 1], &inside, &clash));
+        add_text(&text, " where ");
+    }
+    add_text(&text, "path(\"");
     add_expression(&text, keys, symbol, n);
-    add_text(&text, "\")");
+    add_text(&text, keys->view.until_detector ? "\"))" : "\")");
     if (!keys->view.until_detector)
         add_rest(&text, keys, last_step(symbol, n));
     return finish(&text, text_ret);
@@ -339,13 +344,10 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
 {
     struct text text = {.err = err};
     const size_t pair[2] = {first, second};
+    add_text(&text, "registered(");
+    add_name(&text, keys->scene->detector[detector].name);
     /* A path has no sides: where they matter, that it makes two ghosts and no more is said, too. */
-    if (order->by_side) {
-        add_text(&text, "registered(");
-        add_name(&text, keys->scene->detector[detector].name);
-        add_text(&text, " where ghost_order == 2 and ");
-    }
-    add_text(&text, "path(\"");
+    add_text(&text, order->by_side ? " where ghost_order == 2 and path(\"" : " where path(\"");
     for (int k = 0; k < 2; k++) {
         add_plain_steps(&text, keys, order);
         add_text(&text, " ");
@@ -355,6 +357,6 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
     add_plain_steps(&text, keys, order);
     add_text(&text, keys->hit[detector].follows ? " [^V] V* V@" : " V@");
     add_name(&text, keys->scene->detector[detector].name);
-    add_text(&text, order->by_side ? "\"))" : " .*\")");
+    add_text(&text, "\"))");
     return finish(&text, text_ret);
 }

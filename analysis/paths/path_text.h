@@ -22,7 +22,8 @@ enum rmap_status rmap_path_with_source(const struct rmap_path_keys *keys, int32_
                                        const char *steps, char **text_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* `source(lamp) and path("...")`, rmap_free; true of exactly the rays with this path. A path too
+/* `source(lamp) and path("...")`, or of paths until a detector `source(lamp) and registered(sensor
+ * where path("..."))`, rmap_free; true of exactly the rays with this path. A path too
  * long for the criterion language (some 16,000 steps) becomes `ray == only_ray` where it is of one
  * ray alone, else NULL. */
 enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32_t source,
