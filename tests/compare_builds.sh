@@ -85,7 +85,7 @@ outputs() { # PROGRAM FOLDER
     cd "$work/run" || exit 2
     rm -rf ./*
     put help.txt --help
-    for command in check trace info query report detector stats compare paths draw render verify repair convert merge index session glass bench; do
+    for command in check trace info query report detector stats compare paths ghosts draw render verify repair convert merge index session glass bench; do
         put "help-$command.txt" $command --help
     done
     put glass.json glass 'N-*' 'crystal *' --json
@@ -113,6 +113,7 @@ outputs() { # PROGRAM FOLDER
     put compare.json compare plain.raymap more.raymap --json
     put spot.json detector plain.raymap sensor --where 'source(star)' --mtf --json
     put stats-two.json stats plain.raymap --of 'x(sensor)' --of 'y(sensor)' --by source --json
+    put ghost-list.json ghosts plain.raymap sensor --top 3 --json
     put ghosts.json paths plain.raymap --detector sensor --top 5 --json
     file page.html report plain.raymap --html
     file picked.csv query plain.raymap 'registered(sensor where ghost_order == 2)'

@@ -2,7 +2,6 @@
  *
  * raymap detector: a detector's image and its sums, of all rays or of those that match.
  */
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -64,27 +63,6 @@ struct request {
     struct rmap_figure_detector figure;
 };
 
-/* "400x300" or "500". */
-static enum rmap_status read_cells(const char *text, uint32_t cells[2], struct rmap_error *err)
-{
-    char *end = NULL, *second = NULL;
-    errno = 0;
-    unsigned long long n = strtoull(text, &end, 10), m = n;
-    if (end > text && (*end == 'x' || *end == 'X')) {
-        m = strtoull(end + 1, &second, 10);
-        end = second > end + 1 ? second : end;
-    }
-    if (end == text || *end || errno || text[0] == '-' || n < 1 || m < 1)
-        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': say how many, as 400x300", text);
-    if (n > RMAP_DETECTOR_CELLS_MAX || m > RMAP_DETECTOR_CELLS_MAX ||
-        n * m > RMAP_DETECTOR_CELLS_MAX)
-        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': %u cells are the most", text,
-                              RMAP_DETECTOR_CELLS_MAX);
-    cells[0] = (uint32_t)n;
-    cells[1] = (uint32_t)m;
-    return RMAP_OK;
-}
-
 static enum rmap_status read_bins(const struct rmap_arguments *given, struct request *request,
                                   struct rmap_error *err)
 {
@@ -97,7 +75,7 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     bins->rotate_deg = (double)NAN;
     request->channels = bins->quantity && strcmp(bins->quantity, "spectral") == 0;
     if (cells)
-        RMAP_TRY(read_cells(cells, bins->cells, err));
+        RMAP_TRY(rmap_read_cells(cells, bins->cells, err));
     if (rotate) {
         char *end = NULL;
         bins->rotate_deg = strtod(rotate, &end);

@@ -40,6 +40,7 @@ extern const struct rmap_command rmap_command_detector;
 extern const struct rmap_command rmap_command_compare;
 extern const struct rmap_command rmap_command_stats;
 extern const struct rmap_command rmap_command_paths;
+extern const struct rmap_command rmap_command_ghosts;
 extern const struct rmap_command rmap_command_draw;
 extern const struct rmap_command rmap_command_render;
 extern const struct rmap_command rmap_command_verify;

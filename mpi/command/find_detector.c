@@ -4,9 +4,12 @@
  */
 #include "mpi/command/find_detector.h"
 
+#include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "analysis/detector/detector_bins.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 
@@ -68,4 +71,24 @@ enum rmap_status rmap_find_detector(const struct rmap_scene *scene, const char *
         st = refuse_name(scene, name, rmap_nearest_word(name, known, scene->n_detector), err);
     rmap_free(known);
     return st;
+}
+
+enum rmap_status rmap_read_cells(const char *text, uint32_t cells[2], struct rmap_error *err)
+{
+    char *end = NULL, *second = NULL;
+    errno = 0;
+    unsigned long long n = strtoull(text, &end, 10), m = n;
+    if (end > text && (*end == 'x' || *end == 'X')) {
+        m = strtoull(end + 1, &second, 10);
+        end = second > end + 1 ? second : end;
+    }
+    if (end == text || *end || errno || text[0] == '-' || n < 1 || m < 1)
+        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': say how many, as 400x300", text);
+    if (n > RMAP_DETECTOR_CELLS_MAX || m > RMAP_DETECTOR_CELLS_MAX ||
+        n * m > RMAP_DETECTOR_CELLS_MAX)
+        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': %u cells are the most", text,
+                              RMAP_DETECTOR_CELLS_MAX);
+    cells[0] = (uint32_t)n;
+    cells[1] = (uint32_t)m;
+    return RMAP_OK;
 }
