@@ -51,6 +51,12 @@ static void put_value(struct rmap_text_table *table, double value, double error)
         rmap_text_table_add(table, "%.6g +- %.2g", value, error);
 }
 
+static double ratio_of(const struct rmap_compare_test *test)
+{
+    return test->scalar.value[0] != 0.0 ? test->scalar.value[1] / test->scalar.value[0]
+                                        : (double)NAN;
+}
+
 static void put_test(struct rmap_text_table *table, const struct rmap_compare_test *test)
 {
     rmap_text_table_add(table, "%s", rmap_compare_word[test->kind]);
@@ -62,6 +68,13 @@ static void put_test(struct rmap_text_table *table, const struct rmap_compare_te
             rmap_text_table_add(table, "%.0f", test->bins.rays[k]);
         else
             put_value(table, test->scalar.value[k], test->scalar.error[k]);
+    if (test->is_bins || isnan(test->scalar.difference)) {
+        rmap_text_table_add(table, "-");
+        rmap_text_table_add(table, "-");
+    } else {
+        put_value(table, test->scalar.difference, test->scalar.standard_error);
+        rmap_text_table_add(table, "%.5g", ratio_of(test));
+    }
     if (test->is_bins && !isnan(test->p))
         rmap_text_table_add(table, "chi2 %.5g / %.0f", test->bins.chi_square, test->bins.degrees);
     else if (!test->is_bins && !isnan(test->scalar.z))
@@ -114,11 +127,13 @@ enum rmap_status rmap_comparison_print(const struct rmap_comparison *self, FILE 
         for (size_t i = 0; i < self->n_only[k] && i < 10; i++)
             fprintf(out, "%-12s %s%s\n", k ? "only in B" : "only in A", self->only[k][i],
                     i == 9 && self->n_only[k] > 10 ? ", and more" : "");
-    rmap_text_table_init(&table, 8);
+    rmap_text_table_init(&table, 10);
     rmap_text_table_add(&table, "what");
     rmap_text_table_add(&table, "name");
     rmap_text_table_add(&table, "A [%s, rays]", flux_unit(self));
     rmap_text_table_add(&table, "B");
+    rmap_text_table_add(&table, "A - B");
+    rmap_text_table_add(&table, "B / A");
     rmap_text_table_add(&table, "test");
     rmap_text_table_add(&table, "p");
     rmap_text_table_add(&table, "adjusted");
@@ -126,7 +141,7 @@ enum rmap_status rmap_comparison_print(const struct rmap_comparison *self, FILE 
     for (size_t i = 0; i < self->n; i++)
         put_test(&table, &self->test[i]);
     if (self->n > 0)
-        RMAP_TRY(rmap_text_table_print(&table, "llrrrrrl", out, err));
+        RMAP_TRY(rmap_text_table_print(&table, "llrrrrrrrl", out, err));
     else
         fputs("nothing to compare: no ray matches in either sample\n", out);
     if (n == 0 && self->same && !self->overlap.identical)
@@ -172,6 +187,7 @@ static json_t *test_json(const struct rmap_compare_test *test, const char *unit)
                             json_pack("{s:o, s:o}", "value",
                                       rmap_json_number(test->scalar.difference), "standard_error",
                                       rmap_json_number(test->scalar.standard_error)));
+        json_object_set_new(object, "ratio", rmap_json_number(ratio_of(test)));
         json_object_set_new(object, "z", rmap_json_number(test->scalar.z));
     }
     const char *method = test->is_bins ? "chi-square" : test->scalar.is_exact ? "binomial" : "z";
