@@ -38,6 +38,7 @@ enum rmap_quantity_kind {
 struct rmap_quantity {
     char *name;       /* as written: "x(sensor)" */
     const char *unit; /* "mm"; "" of a plain number */
+    double scale;     /* of stored values, to that unit */
     enum rmap_dimension dimension;
     enum rmap_quantity_kind kind;
     bool is_whole; /* its values are whole numbers */
@@ -79,6 +80,10 @@ enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *
                                         struct rmap_quantities **quantities_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_quantities_destroy(struct rmap_quantities *quantities); /* NULL is fine */
+
+/* Values are in this unit from now on, as "ns". RMAP_USAGE with those that fit. */
+enum rmap_status rmap_quantity_set_unit(struct rmap_quantities *quantities, size_t index,
+                                        const char *unit, struct rmap_error *err) RMAP_MUST_USE;
 
 /* "10..20 um", in the quantity's unit. RMAP_USAGE; `option` names it in the message. */
 enum rmap_status rmap_quantity_range(const struct rmap_quantities *quantities, size_t index,

@@ -369,8 +369,12 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         RMAP_TRY(find_registrations(&search, err));
     else
         RMAP_TRY(find_rays(&search, err));
-    for (size_t i = 0; i < self->n && readings->n > 0; i++)
+    for (size_t i = 0; i < self->n && readings->n > 0; i++) {
         RMAP_TRY(read_values(&search, &self->of[i], readings->value[i], err));
+        const bool is_scaled = self->of[i].scale < 1.0 || self->of[i].scale > 1.0;
+        for (size_t k = 0; is_scaled && k < readings->n; k++)
+            readings->value[i][k] *= self->of[i].scale;
+    }
     keep_defined(self, readings);
 out:
     return st;

@@ -24,6 +24,7 @@ static void free_list(char **list, size_t n)
 void rmap_stats_options_fini(struct rmap_stats_options *options)
 {
     free_list(options->of, options->n_of);
+    free_list(options->unit, options->n_unit);
     free_list(options->bins, options->n_bins);
     free_list(options->range, options->n_range);
     free_list(options->output, options->n_output);
@@ -98,6 +99,7 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     options->logarithmic = rmap_argument(given, "log") != NULL;
     RMAP_TRY(read_by(rmap_argument(given, "by"), &options->by, err));
     RMAP_TRY(rmap_argument_each(given, "of", &options->of, &options->n_of, err));
+    RMAP_TRY(rmap_argument_each(given, "unit", &options->unit, &options->n_unit, err));
     RMAP_TRY(rmap_argument_each(given, "bins", &options->bins, &options->n_bins, err));
     RMAP_TRY(rmap_argument_each(given, "range", &options->range, &options->n_range, err));
     RMAP_TRY(rmap_argument_each(given, "output", &options->output, &options->n_output, err));
@@ -108,8 +110,9 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
         return rmap_error_set(err, RMAP_USAGE,
                               options->n_of < 1 ? "--of is missing: statistics of which number?"
                                                 : "--of stands once, or twice");
-    if (options->n_bins > options->n_of || options->n_range > options->n_of)
-        return rmap_error_set(err, RMAP_USAGE, "more --bins or --range than --of");
+    if (options->n_bins > options->n_of || options->n_range > options->n_of ||
+        options->n_unit > options->n_of)
+        return rmap_error_set(err, RMAP_USAGE, "more --bins, --range or --unit than --of");
     for (size_t i = 0; i < options->n_output; i++)
         RMAP_TRY(rmap_output_check(options->output[i], suffixes,
                                    rmap_argument(given, "force") != NULL, err));

@@ -26,6 +26,7 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
+    {"unit", 0, "U", "of the values, as ns, um or mrad; given twice: of both numbers"},
     {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
     {"log", 0, NULL, "bins of equal ratio"},
@@ -64,6 +65,8 @@ static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_ov
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_quantities_create_over(map, overlay, (const char *const *)given->of, given->n_of,
                                          given->detector, quantities_ret, err));
+    for (size_t i = 0; i < given->n_unit; i++)
+        RMAP_TRY(rmap_quantity_set_unit(*quantities_ret, i, given->unit[i], err));
     if (given->by == RMAP_STATS_BY_DETECTOR && !(*quantities_ret)->of_registrations) {
         st = rmap_error_set(err, RMAP_USAGE,
                             "--by detector wants a number of registrations: give --detector '*'");

@@ -286,6 +286,17 @@ def check_two(m, path):
          both["flux"]["value"], "all light is somewhere", 1e-12)
 
 
+def check_units(path):
+    """Another unit is the same numbers, in it; bare ranges and edges are, too."""
+    own = stats(path, "--of", "time(sensor)", "--range", "0..1 us", "--bins", "5")
+    other = stats(path, "--of", "time(sensor)", "--unit", "ns", "--range", "0..1000", "--bins", "5")
+    near(other["mean"]["value"], 1e9 * own["mean"]["value"], "mean in ns")
+    check(other["unit"] == "ns" and own["unit"] == "s", "units")
+    check(own["histogram"]["rays"] == other["histogram"]["rays"] and max(own["histogram"]["rays"]) > 0, "bins in ns")
+    check("s ms us ns ps fs" in run("stats", path, "--of", "time(sensor)", "--unit", "mm", status=2).stderr, "units that fit")
+    check("plain number" in run("stats", path, "--of", "segments", "--unit", "mm", status=2).stderr, "no unit")
+
+
 def check_files(path):
     """NumPy and HDF5 files say what the JSON says; pictures are pictures."""
     names = ["out.npz", "out.npy", "out.h5", "out.png", "out.svg", "out.json"]
@@ -478,6 +489,7 @@ def main():
     check_groups(m, "a.raymap")
     check_beams()
     check_files("a.raymap")
+    check_units("a.raymap")
     check_receivers(m, "a.raymap")
     check_memory("a.raymap")
     check_refusals("a.raymap")
