@@ -7,8 +7,12 @@
 #include <math.h>
 
 #include "base/grouped.h"
+#include "io/export/json_number.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
+#include "scene/paraxial.h"
+
+enum { SHOWN_MAX = 12 };
 
 struct box {
     struct rmap_vec3 lower, upper;
@@ -64,7 +68,6 @@ static uint64_t triangles(const struct rmap_scene *scene)
 static void print_names(FILE *out, const char *what, size_t n,
                         const char *(*name)(const void *, size_t), const struct rmap_scene *scene)
 {
-    enum { SHOWN_MAX = 12 };
     fprintf(out, "  %-10s %5zu ", what, n);
     for (size_t i = 0; i < n && i < SHOWN_MAX; i++)
         fprintf(out, " %s", name(scene, i));
@@ -121,7 +124,6 @@ static const char *scheme_text(enum rmap_scheme scheme)
 /* Gradient media where they stand, and how light is traced through them. */
 static void print_gradients(const struct rmap_scene *scene, FILE *out)
 {
-    enum { SHOWN_MAX = 12 };
     for (size_t i = 0; i < scene->n_gradient && i < SHOWN_MAX; i++) {
         const struct rmap_gradient *g = &scene->gradient[i];
         const struct rmap_vec3 at = g->to_world.t;
@@ -133,6 +135,41 @@ static void print_gradients(const struct rmap_scene *scene, FILE *out)
     if (scene->n_gradient > SHOWN_MAX)
         fprintf(out, "    ... and %zu other places of gradient media\n",
                 scene->n_gradient - SHOWN_MAX);
+}
+
+/* The channel in the middle, for which first-order numbers are. */
+static int middle_channel(const struct rmap_scene *scene)
+{
+    return scene->channels.n / 2;
+}
+
+static void print_lenses(const struct rmap_scene *scene, FILE *out)
+{
+    const int channel = middle_channel(scene);
+    const bool spectral = scene->channels.mode == RMAP_COLOUR_SPECTRAL;
+    struct rmap_paraxial p;
+    size_t n = 0;
+    for (size_t g = 0; g < scene->n_group && n < SHOWN_MAX; g++) {
+        if (!rmap_paraxial_of(scene, (int32_t)g, channel, &p))
+            continue;
+        fprintf(out, n++ == 0 ? "  lenses, first order" : "");
+        if (n == 1 && spectral)
+            fprintf(out, " at %.6g nm", scene->channels.wavelength_nm[channel]);
+        if (n == 1)
+            fprintf(out, ", %s\n", scene->unit);
+        fprintf(out, "    %s: ", scene->group[g].name);
+        if (isinf(p.focal_length)) {
+            fputs("no power\n", out);
+            continue;
+        }
+        fprintf(out, "EFL %.6g, BFL %.6g, f/%.4g, half field %.3g deg\n", p.focal_length,
+                p.back_focus, p.f_number, p.field_deg);
+        fprintf(
+            out,
+            "      entrance pupil %.5g wide, at %.5g from the first vertex; exit pupil %.5g wide, "
+            "at %.5g from the last; stop: %s\n",
+            p.entrance_diameter, p.entrance, p.exit_diameter, p.exit, scene->object[p.stop].name);
+    }
 }
 
 void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
@@ -155,6 +192,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     if (scene->n_camera > 0)
         print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
+    print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
     if (scene->n_object > 0) {
@@ -182,6 +220,32 @@ static json_t *light_json(const struct rmap_scene *scene)
                      "wavelengths", wavelengths);
 }
 
+static json_t *lenses_json(const struct rmap_scene *scene)
+{
+    const int channel = middle_channel(scene);
+    struct rmap_paraxial p;
+    json_t *list = json_array();
+    for (size_t g = 0; g < scene->n_group; g++)
+        if (rmap_paraxial_of(scene, (int32_t)g, channel, &p))
+            (void)json_array_append_new(
+                list,
+                json_pack(
+                    "{s:s, s:o, s:I, s:o, s:o, s:o, s:s, s:{s:o, s:o}, s:{s:o, s:o}, s:o, s:o}",
+                    "name", scene->group[g].name, "wavelength",
+                    scene->channels.mode == RMAP_COLOUR_SPECTRAL
+                        ? json_real(scene->channels.wavelength_nm[channel])
+                        : json_null(),
+                    "surfaces", (json_int_t)p.n_surface, "focal_length",
+                    rmap_json_number(p.focal_length), "back_focus", rmap_json_number(p.back_focus),
+                    "front_focus", rmap_json_number(p.front_focus), "stop",
+                    scene->object[p.stop].name, "entrance_pupil", "from_first_vertex",
+                    rmap_json_number(p.entrance), "diameter", rmap_json_number(p.entrance_diameter),
+                    "exit_pupil", "from_last_vertex", rmap_json_number(p.exit), "diameter",
+                    rmap_json_number(p.exit_diameter), "f_number", rmap_json_number(p.f_number),
+                    "half_field", rmap_json_number(p.field_deg)));
+    return list;
+}
+
 static json_t *gradients_json(const struct rmap_scene *scene)
 {
     json_t *list = json_array();
@@ -205,8 +269,8 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
-                     scene->unit, "light", light_json(scene), "media",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}",
+                     "units", scene->unit, "light", light_json(scene), "media",
                      names_json(scene, scene->n_medium, name_medium), "gradients",
                      gradients_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
@@ -215,6 +279,6 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
                      names_json(scene, scene->n_group, name_group), "sources",
                      names_json(scene, scene->n_source, name_source), "detectors",
                      names_json(scene, scene->n_detector, name_detector), "cameras",
-                     names_json(scene, scene->n_camera, name_camera), "triangles",
-                     (json_int_t)triangles(scene), "box", extent);
+                     names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene),
+                     "triangles", (json_int_t)triangles(scene), "box", extent);
 }
