@@ -73,12 +73,18 @@ static void read_rows(struct rmap_reader *reader, const struct rmap_yaml_node *r
     lens->row = rmap_reader_alloc(reader, rows->n_item, sizeof *lens->row);
     if (!lens->row)
         return;
+    size_t n_stop = 0;
     lens->n_row = rows->n_item;
     for (size_t k = 0; k < lens->n_row; k++) {
         struct rmap_lens_row *row = &lens->row[k];
         double thickness = 0;
         bool row_good = false;
         read_row(reader, rows->item[k].value, k + 1 == lens->n_row, &thickness, row, &row_good);
+        n_stop += row->stop;
+        if (row->stop && n_stop == 2)
+            rmap_reader_warn(reader, row->node,
+                             "a second 'stop: true': both plates are there, and the smaller one "
+                             "limits the light");
         *good &= row_good;
         if (!row_good)
             continue;

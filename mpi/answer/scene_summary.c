@@ -107,6 +107,25 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
                     scene->medium[m].description);
 }
 
+/* The channel in the middle, for which first-order numbers are. */
+static int middle_channel(const struct rmap_scene *scene)
+{
+    return scene->channels.n / 2;
+}
+
+static void print_absorption(const struct rmap_scene *scene, FILE *out)
+{
+    const int k = middle_channel(scene);
+    for (size_t m = 0; m < scene->n_medium; m++) {
+        const double mu = scene->medium[m].absorption[k];
+        if (scene->medium[m].absorbing && mu > 0.0)
+            fprintf(out, "    medium %s: absorption %.4g / %s%s, 1/e in %.4g %s\n",
+                    scene->medium[m].name, mu, scene->unit,
+                    scene->channels.mode == RMAP_COLOUR_SPECTRAL ? " in the middle" : " of green",
+                    1.0 / mu, scene->unit);
+    }
+}
+
 static const char *scheme_text(enum rmap_scheme scheme)
 {
     switch (scheme) {
@@ -135,12 +154,6 @@ static void print_gradients(const struct rmap_scene *scene, FILE *out)
     if (scene->n_gradient > SHOWN_MAX)
         fprintf(out, "    ... and %zu other places of gradient media\n",
                 scene->n_gradient - SHOWN_MAX);
-}
-
-/* The channel in the middle, for which first-order numbers are. */
-static int middle_channel(const struct rmap_scene *scene)
-{
-    return scene->channels.n / 2;
 }
 
 static void print_lenses(const struct rmap_scene *scene, FILE *out)
@@ -192,6 +205,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     if (scene->n_camera > 0)
         print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
+    print_absorption(scene, out);
     print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));

@@ -24,6 +24,13 @@ struct watcher {
     struct rmap_vec3 direction; /* of the last segment */
     struct rmap_hit hit;        /* its end */
     enum rmap_stop stop;
+    bool met_any;     /* an object, or a detector that registered it */
+    uint8_t *reached; /* [detectors] are marked, or NULL */
+};
+
+/* Rays of a source, and those that met nothing. */
+struct sent {
+    uint64_t n, missed;
 };
 
 /* Rays that ended inside a gradient medium. */
@@ -37,6 +44,8 @@ struct probe {
     const struct rmap_tracer *tracer;
     struct rmap_diagnostics *diagnostics;
     struct ends *ends; /* [media] */
+    struct sent *sent; /* [sources] */
+    uint8_t *reached;  /* [detectors] */
     size_t n;
     struct pair {
         int32_t left, met;
@@ -56,6 +65,7 @@ static void watch_step(struct rmap_recorder *base, const struct rmap_step *step)
     struct watcher *self = (struct watcher *)base;
     self->left_object = self->met_object;
     self->met_object = step->object;
+    self->met_any = self->met_any || step->object >= 0;
     self->medium = step->medium;
     self->from_front = rmap_dot(step->direction, step->normal) < 0.0;
     self->direction = step->direction;
@@ -69,8 +79,10 @@ static void watch_step(struct rmap_recorder *base, const struct rmap_step *step)
 static void watch_registration(struct rmap_recorder *base,
                                const struct rmap_registration *registration)
 {
-    (void)base;
-    (void)registration;
+    struct watcher *self = (struct watcher *)base;
+    self->met_any = self->met_any || registration->registered;
+    if (self->reached && registration->registered)
+        self->reached[registration->detector] = 1;
 }
 
 static void watch_end(struct rmap_recorder *base, const struct rmap_ending *ending)
@@ -78,7 +90,7 @@ static void watch_end(struct rmap_recorder *base, const struct rmap_ending *endi
     ((struct watcher *)base)->stop = ending->stop;
 }
 
-static struct watcher watch(const struct rmap_tracer *tracer, uint64_t ray)
+static struct watcher watch(const struct rmap_tracer *tracer, uint64_t ray, uint8_t *reached)
 {
     struct watcher watcher = {.base = {.emit = watch_emit,
                                        .step = watch_step,
@@ -86,7 +98,8 @@ static struct watcher watch(const struct rmap_tracer *tracer, uint64_t ray)
                                        .end = watch_end},
                               .left_object = -1,
                               .met_object = -1,
-                              .medium = -1};
+                              .medium = -1,
+                              .reached = reached};
     rmap_trace_ray(tracer, ray, &watcher.base);
     return watcher;
 }
@@ -237,6 +250,45 @@ static void tell_ends(const struct probe *probe, uint64_t n_ray)
     }
 }
 
+enum { RAYS_MIN = 32 }; /* of a source: fewer tell nothing */
+
+/* Light that goes nowhere, and detectors that none reaches. */
+static void tell_lost(const struct probe *probe, uint64_t n_ray)
+{
+    const struct rmap_scene *scene = probe->tracer->scene;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        const struct sent *sent = &probe->sent[s];
+        const char *name = scene->source[s].name;
+        if (sent->n >= RAYS_MIN && sent->missed == sent->n)
+            rmap_diagnostics_add(probe->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                                 "source '%s' hits nothing: all of its %llu probing rays leave the "
+                                 "scene without meeting an object or a detector; look at its place "
+                                 "and direction",
+                                 name, (unsigned long long)sent->n);
+        else if (sent->n >= RAYS_MIN && 4 * sent->missed > 3 * sent->n)
+            rmap_diagnostics_add(
+                probe->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                "%.0f %% of source '%s' leaves the scene without meeting an object "
+                "or a detector: a smaller shape or cone costs fewer rays",
+                100.0 * (double)sent->missed / (double)sent->n, name);
+    }
+    for (size_t d = 0; d < scene->n_detector && n_ray >= RAYS_MIN; d++)
+        if (!probe->reached[d])
+            rmap_diagnostics_add(
+                probe->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                "none of %llu probing rays is registered on detector '%s': look at "
+                "its place, side and max_angle, or trace many rays",
+                (unsigned long long)n_ray, scene->detector[d].name);
+}
+
+static void probe_destroy(struct probe *probe)
+{
+    rmap_free(probe->ends);
+    rmap_free(probe->sent);
+    rmap_free(probe->reached);
+    rmap_free(probe);
+}
+
 enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
                                      struct rmap_mismatch_effort *effort,
                                      struct rmap_diagnostics *diagnostics, struct rmap_error *err)
@@ -246,15 +298,19 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     *probe = (struct probe){.tracer = tracer, .diagnostics = diagnostics};
     probe->ends = rmap_alloc(tracer->scene->n_medium, sizeof *probe->ends);
-    if (!probe->ends) {
-        rmap_free(probe);
+    probe->sent = rmap_alloc(tracer->scene->n_source + 1, sizeof *probe->sent);
+    probe->reached = rmap_alloc(tracer->scene->n_detector + 1, 1);
+    if (!probe->ends || !probe->sent || !probe->reached) {
+        probe_destroy(probe);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     }
     double until = rmap_clock_seconds() + effort->seconds;
     effort->n_sent = 0;
     effort->cut = false;
     while (effort->n_sent < effort->n_ray && probe->n < PAIR_MAX && !effort->cut) {
-        struct watcher watcher = watch(tracer, effort->n_sent++);
+        struct watcher watcher = watch(tracer, effort->n_sent++, probe->reached);
+        probe->sent[watcher.source].n++;
+        probe->sent[watcher.source].missed += (uint64_t)!watcher.met_any;
         effort->cut = effort->n_sent < effort->n_ray && rmap_clock_seconds() > until;
         count_end(probe, &watcher);
         if (!is_mismatch(tracer->scene, &watcher))
@@ -266,14 +322,15 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
                 tell(probe, &watcher);
     }
     tell_ends(probe, effort->n_sent);
-    rmap_free(probe->ends);
-    rmap_free(probe);
+    if (probe->n == 0) /* or else rays ended early */
+        tell_lost(probe, effort->n_sent);
+    probe_destroy(probe);
     return RMAP_OK;
 }
 
 void rmap_mismatch_describe(const struct rmap_tracer *tracer, uint64_t ray, char *text,
                             size_t text_nbytes)
 {
-    struct watcher watcher = watch(tracer, ray);
+    struct watcher watcher = watch(tracer, ray, NULL);
     describe(tracer->scene, &watcher, text, text_nbytes);
 }

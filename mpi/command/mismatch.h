@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Rays that end in an error tell of media that do not fit: a surface whose near side is not the
- * medium that the light is in.
+ * medium that the light is in; rays that meet nothing, of light that is sent in vain.
  */
 #ifndef RMAP_MISMATCH_H
 #define RMAP_MISMATCH_H
@@ -20,7 +20,8 @@ struct rmap_mismatch_effort {
 
 /* Traces ray ids [0, n_ray) and adds each distinct pair (object left, object met) whose media do
  * not match to the diagnostics, where the object met stands in the file. Behind a mismatch a ray
- * is followed straight on: one mistake does not hide the next. */
+ * is followed straight on: one mistake does not hide the next. Where media match, warns of sources
+ * whose light meets nothing, and of detectors that none reaches. */
 enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
                                      struct rmap_mismatch_effort *effort,
                                      struct rmap_diagnostics *diagnostics,
