@@ -10,6 +10,8 @@
 
 #include "base/alloc.h"
 #include "io/map/map_cursor.h"
+#include "optics/fresnel.h"
+#include "trace/interact.h"
 
 enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
 
@@ -188,6 +190,50 @@ static void read_registrations(struct rmap_ray_report *report, const struct rmap
     }
 }
 
+/* On one channel; NaN where the surface has none, or an index is not known. */
+static double reflectance_on(const struct rmap_scene *scene, const struct rmap_report_step *step,
+                             int channel, double cosine)
+{
+    const struct rmap_object *object = &scene->object[step->object];
+    const bool front = rmap_dot(step->direction, step->normal) < 0.0;
+    const struct rmap_surface *surface =
+        &scene->surface[front ? object->surface_front : object->surface_back];
+    const int32_t beyond = front ? object->medium_back : object->medium_front;
+    const struct rmap_medium *near = step->medium >= 0 ? &scene->medium[step->medium] : NULL;
+    const struct rmap_medium *far = beyond >= 0 ? &scene->medium[beyond] : NULL;
+    bool total;
+    if (surface->type == RMAP_SURFACE_MIRROR && !surface->is_metal)
+        return surface->reflect_specular[channel];
+    if (!near || near->field)
+        return (double)NAN;
+    if (surface->type == RMAP_SURFACE_MIRROR)
+        return rmap_fresnel_metal(near->n[channel], surface->metal_n[channel],
+                                  surface->metal_k[channel], cosine);
+    if (surface->type != RMAP_SURFACE_FRESNEL || !far || far->field)
+        return (double)NAN;
+    return rmap_coated_reflectance(surface, channel, near->n[channel], far->n[channel], cosine,
+                                   &total);
+}
+
+static void find_incidence(struct rmap_ray_report *report)
+{
+    const struct rmap_scene *scene = report->scene;
+    for (size_t i = 0; i < report->n_step; i++) {
+        struct rmap_report_step *step = &report->step[i];
+        const double cosine = fmin(fabs(rmap_dot(step->direction, step->normal)), 1.0);
+        double sum = 0.0;
+        step->incidence_deg = step->reflectance = (double)NAN;
+        if (step->object < 0 || (size_t)step->object >= scene->n_object || isnan(cosine) ||
+            (step->medium >= 0 && (size_t)step->medium >= scene->n_medium))
+            continue;
+        step->incidence_deg = acos(cosine) * 180.0 / RMAP_PI;
+        for (int c = 0; c < scene->channels.n; c++)
+            if (step->colour[c] > 0.0)
+                sum += step->colour[c] * reflectance_on(scene, step, c, cosine);
+        step->reflectance = sum;
+    }
+}
+
 enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
                                      const struct rmap_portion *portion, size_t row, size_t segment,
                                      size_t registration, struct rmap_ray_report **report_ret,
@@ -214,6 +260,7 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
     read_points(report, portion, first_point);
     read_steps(report, portion, row, segment);
     read_registrations(report, portion, registration);
+    find_incidence(report);
     *report_ret = report;
     return RMAP_OK;
 }
@@ -335,6 +382,7 @@ enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
     copy_steps(report, history);
     copy_points(report, history);
     copy_registrations(report, history);
+    find_incidence(report);
     *report_ret = report;
     return RMAP_OK;
 }

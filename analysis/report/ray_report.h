@@ -28,6 +28,9 @@ struct rmap_report_step {
     size_t first_point, n_point;      /* of a curved segment, in the report's points; from a map its
                                          direction and length are those of the polyline through them */
     double optical_path;  /* from emission to here; NaN from a map, which keeps the sum */
+    double incidence_deg; /* between the light and the normal; NaN where nothing is met */
+    double reflectance;   /* specular, unpolarised, of the light that arrives: Fresnel's with its
+                             coat, or a mirror's; NaN of other surfaces */
     const double *colour; /* [n_channel] shares on arrival, in the report's own memory */
 };
 

@@ -82,6 +82,14 @@ static void colour_words(const struct rmap_channels *channels, const double *col
             }
 }
 
+static void add_number(struct rmap_text_table *table, int digits, double value)
+{
+    if (isnan(value))
+        rmap_text_table_add(table, "-");
+    else
+        rmap_text_table_add(table, "%.*g", digits, value);
+}
+
 static void add_registration(struct rmap_text_table *table, const struct rmap_ray_report *report,
                              const struct rmap_report_registration *r)
 {
@@ -90,7 +98,7 @@ static void add_registration(struct rmap_text_table *table, const struct rmap_ra
     rmap_text_table_add(table, "%" PRIu32, r->step);
     rmap_text_table_add(table, "%s", r->registered ? "V" : "");
     rmap_text_table_add(table, "%s", name_or_dash(name));
-    for (int c = 0; c < 4; c++)
+    for (int c = 0; c < 6; c++)
         rmap_text_table_add(table, "%s", "");
     rmap_text_table_add(table,
                         "%s: %s %.9g, %s %.9g %s, cell %" PRIu32 " %" PRIu32
@@ -112,8 +120,8 @@ static void add_registrations(struct rmap_text_table *table, const struct rmap_r
 
 static void add_history(struct rmap_text_table *table, const struct rmap_ray_report *report)
 {
-    static const char *const heading[] = {"step", "",       "object", "face",
-                                          "prim", "medium", "colour", "events"};
+    static const char *const heading[] = {"step",   "",       "object", "face", "prim",
+                                          "medium", "colour", "angle",  "R",    "events"};
     for (size_t c = 0; c < sizeof heading / sizeof *heading; c++)
         rmap_text_table_add(table, "%s", heading[c]);
     for (size_t i = 0; i < report->n_step; i++) {
@@ -130,17 +138,11 @@ static void add_history(struct rmap_text_table *table, const struct rmap_ray_rep
         rmap_text_table_add(table, step->primitive >= 0 ? "%" PRId32 : "-", step->primitive);
         rmap_text_table_add(table, "%s", name_or_dash(medium_name(report->scene, step->medium)));
         rmap_text_table_add(table, "%s", colour);
+        add_number(table, 5, step->incidence_deg);
+        add_number(table, 4, step->reflectance);
         rmap_text_table_add(table, "%s", events);
         add_registrations(table, report, i, true);
     }
-}
-
-static void add_number(struct rmap_text_table *table, int digits, double value)
-{
-    if (isnan(value))
-        rmap_text_table_add(table, "-");
-    else
-        rmap_text_table_add(table, "%.*g", digits, value);
 }
 
 static void add_vector(struct rmap_text_table *table, int digits, struct rmap_vec3 v)
@@ -214,12 +216,12 @@ enum rmap_status rmap_ray_report_print(const struct rmap_ray_report *report, FIL
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_text_table history, geometry;
-    rmap_text_table_init(&history, 8);
+    rmap_text_table_init(&history, 10);
     rmap_text_table_init(&geometry, 9);
     add_history(&history, report);
     add_geometry(&geometry, report);
     print_header(report, out);
-    RMAP_TRY(rmap_text_table_print(&history, "rllrrlll", out, err));
+    RMAP_TRY(rmap_text_table_print(&history, "rllrrllrrl", out, err));
     fprintf(out, "\nends of legs and directions, in %s%s\n", report->scene->unit,
             report->n_point > 0 ? "; ~: points of curved legs" : "");
     RMAP_TRY(rmap_text_table_print(&geometry, "rrrrrrrrr", out, err));
@@ -277,15 +279,16 @@ static json_t *step_json(const struct rmap_ray_report *report, const struct rmap
     const struct rmap_scene *scene = report->scene;
     bool object = step->object >= 0 && (size_t)step->object < scene->n_object;
     bool medium = step->medium >= 0 && (size_t)step->medium < scene->n_medium;
-    json_t *json =
-        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
-                  text_or_null(object ? scene->object[step->object].name : NULL), "face",
-                  index_or_null(step->face), "primitive", index_or_null(step->primitive), "events",
-                  event_list(step->events), "medium",
-                  text_or_null(medium ? scene->medium[step->medium].name : NULL), "position",
-                  vector(step->position), "normal", vector(step->normal), "direction",
-                  vector(step->direction), "length", rmap_json_number(step->length), "colour",
-                  colour_list(step->colour, scene->channels.n));
+    json_t *json = json_pack(
+        "{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
+        text_or_null(object ? scene->object[step->object].name : NULL), "face",
+        index_or_null(step->face), "primitive", index_or_null(step->primitive), "events",
+        event_list(step->events), "medium",
+        text_or_null(medium ? scene->medium[step->medium].name : NULL), "position",
+        vector(step->position), "normal", vector(step->normal), "direction",
+        vector(step->direction), "length", rmap_json_number(step->length), "angle_of_incidence",
+        rmap_json_number(step->incidence_deg), "reflectance", rmap_json_number(step->reflectance),
+        "colour", colour_list(step->colour, scene->channels.n));
     if (json && (step->events & RMAP_EVENT_GRADIENT))
         json_object_set_new(json, "curve", curve_list(report, step));
     if (json && !isnan(step->first_direction.x))

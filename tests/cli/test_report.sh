@@ -29,7 +29,8 @@ done
 cat >compare.py <<'PY'
 import json, math, sys
 keys = {"version", "ray", "source", "stop", "flux", "wavelength", "path_length", "optical_path", "start", "steps", "registrations"}
-step_keys = {"object", "face", "primitive", "events", "medium", "position", "normal", "direction", "length", "colour"}
+step_keys = {"object", "face", "primitive", "events", "medium", "position", "normal", "direction", "length", "angle_of_incidence", "reflectance",
+             "colour"}
 registration_keys = {"detector", "step", "cell", "x", "y", "angle", "optical_path", "registered"}
 def near(a, b, tolerance, what):
     if a is None or b is None:
