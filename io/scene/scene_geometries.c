@@ -26,16 +26,16 @@ const struct rmap_mapping rmap_geometry_keys = {
      [SPHERE] = {"a sphere", "type radius"},
      [MESH] = {"a mesh", "type file scale"},
      [LENS] = {"a lens", "type surfaces surface edge"}},
-    {{"radius", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
-     {"radius", NUMBER(radius), &rmap_range_positive, 0, RMAP_REQUIRED,
+    {{"radius", NUMBER(aperture), &rmap_range_positive_length, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
+     {"radius", NUMBER(radius), &rmap_range_positive_length, 0, RMAP_REQUIRED,
       RMAP_TYPE(CYLINDER) | RMAP_TYPE(SPHERE)},
-     {"radius", NUMBER(radius), &rmap_range_nonnegative, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
-     {"radius2", NUMBER(radius2), &rmap_range_nonnegative, 0, RMAP_REQUIRED},
-     {"length", NUMBER(length), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"radius", NUMBER(radius), &rmap_range_nonnegative_length, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
+     {"radius2", NUMBER(radius2), &rmap_range_nonnegative_length, 0, RMAP_REQUIRED},
+     {"length", NUMBER(length), &rmap_range_positive_length, 0, RMAP_REQUIRED},
      {"conic", NUMBER(conic), &rmap_range_any},
-     {"aperture", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED},
-     {"inner", NUMBER(inner), &rmap_range_nonnegative},
-     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive, 0,
+     {"aperture", NUMBER(aperture), &rmap_range_positive_length, 0, RMAP_REQUIRED},
+     {"inner", NUMBER(inner), &rmap_range_nonnegative_length},
+     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive_length, 0,
       RMAP_REQUIRED}}};
 #undef NUMBER
 
@@ -106,14 +106,14 @@ static bool read_curvature(struct rmap_reader *reader, const struct rmap_yaml_no
         return false;
     }
     if (!node)
-        return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_any,
+        return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_curvature,
                                   curvature);
     static const char *const infinite[] = {"inf",   "+inf",  "-inf",     ".inf",
                                            "+.inf", "-.inf", "infinity", "Infinity"};
     for (size_t i = 0; node->kind == RMAP_YAML_SCALAR && i < RMAP_COUNT(infinite); i++)
         if (strcmp(node->text, infinite[i]) == 0)
             return true;
-    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_any, &radius))
+    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_length, &radius))
         return false;
     *curvature = radius != 0 ? 1.0 / radius : 0.0;
     if (isfinite(*curvature))

@@ -85,8 +85,8 @@ bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_no
     } else {
         struct rmap_vec3 scale = {1, 1, 1}, rotate = {0, 0, 0}, at = {0, 0, 0};
         bool good = read_scale(reader, map, &scale);
-        good &= rmap_reader_vec3(reader, map, "rotate", &rotate);
-        good &= rmap_reader_vec3(reader, map, "at", &at);
+        good &= rmap_reader_vec3(reader, map, "rotate", &rmap_range_angle, &rotate);
+        good &= rmap_reader_vec3(reader, map, "at", &rmap_range_length, &at);
         if (!good)
             return false;
         *placement = rmap_affine_placement(scale, rotate, at);

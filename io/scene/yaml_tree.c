@@ -356,6 +356,11 @@ out:
 enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_yaml_node **root_ret,
                                  struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
+    /* Some editors begin a file with the byte order mark; columns are counted without it. */
+    if (nbytes >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
+        text += 3;
+        nbytes -= 3;
+    }
     struct builder b = {.diagnostics = diagnostics, .err = err, .text = text};
     if (!yaml_parser_initialize(&b.parser))
         return no_memory(err);

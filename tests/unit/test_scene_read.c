@@ -48,6 +48,39 @@ static void assert_vec(struct rmap_vec3 v, double x, double y, double z)
 
 #define SOURCE "sources: [{name: s, type: point}]\n"
 
+/* ---- units ---- */
+
+static void test_units(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "\xef\xbb\xbfraymap: 1\nunits: m\n"
+        "spectrum: {wavelengths: [632.8 nm, 0.4861 um]}\n"
+        "media:\n"
+        "  ink: {index: 1, absorption: 3 /cm, scattering: 2 /m}\n"
+        "  oil: {table: {wavelength: [0.4 um, 700 nm], n: [1.5, 1.4]}, wavelength_unit: um}\n"
+        "surfaces: {grey: {type: lambert, reflectance: 7 %}}\n"
+        "geometries: {ball: {type: sphere, radius: 5 mm}}\n"
+        "objects:\n"
+        "  - {name: bead, geometry: ball, surface: grey, at: [1, 2 in, 3 cm],\n"
+        "     rotate: [0, 0, 100 mrad]}\n"
+        "sources:\n"
+        "  - {name: s, type: point, cone: 0.5 rad, spectrum: {lines: {632.8 nm: 1}}}\n"
+        "  - {name: hot, type: point, spectrum: {blackbody: 4000 K}}\n");
+    assert_near(scene->channels.wavelength_nm[0], 486.1, 1e-12);
+    assert_near(scene->channels.wavelength_nm[1], 632.8, 0);
+    assert_near(scene->medium[0].absorption[0], 300, 0);
+    assert_near(scene->medium[0].scattering[0], 2, 0);
+    assert_near(scene->medium[1].n[1], 1.5 - 0.1 * (632.8 - 400) / 300, 1e-12);
+    assert_near(scene->surface[0].reflect_diffuse[0], 0.07, 0);
+    assert_near(scene->geometry[0].shape.radius, 0.005, 0);
+    assert_vec(scene->object[0].to_world.t, 1, 0.0508, 0.03);
+    assert_near(scene->object[0].to_world.m[1][0], sin(0.1), 1e-15);
+    assert_near(scene->source[0].cone_rad, 0.5, 1e-15);
+    assert_near(scene->source[0].colour[1], 1, 0);
+    rmap_scene_destroy(scene);
+}
+
 /* ---- channels ---- */
 
 static void test_wavelengths(void **state)
@@ -542,13 +575,21 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
-        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_units),
+        cmocka_unit_test(test_wavelengths),
+        cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),
+        cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),
+        cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames),
+        cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),
+        cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),
+        cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
