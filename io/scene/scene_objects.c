@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_bodies.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
@@ -336,7 +337,10 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     plan->geometry = entry->geometry;
-    rmap_reader_add_object(reader, plan);
+    if (entry->closed)
+        rmap_reader_expand_closed(reader, entry, plan);
+    else
+        rmap_reader_add_object(reader, plan);
 }
 
 static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,

@@ -69,6 +69,9 @@ struct rmap_geometry_entry {
     bool broken;
     struct rmap_lens *lens; /* or NULL: `geometry` of the scene */
     int32_t geometry;
+    bool closed; /* a tube with caps, each -1 where there is none */
+    int32_t bottom, top;
+    double length;
 };
 
 /* Where a gradient medium's index lives. */

@@ -48,6 +48,45 @@ static void assert_vec(struct rmap_vec3 v, double x, double y, double z)
 
 #define SOURCE "sources: [{name: s, type: point}]\n"
 
+/* ---- closed bodies ---- */
+
+static void test_bodies(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries:\n"
+        "  brick: {type: box, size: [2, 4, 6]}\n"
+        "  bar: {type: prism, points: [[0, 0], [1 cm, 0], [0, 5]], length: 3}\n"
+        "  hexagon: {type: prism, sides: 6, radius: 2, length: 1}\n"
+        "  rod: {type: cylinder, radius: 2, length: 7, closed: true}\n"
+        "  tip: {type: cone, radius: 0, radius2: 3, length: 7, closed: true}\n"
+        "objects:\n"
+        "  - {name: a, geometry: brick, surface: absorber}\n"
+        "  - {name: b, geometry: rod, at: [1, 0, 0], surface: absorber}\n"
+        "  - {name: c, geometry: tip, surface: absorber}\n"
+        "detectors:\n"
+        "  - {name: d, type: plane, on: {object: a, faces: [-x, top]}, cells: 1}\n" SOURCE);
+    const struct rmap_mesh *brick = scene->geometry[0].mesh;
+    struct rmap_vec3 lower, upper;
+    rmap_mesh_bounds(brick, &lower, &upper);
+    assert_vec(lower, -1, -2, 0);
+    assert_vec(upper, 1, 2, 6);
+    assert_int_equal(brick->n_triangle, 12);
+    assert_string_equal(brick->face_name[3], "+x");
+    assert_int_equal(scene->detector[0].face[1], 1);
+    assert_int_equal(scene->detector[0].face[5], 1);
+    assert_int_equal(scene->detector[0].face[3], 0);
+    assert_int_equal(scene->n_object, 1 + 3 + 2); /* no bottom at the tip */
+    int bottom = index_of(scene, "b.bottom"), top = index_of(scene, "b.top");
+    assert_vec(scene->object[bottom].to_world.t, 1, 0, 0);
+    assert_near(scene->object[bottom].to_world.m[2][2], -1, 0);
+    assert_vec(scene->object[top].to_world.t, 1, 0, 7);
+    assert_near(scene->geometry[scene->object[top].geometry].shape.aperture, 2, 0);
+    assert_int_equal(index_of(scene, "c.bottom"), -1);
+    rmap_scene_destroy(scene);
+}
+
 /* ---- units ---- */
 
 static void test_units(void **state)
@@ -575,21 +614,14 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_units),
-        cmocka_unit_test(test_wavelengths),
-        cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),
-        cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),
-        cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),
-        cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_turned_frames),
-        cmocka_unit_test(test_detectors_on_meshes),
-        cmocka_unit_test(test_simulation),
-        cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),
-        cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_bodies),        cmocka_unit_test(test_units),
+        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
