@@ -132,6 +132,14 @@ static const struct mistake mistakes[] = {
      "656 nm: its ends stand for the rest\n"},
     {7, "  bk7: {glass: N-BK7}\n  bk7: {index: 1}",
      "8:3: error: duplicate key 'bk7' (first on line 7): remove or rename one\n"},
+    {7, "  bk7: {<<: glass, index: 1.5}",
+     "7:9: error: '<<' takes the keys of a mapping or of a list of mappings, as in <<: *base\n"},
+    {7, "  bk7: {<<: {index: 1}, <<: {index: 2}}",
+     "7:25: error: duplicate key '<<' (first on line 7): remove or rename one\n"
+     "7:25: error: unknown key in a medium: '<<'; known: index, glass, sellmeier, table, gradient, "
+     "wavelength_unit, absorption, scattering, scattering_g\n"},
+    {7, "  bk7: {<<: {absorbtion: 1}, index: 1.5}",
+     "7:14: error: unknown key in a medium: 'absorbtion' (did you mean 'absorption'?)\n"},
     /* surfaces */
     {9, "  polished: {type: fresnell}",
      "9:20: error: unknown type 'fresnell' (did you mean 'fresnel'?)\n"},

@@ -87,6 +87,27 @@ static void test_bodies(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* ---- merge keys ---- */
+
+static void test_merge_keys(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read("raymap: 1\n"
+                                         "media:\n"
+                                         "  one: &one {index: 1.5, absorption: 1}\n"
+                                         "  two: {<<: *one, index: 2}\n"
+                                         "  three: {<<: [{absorption: 3}, *one]}\n"
+                                         "  four: &four {<<: &base {<<: *one, absorption: 4}}\n"
+                                         "  five: {<<: *four}\n"
+                                         "  six: {<<: *base}\n" SOURCE);
+    static const double want[6][2] = {{1.5, 1}, {2, 1}, {1.5, 3}, {1.5, 4}, {1.5, 4}, {1.5, 4}};
+    for (int i = 0; i < 6; i++) {
+        assert_near(scene->medium[i].n[0], want[i][0], 0);
+        assert_near(scene->medium[i].absorption[0], want[i][1], 0);
+    }
+    rmap_scene_destroy(scene);
+}
+
 /* ---- units ---- */
 
 static void test_units(void **state)
@@ -614,14 +635,23 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bodies),        cmocka_unit_test(test_units),
-        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
-        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_bodies),
+        cmocka_unit_test(test_merge_keys),
+        cmocka_unit_test(test_units),
+        cmocka_unit_test(test_wavelengths),
+        cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),
+        cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),
+        cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames),
+        cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),
+        cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),
+        cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
