@@ -87,6 +87,42 @@ static void test_bodies(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* ---- copies ---- */
+
+static void test_copies(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        must_read("raymap: 1\n"
+                  "geometries:\n"
+                  "  ball: {type: sphere, radius: 1}\n"
+                  "  rod: {type: cylinder, radius: 2, length: 7, closed: true}\n"
+                  "objects:\n"
+                  "  - name: hall\n"
+                  "    scale: 2\n"
+                  "    objects:\n"
+                  "      - name: desk\n"
+                  "        copies: {count: [3, 2], step: [10, 2 cm]}\n"
+                  "        at: [1, 0, 0]\n"
+                  "        rotate: [0, 0, 90]\n"
+                  "        objects:\n"
+                  "          - {name: bead, geometry: ball, surface: absorber, at: [5, 0, 0],\n"
+                  "             copies: {count: 2, step: 3}}\n"
+                  "          - {name: rod, geometry: rod, surface: absorber}\n" SOURCE);
+    assert_int_equal(scene->n_geometry, 4);
+    assert_int_equal(scene->n_object, 3 * 2 * (2 + 3));
+    assert_int_equal(scene->n_group, 1 + 1 + 6 * 3); /* hall, desk, desk.N, its bead, its rod */
+    /* The fifth: second along x, second along y. Within it x is turned to y. */
+    int bead = index_of(scene, "desk.5.bead.2");
+    assert_true(bead >= 0);
+    assert_vec(scene->object[bead].to_world.t, 2 * (1 + 10), 2 * (20 + 5 + 3), 0);
+    const struct rmap_group *group = &scene->group[scene->object[bead].parent];
+    assert_string_equal(group->name, "desk.5.bead");
+    assert_string_equal(scene->group[group->parent].name, "desk.5");
+    assert_true(index_of(scene, "desk.6.rod.top") >= 0);
+    rmap_scene_destroy(scene);
+}
+
 /* ---- merge keys ---- */
 
 static void test_merge_keys(void **state)
@@ -635,23 +671,15 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bodies),
-        cmocka_unit_test(test_merge_keys),
-        cmocka_unit_test(test_units),
-        cmocka_unit_test(test_wavelengths),
-        cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),
-        cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),
-        cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),
-        cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_turned_frames),
-        cmocka_unit_test(test_detectors_on_meshes),
-        cmocka_unit_test(test_simulation),
-        cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),
-        cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_bodies),        cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_merge_keys),    cmocka_unit_test(test_units),
+        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
