@@ -33,6 +33,9 @@ static const char *units_of(enum rmap_dimension dimension, const struct rmap_sce
 {
     switch (dimension) {
     case RMAP_DIMENSION_NONE:
+    case RMAP_DIMENSION_SHARE:
+    case RMAP_DIMENSION_TEMPERATURE:
+    case RMAP_DIMENSION_PER_LENGTH:
         return "none: this is a plain number";
     case RMAP_DIMENSION_LENGTH:
     case RMAP_DIMENSION_WAVELENGTH:

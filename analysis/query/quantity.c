@@ -59,6 +59,9 @@ static const char *unit_of(const struct rmap_scene *scene, enum rmap_dimension d
     case RMAP_DIMENSION_FLUX:
         return scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
     case RMAP_DIMENSION_NONE:
+    case RMAP_DIMENSION_SHARE:
+    case RMAP_DIMENSION_TEMPERATURE:
+    case RMAP_DIMENSION_PER_LENGTH:
     case RMAP_DIMENSION_MIXED:
         break;
     }

@@ -83,6 +83,22 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle)
     rmap_free(bundle);
 }
 
+enum rmap_status rmap_bundle_rename(struct rmap_bundle *bundle, const char *name,
+                                    struct rmap_error *err)
+{
+    const char *slash = bundle->path ? strrchr(bundle->path, '/') : NULL;
+    size_t folder = slash ? (size_t)(slash - bundle->path) + 1 : 0;
+    char *path = rmap_alloc(folder + strlen(name) + 1, 1);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    if (folder)
+        memcpy(path, bundle->path, folder);
+    memcpy(path + folder, name, strlen(name) + 1);
+    rmap_free(bundle->path);
+    bundle->path = path;
+    return RMAP_OK;
+}
+
 /* A list with room for one more item of `size` bytes, and a copy of the item's name. */
 static void *grow(void *list, size_t n, size_t size, const char *name, char **name_ret,
                   struct rmap_error *err)

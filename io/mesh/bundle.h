@@ -61,6 +61,12 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_bundle_destroy(struct rmap_bundle *bundle);
 
+/* What a scene's file is called in new maps, so that its name is no part of the scene; maps of
+ * before have the file's own. Keeps the folder, where plug-ins are found. RMAP_SYSTEM. */
+#define RMAP_SCENE_NAME "scene.yaml"
+enum rmap_status rmap_bundle_rename(struct rmap_bundle *bundle, const char *name,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
 /* Takes the mesh over, on success alone; for rmap_scene_read. */
 enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
                                       struct rmap_mesh *mesh, struct rmap_error *err) RMAP_MUST_USE;

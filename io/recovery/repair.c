@@ -88,10 +88,19 @@ static enum rmap_status write_from_scene(const char *path, const struct rmap_run
     struct rmap_piece_origin found = {0}, given;
     struct rmap_run run = *scene;
     struct rmap_run_row row = {.first_ray = UINT64_MAX, .n_rank = 1};
+    struct rmap_bundle common; /* under the name that files have in maps, not their own */
     uint64_t end = 0;
-    char isa[32] = "";
+    char isa[32] = "", name[] = RMAP_SCENE_NAME;
     RMAP_TRY(rmap_piece_origin_of(&run, &given, err));
     RMAP_TRY(read_disk(path, given.space_digest, &content, &found, err));
+    if (strcmp(given.space_digest, found.space_digest) != 0) {
+        common = *scene->bundle;
+        common.path = name;
+        run.bundle = &common;
+        rmap_map_content_fini(&content);
+        RMAP_TRY(rmap_piece_origin_of(&run, &given, err));
+        RMAP_TRY(read_disk(path, given.space_digest, &content, &found, err));
+    }
     if (content.n_piece == 0) {
         st = rmap_error_set(err, RMAP_FORMAT, "%s holds no piece that can be read", path);
         goto out;

@@ -23,7 +23,7 @@ static bool read_forward(struct rmap_reader *reader, const struct rmap_yaml_node
 {
     const struct rmap_yaml_node *look_at = rmap_yaml_get(node, "look_at");
     struct rmap_vec3 target = {0, 0, 0};
-    bool good = rmap_reader_vec3(reader, node, "at", &camera->at);
+    bool good = rmap_reader_vec3(reader, node, "at", &rmap_range_length, &camera->at);
     *distance = 0;
     if (look_at && rmap_yaml_get(node, "direction")) {
         rmap_reader_error(reader, look_at, "give 'look_at' or 'direction', not both");
@@ -37,7 +37,7 @@ static bool read_forward(struct rmap_reader *reader, const struct rmap_yaml_node
                           camera->name);
         return false;
     }
-    if (!rmap_reader_vec3(reader, node, "look_at", &target) || !good)
+    if (!rmap_reader_vec3(reader, node, "look_at", &rmap_range_length, &target) || !good)
         return false;
     struct rmap_vec3 away = rmap_sub(target, camera->at);
     *distance = rmap_length(away);
@@ -97,10 +97,10 @@ static void read_sensor(struct rmap_reader *reader, const struct rmap_yaml_node 
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "sensor");
     double f = 1, sensor[2] = {1, 1};
     size_t n = 0;
-    if (!rmap_reader_number(reader, node, "focal_length", RMAP_REQUIRED, &rmap_range_positive,
-                            &f) ||
-        !rmap_reader_numbers(reader, node, "sensor", RMAP_REQUIRED, &rmap_range_positive, 2, 2,
-                             sensor, &n))
+    if (!rmap_reader_number(reader, node, "focal_length", RMAP_REQUIRED,
+                            &rmap_range_positive_length, &f) ||
+        !rmap_reader_numbers(reader, node, "sensor", RMAP_REQUIRED, &rmap_range_positive_length, 2,
+                             2, sensor, &n))
         return;
     double distance = f;
     if (camera->type == RMAP_CAMERA_THIN_LENS && !(camera->focus > f)) {
@@ -124,7 +124,8 @@ static void read_sensor(struct rmap_reader *reader, const struct rmap_yaml_node 
 static void read_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        struct rmap_camera *camera)
 {
-    const struct rmap_range angle = {1e-6, 179, "an angle greater than 0 and up to 179 degrees"};
+    const struct rmap_range angle = {1e-6, 179, "an angle greater than 0 and up to 179 degrees",
+                                     RMAP_DIMENSION_ANGLE};
     const struct rmap_yaml_node *fov_at = rmap_yaml_get(node, "fov");
     bool sensor = rmap_yaml_get(node, "sensor") || rmap_yaml_get(node, "focal_length");
     double fov = 40;
@@ -138,17 +139,16 @@ static void read_field(struct rmap_reader *reader, const struct rmap_yaml_node *
         camera->slope = tan(0.5 * fov * RMAP_PI / 180);
 }
 
-#define NUMBER(member) RMAP_KEY_NUMBER, offsetof(struct rmap_camera, member), &rmap_range_positive
 #define SEEN                                                                                       \
     "name type at look_at up direction resolution fov sensor focal_length exposure medium within"
 const struct rmap_mapping rmap_camera_keys = {
     "cameras",
     "pinhole thin_lens",
     {{"a pinhole camera", SEEN}, {"a thin_lens camera", SEEN " focus aperture"}},
-    {{"exposure", NUMBER(exposure)},
+    {{"exposure", RMAP_KEY_NUMBER, offsetof(struct rmap_camera, exposure), &rmap_range_positive},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_camera, medium)},
-     {"aperture", NUMBER(aperture), .need = RMAP_REQUIRED}}};
-#undef NUMBER
+     {"aperture", RMAP_KEY_NUMBER, offsetof(struct rmap_camera, aperture),
+      &rmap_range_positive_length, .need = RMAP_REQUIRED}}};
 
 static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_camera *camera)
@@ -164,8 +164,8 @@ static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node 
     camera->focus = distance;
     if (thin)
         (void)rmap_reader_number(reader, node, "focus",
-                                 distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED, &rmap_range_positive,
-                                 &camera->focus);
+                                 distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED,
+                                 &rmap_range_positive_length, &camera->focus);
     (void)rmap_reader_known(reader, node, &rmap_camera_keys, type);
     (void)rmap_reader_fill(reader, node, &rmap_camera_keys, type, camera);
     read_resolution(reader, node, camera);

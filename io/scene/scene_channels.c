@@ -34,7 +34,8 @@ void rmap_reader_read_units(struct rmap_reader *reader)
 }
 
 static const struct rmap_range steps = {1, UINT32_MAX, NULL};
-static const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
+static const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1",
+                                            RMAP_DIMENSION_SHARE};
 const struct rmap_mapping rmap_limits_keys = {
     "Head",
     NULL,
@@ -70,7 +71,7 @@ static void gather(struct rmap_reader *reader, struct gathered *set, double nm)
 
 static bool number_of(const char *text, double *value)
 {
-    return rmap_reader_parse_number(text, strlen(text), value) && *value > 0;
+    return rmap_reader_parse_wavelength(text, value);
 }
 
 /* False when the source has light at other wavelengths than ones it names. */
@@ -155,7 +156,7 @@ struct range {
     double from, to, step;
 };
 #define STEP(member)                                                                               \
-    RMAP_KEY_NUMBER, offsetof(struct range, member), &rmap_range_positive, .need = RMAP_REQUIRED
+    RMAP_KEY_NUMBER, offsetof(struct range, member), &rmap_range_wavelength, .need = RMAP_REQUIRED
 static const struct rmap_mapping range_keys = {
     "Head",
     NULL,
@@ -193,7 +194,7 @@ static void channels_of_list(struct rmap_reader *reader, const struct rmap_yaml_
     set_visible(&reader->scene->channels);
     if (node->kind == RMAP_YAML_SCALAR) {
         double nm = 0;
-        if (rmap_reader_scalar(reader, node, "'wavelengths'", &rmap_range_positive, &nm))
+        if (rmap_reader_scalar(reader, node, "'wavelengths'", &rmap_range_wavelength, &nm))
             set_channels(reader, node, &nm, 1);
         return;
     }
@@ -201,7 +202,7 @@ static void channels_of_list(struct rmap_reader *reader, const struct rmap_yaml_
     if (!nm)
         return;
     for (size_t i = 0; i < node->n_item; i++)
-        if (rmap_reader_scalar(reader, node->item[i].value, "a wavelength", &rmap_range_positive,
+        if (rmap_reader_scalar(reader, node->item[i].value, "a wavelength", &rmap_range_wavelength,
                                &nm[n]))
             n++;
     size_t distinct = sort_unique(nm, n);
@@ -342,7 +343,7 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
             good = false;
             continue;
         }
-        read_column(reader, node, key.word[k], k ? range : &rmap_range_positive, &n, &column[k]);
+        read_column(reader, node, key.word[k], k ? range : &rmap_range_wavelength, &n, &column[k]);
         good &= n > 0;
         if (k == 0)
             n_row = n;
@@ -419,7 +420,7 @@ static void read_lines(struct rmap_reader *reader, const struct rmap_yaml_node *
     for (size_t i = 0; i < node->n_item; i++) {
         const struct rmap_yaml_item *item = &node->item[i];
         const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        if (!rmap_reader_parse_number(item->key, strlen(item->key), &nm[n]) || !(nm[n] > 0)) {
+        if (!rmap_reader_parse_wavelength(item->key, &nm[n])) {
             rmap_reader_error(reader, &place, "a wavelength in nm must stand here, not '%.40s'",
                               item->key);
             continue;
@@ -470,7 +471,7 @@ void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_y
         read_table(reader, table ? table : node, &rmap_range_nonnegative, spectrum, &good);
     else if (rgb)
         (void)read_rgb(reader, node, &rmap_range_nonnegative, spectrum);
-    else if (rmap_reader_number(reader, node, "blackbody", RMAP_REQUIRED, &rmap_range_positive,
+    else if (rmap_reader_number(reader, node, "blackbody", RMAP_REQUIRED, &rmap_range_temperature,
                                 &spectrum->temperature_k))
         spectrum->kind = RMAP_SPECTRUM_BLACKBODY;
 }

@@ -306,8 +306,8 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
 }
 
-static const struct rmap_range right_angle = {1e-9, 90,
-                                              "an angle greater than 0 and up to 90 degrees"};
+static const struct rmap_range right_angle = {
+    1e-9, 90, "an angle greater than 0 and up to 90 degrees", RMAP_DIMENSION_ANGLE};
 const struct rmap_mapping rmap_detector_keys = {
     "detectors",
     "plane intensity",
@@ -337,8 +337,8 @@ static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *
         return;
     }
     if (!on || rmap_yaml_get(node, "size"))
-        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive, 1, 2,
-                                  detector->size, &n);
+        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive_length,
+                                  1, 2, detector->size, &n);
     if (n == 1)
         detector->size[1] = detector->size[0];
 }

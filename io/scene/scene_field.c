@@ -180,7 +180,7 @@ static void reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_n
         !rmap_reader_check_map(reader, said, "dispersion", "glass sellmeier table reference mode"))
         return;
     read_model(reader, said, &of, &good);
-    good &= rmap_reader_number(reader, said, "reference", RMAP_OPTIONAL, &rmap_range_positive,
+    good &= rmap_reader_number(reader, said, "reference", RMAP_OPTIONAL, &rmap_range_wavelength,
                                &reference);
     good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL,
                                "additive refractivity multiplicative", &mode);
@@ -211,7 +211,7 @@ enum { N_TYPE_MAX = 48, N_KEY_MAX = 48 };
 
 static const char *const placement_key[] = {"type", "at", "rotate", "scale", "matrix"};
 #define LENGTH(member)                                                                             \
-    RMAP_KEY_NUMBER, offsetof(struct rmap_curve_options, member), &rmap_range_positive
+    RMAP_KEY_NUMBER, offsetof(struct rmap_curve_options, member), &rmap_range_positive_length
 #define SHARMA .types = RMAP_TYPE(RMAP_SCHEME_SHARMA)
 static const char *const scheme_word[] = {"adaptive", "sharma", "fixed", "integrated"};
 static const struct rmap_range max_steps = {1, UINT32_MAX, NULL};
@@ -227,7 +227,8 @@ const struct rmap_mapping rmap_curve_keys = {
      {"polyline", LENGTH(polyline)},
      {"step_min", LENGTH(step_min), SHARMA},
      {"step_max", LENGTH(step_max), SHARMA},
-     {"step_amplitude", LENGTH(amplitude), SHARMA},
+     {"step_amplitude", RMAP_KEY_NUMBER, offsetof(struct rmap_curve_options, amplitude),
+      &rmap_range_positive, SHARMA},
      {"step", LENGTH(step), .types = RMAP_TYPE(RMAP_SCHEME_SHARMA_FIXED)},
      {"max_steps", RMAP_KEY_WHOLE, offsetof(struct rmap_curve_options, max_steps), &max_steps}}};
 #undef LENGTH

@@ -27,7 +27,7 @@ static void read_noise(struct rmap_reader *reader, const struct rmap_yaml_node *
     bool good = true;
     (void)place;
     rmap_reader_parameters(reader, node, parameter, 2, value, &good);
-    good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, &rmap_range_positive,
+    good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, &rmap_range_positive_length,
                                &noise->length);
     good &= rmap_reader_number(reader, node, "persistence", RMAP_OPTIONAL, &rmap_range_nonnegative,
                                &noise->persistence);
@@ -101,8 +101,8 @@ static void read_formula(struct rmap_reader *reader, const struct rmap_yaml_node
     formula.text = rmap_reader_text(reader, node, "formula", RMAP_REQUIRED);
     read_constants(reader, node, &formula, &good);
     read_slopes(reader, node, &formula, &good);
-    good &= rmap_reader_number(reader, node, "difference", RMAP_OPTIONAL, &rmap_range_positive,
-                               &formula.difference);
+    good &= rmap_reader_number(reader, node, "difference", RMAP_OPTIONAL,
+                               &rmap_range_positive_length, &formula.difference);
     if (good && formula.text)
         rmap_reader_made(reader, rmap_yaml_get(node, "formula"),
                          rmap_field_formula(field_ret, rmap_reader_distinct_wavelengths(reader),

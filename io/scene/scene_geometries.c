@@ -8,35 +8,38 @@
 
 #include "base/alloc.h"
 #include "io/mesh/mesh_read.h"
+#include "io/scene/scene_bodies.h"
 #include "io/scene/scene_geometries.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
 
-enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS };
+enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS, BOX, PRISM };
 
 #define NUMBER(member) RMAP_KEY_NUMBER, offsetof(struct rmap_shape, member)
 const struct rmap_mapping rmap_geometry_keys = {
     "geometries",
-    "conic rectangle disc cylinder cone sphere mesh lens",
+    "conic rectangle disc cylinder cone sphere mesh lens box prism",
     {[CONIC] = {"a conic", "type radius curvature conic asphere aperture inner"},
      [RECTANGLE] = {"a rectangle", "type size"},
      [DISC] = {"a disc", "type radius inner"},
-     [CYLINDER] = {"a cylinder", "type radius length"},
-     [CONE] = {"a cone", "type radius radius2 length"},
+     [CYLINDER] = {"a cylinder", "type radius length closed"},
+     [CONE] = {"a cone", "type radius radius2 length closed"},
      [SPHERE] = {"a sphere", "type radius"},
      [MESH] = {"a mesh", "type file scale"},
-     [LENS] = {"a lens", "type surfaces surface edge"}},
-    {{"radius", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
-     {"radius", NUMBER(radius), &rmap_range_positive, 0, RMAP_REQUIRED,
+     [LENS] = {"a lens", "type surfaces surface edge"},
+     [BOX] = {"a box", "type size"},
+     [PRISM] = {"a prism", "type points sides radius length"}},
+    {{"radius", NUMBER(aperture), &rmap_range_positive_length, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
+     {"radius", NUMBER(radius), &rmap_range_positive_length, 0, RMAP_REQUIRED,
       RMAP_TYPE(CYLINDER) | RMAP_TYPE(SPHERE)},
-     {"radius", NUMBER(radius), &rmap_range_nonnegative, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
-     {"radius2", NUMBER(radius2), &rmap_range_nonnegative, 0, RMAP_REQUIRED},
-     {"length", NUMBER(length), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"radius", NUMBER(radius), &rmap_range_nonnegative_length, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
+     {"radius2", NUMBER(radius2), &rmap_range_nonnegative_length, 0, RMAP_REQUIRED},
+     {"length", NUMBER(length), &rmap_range_positive_length, 0, RMAP_REQUIRED},
      {"conic", NUMBER(conic), &rmap_range_any},
-     {"aperture", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED},
-     {"inner", NUMBER(inner), &rmap_range_nonnegative},
-     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive, 0,
-      RMAP_REQUIRED}}};
+     {"aperture", NUMBER(aperture), &rmap_range_positive_length, 0, RMAP_REQUIRED},
+     {"inner", NUMBER(inner), &rmap_range_nonnegative_length},
+     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive_length, 0,
+      RMAP_REQUIRED, RMAP_TYPE(RECTANGLE)}}};
 #undef NUMBER
 
 static struct rmap_geometry *add_geometry(struct rmap_reader *reader, const char *name,
@@ -106,14 +109,14 @@ static bool read_curvature(struct rmap_reader *reader, const struct rmap_yaml_no
         return false;
     }
     if (!node)
-        return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_any,
+        return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_curvature,
                                   curvature);
     static const char *const infinite[] = {"inf",   "+inf",  "-inf",     ".inf",
                                            "+.inf", "-.inf", "infinity", "Infinity"};
     for (size_t i = 0; node->kind == RMAP_YAML_SCALAR && i < RMAP_COUNT(infinite); i++)
         if (strcmp(node->text, infinite[i]) == 0)
             return true;
-    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_any, &radius))
+    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_length, &radius))
         return false;
     *curvature = radius != 0 ? 1.0 / radius : 0.0;
     if (isfinite(*curvature))
@@ -192,6 +195,18 @@ char *rmap_reader_path(struct rmap_reader *reader, const char *file)
     return path;
 }
 
+/* Into the bundle; NULL: there is none, or no memory. */
+static struct rmap_mesh *keep_mesh(struct rmap_reader *reader, const char *name,
+                                   struct rmap_mesh *mesh)
+{
+    if (mesh && rmap_bundle_add_mesh(reader->bundle, name, mesh, &reader->failure) == RMAP_OK)
+        return mesh;
+    if (mesh)
+        rmap_reader_fail(reader, RMAP_SYSTEM);
+    rmap_mesh_destroy(mesh);
+    return NULL;
+}
+
 /* NULL after a complaint. */
 static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
                                    const struct rmap_yaml_node *at, double scale)
@@ -206,23 +221,30 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
                          n_degenerate);
     rmap_reader_made(reader, at, st);
-    if (mesh && rmap_bundle_add_mesh(reader->bundle, name, mesh, &reader->failure) == RMAP_OK)
-        return mesh;
-    if (mesh)
-        rmap_reader_fail(reader, RMAP_SYSTEM);
-    rmap_mesh_destroy(mesh);
-    return NULL;
+    return keep_mesh(reader, name, mesh);
+}
+
+/* Made meshes are kept as read ones are: a sine may differ where the map is opened. */
+static struct rmap_mesh *make_body(struct rmap_reader *reader, const char *name,
+                                   const struct rmap_yaml_node *node, enum kind kind)
+{
+    return keep_mesh(reader, name,
+                     kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node));
 }
 
 static void read_mesh(struct rmap_reader *reader, const char *name,
-                      const struct rmap_yaml_node *node, struct rmap_geometry_entry *entry)
+                      const struct rmap_yaml_node *node, enum kind kind,
+                      struct rmap_geometry_entry *entry)
 {
     const struct rmap_name *bundled = rmap_names_find(&reader->meshes, name);
     const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
-    const char *file = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
-    double scale = mesh_scale(reader, node);
-    if (!file || !(scale > 0))
+    const struct rmap_yaml_node *at = kind == MESH ? rmap_yaml_get(node, "file") : node;
+    double scale = 1;
+    if (kind == MESH && !rmap_reader_text(reader, node, "file", RMAP_REQUIRED))
+        at = NULL;
+    if (kind == MESH)
+        scale = mesh_scale(reader, node);
+    if (!at || !(scale > 0))
         return;
     if (!mesh && reader->bundle->meshes_complete) {
         rmap_reader_error(reader, at, "the mesh of geometry '%.60s' is not stored with the scene",
@@ -230,7 +252,8 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
         return;
     }
     if (!mesh)
-        mesh = load_mesh(reader, name, at, scale);
+        mesh =
+            kind == MESH ? load_mesh(reader, name, at, scale) : make_body(reader, name, node, kind);
     struct rmap_geometry *geometry = mesh ? add_geometry(reader, name, &entry->geometry) : NULL;
     if (!geometry)
         return;
@@ -250,8 +273,8 @@ static void read_geometry(struct rmap_reader *reader, const char *name,
         return;
     enum kind kind = (enum kind)choice;
     (void)rmap_reader_known(reader, node, &rmap_geometry_keys, choice);
-    if (kind == MESH) {
-        read_mesh(reader, name, node, entry);
+    if (kind == MESH || kind == BOX || kind == PRISM) {
+        read_mesh(reader, name, node, kind, entry);
         return;
     }
     if (kind == LENS) {
@@ -260,8 +283,13 @@ static void read_geometry(struct rmap_reader *reader, const char *name,
     }
     entry->broken = kind == CONIC ? !rmap_reader_conic(reader, node, &shape)
                                   : !read_shape(reader, node, kind, &shape);
-    if (!entry->broken)
-        rmap_reader_add_shape(reader, name, &shape, &entry->geometry);
+    if (entry->broken)
+        return;
+    rmap_reader_add_shape(reader, name, &shape, &entry->geometry);
+    bool closed = false;
+    if ((kind == CYLINDER || kind == CONE) && rmap_reader_bool(reader, node, "closed", &closed) &&
+        closed)
+        rmap_reader_add_caps(reader, &shape, entry);
 }
 
 void rmap_reader_read_geometries(struct rmap_reader *reader)

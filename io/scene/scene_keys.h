@@ -37,7 +37,7 @@ struct rmap_mapping {
     const char *types;   /* what its key `type` may be, in order; NULL: no such key */
     struct rmap_mapping_type {
         const char *what, *keys; /* "a plane detector", "name type on size ..." */
-    } type[8];
+    } type[10];
     struct rmap_key key[10]; /* ends with a NULL name */
 };
 /* The i-th mapping of scene files; NULL behind the last. */

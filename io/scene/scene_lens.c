@@ -30,7 +30,7 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
         return;
     *good = rmap_reader_conic(reader, node, &row->shape);
     *good &= rmap_reader_number(reader, node, "thickness", last ? RMAP_OPTIONAL : RMAP_REQUIRED,
-                                &rmap_range_nonnegative, thickness);
+                                &rmap_range_nonnegative_length, thickness);
     *good &= rmap_reader_bool(reader, node, "stop", &row->stop);
     if (!rmap_yaml_get(node, "medium"))
         rmap_reader_error(reader, node, "'medium' is missing: name the medium after the surface");

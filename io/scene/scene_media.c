@@ -142,13 +142,17 @@ static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *
 {
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *inner = rmap_yaml_get(node, "table");
+    const struct rmap_yaml_node *wavelength = rmap_yaml_get(inner, "wavelength");
     double *column[3];
     size_t n = 0;
     rmap_reader_table(reader, inner, "wavelength n k", 2, &rmap_range_nonnegative, &n, column);
     if (!n)
         return;
     for (size_t i = 0; i < n; i++) {
-        column[0][i] *= unit_nm;
+        const char *text = wavelength->item[i].value->text;
+        double bare = 0;
+        if (rmap_reader_parse_number(text, strlen(text), &bare))
+            column[0][i] *= unit_nm;
         if (column[1][i] < range_index.from || column[1][i] > range_index.to) {
             rmap_reader_error(reader, rmap_yaml_get(inner, "n"), "'n' must be %s, not %g",
                               range_index.text, column[1][i]);
@@ -184,7 +188,7 @@ static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_n
     double extra[RMAP_CHANNEL_MAX] = {0};
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "absorption");
     if (!rmap_reader_is_catalogue(at))
-        rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL, &rmap_range_nonnegative,
+        rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL, &rmap_range_attenuation,
                              extra);
     else if (!rmap_yaml_get(node, "glass"))
         rmap_reader_error(reader, at, "'absorption: catalogue' is the absorption of a 'glass'");
@@ -213,7 +217,7 @@ const struct rmap_mapping rmap_medium_keys = {
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
                   "scattering_g"}},
     {{"scattering", RMAP_KEY_SHARES, offsetof(struct rmap_medium, scattering),
-      &rmap_range_nonnegative},
+      &rmap_range_attenuation},
      {"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,

@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_bodies.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
@@ -85,8 +86,8 @@ bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_no
     } else {
         struct rmap_vec3 scale = {1, 1, 1}, rotate = {0, 0, 0}, at = {0, 0, 0};
         bool good = read_scale(reader, map, &scale);
-        good &= rmap_reader_vec3(reader, map, "rotate", &rotate);
-        good &= rmap_reader_vec3(reader, map, "at", &at);
+        good &= rmap_reader_vec3(reader, map, "rotate", &rmap_range_angle, &rotate);
+        good &= rmap_reader_vec3(reader, map, "at", &rmap_range_length, &at);
         if (!good)
             return false;
         *placement = rmap_affine_placement(scale, rotate, at);
@@ -286,10 +287,11 @@ enum { OBJECT, LENS, GROUP };
 const struct rmap_mapping rmap_object_keys = {
     "objects",
     NULL,
-    {{"an object", "name geometry at rotate scale matrix surface front back inside outside id"},
+    {{"an object",
+      "name geometry at rotate scale matrix copies surface front back inside outside id"},
      {"an instance of a lens",
-      "name geometry at rotate scale matrix outside front id surface edge"},
-     {"a group", "name objects at rotate scale matrix id"}}};
+      "name geometry at rotate scale matrix copies outside front id surface edge"},
+     {"a group", "name objects at rotate scale matrix copies id"}}};
 
 static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                const struct rmap_geometry_entry *entry,
@@ -337,45 +339,167 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     plan->geometry = entry->geometry;
-    rmap_reader_add_object(reader, plan);
+    if (entry->closed)
+        rmap_reader_expand_closed(reader, entry, plan);
+    else
+        rmap_reader_add_object(reader, plan);
 }
 
-static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,
-                      const struct rmap_affine *parent_to_world);
+/* Where the items of a list stand. */
+struct place {
+    const char *prefix; /* of their names, within a copy: "desk.3."; else "" */
+    int32_t parent;
+    struct rmap_affine to_world;
+};
+
+static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
+                      const struct place *place);
+
+/* "prefix" + "name" + "end"; what cannot be a name is RMAP_UNNAMED. */
+static const char *full_name(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             const char *prefix, const char *name, const char *end)
+{
+    size_t nbytes = strlen(prefix) + strlen(name) + strlen(end) + 1;
+    char *text = rmap_reader_alloc(reader, nbytes, 1);
+    if (!text || name[0] == RMAP_UNNAMED[0])
+        return RMAP_UNNAMED;
+    (void)snprintf(text, nbytes, "%s%s%s", prefix, name, end);
+    return rmap_reader_check_name(reader, node, text) ? text : RMAP_UNNAMED;
+}
 
 static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const struct rmap_object_plan *plan)
+                       const struct rmap_object_plan *plan, const char *prefix)
 {
-    int32_t group = -1;
+    struct place inside = {prefix, -1, plan->to_world};
     (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
-    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false, &group);
-    read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world);
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, plan->derived,
+                          &inside.parent);
+    read_list(reader, rmap_yaml_get(node, "objects"), &inside);
 }
 
-static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,
-                      const struct rmap_affine *parent_to_world)
+static void read_one(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                     const struct rmap_object_plan *plan, const char *prefix)
+{
+    struct rmap_object_plan one = *plan;
+    if (rmap_yaml_get(node, "objects"))
+        read_group(reader, node, &one, prefix);
+    else
+        read_instance(reader, node, &one);
+}
+
+enum { COPIES_MAX = 1000000 };
+
+/* `copies:`, along the axes that `at` is measured by. */
+struct copies {
+    double count[3], step[3];
+    size_t n;
+};
+
+static bool read_copies(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct copies *copies)
+{
+    static const struct rmap_range whole = {1, COPIES_MAX, "a whole number from 1 to 1,000,000"};
+    const struct rmap_yaml_node *given = rmap_yaml_get(node, "copies");
+    size_t n_count = 0, n_step = 0;
+    *copies = (struct copies){{1, 1, 1}, {0, 0, 0}, 1};
+    if (!rmap_reader_check_map(reader, given, "copies", "count step"))
+        return false;
+    bool good = rmap_reader_numbers(reader, given, "count", RMAP_REQUIRED, &whole, 1, 3,
+                                    copies->count, &n_count);
+    good &= rmap_reader_numbers(reader, given, "step", RMAP_REQUIRED, &rmap_range_length, 1, 3,
+                                copies->step, &n_step);
+    if (!good)
+        return false;
+    double n = copies->count[0] * copies->count[1] * copies->count[2];
+    for (int k = 0; k < 3; k++)
+        good &= copies->count[k] == floor(copies->count[k]);
+    if (n_count != n_step)
+        rmap_reader_error(reader, given, "'count' has %zu numbers, 'step' has %zu: along x, y, z",
+                          n_count, n_step);
+    else if (!good || n > COPIES_MAX)
+        rmap_reader_error(reader, given,
+                          "'count' must be whole numbers, for 1,000,000 copies at "
+                          "most");
+    else if (rmap_yaml_get(node, "id"))
+        rmap_reader_error(reader, rmap_yaml_get(node, "id"),
+                          "copies have ids of their own: leave 'id' out");
+    else
+        copies->n = (size_t)n;
+    return n_count == n_step && good && n <= COPIES_MAX && !rmap_yaml_get(node, "id");
+}
+
+/* A group of the item's name, with the copies name.1, name.2, ..., x first. A mistake in the item
+ * is told of its first copy. */
+static void read_all_copies(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_object_plan *plan, const struct place *place)
+{
+    struct copies copies;
+    int32_t group = -1;
+    const size_t before = reader->diagnostics->n_error;
+    if (!read_copies(reader, node, &copies)) {
+        rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+        return;
+    }
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &place->to_world, true, &group);
+    size_t nx = (size_t)copies.count[0], ny = (size_t)copies.count[1];
+    for (size_t i = 0; i < copies.n && reader->diagnostics->n_error == before; i++) {
+        const struct rmap_vec3 shift =
+            rmap_vec3(copies.step[0] * (double)(i % nx), copies.step[1] * (double)(i / nx % ny),
+                      copies.step[2] * (double)(i / nx / ny));
+        const struct rmap_affine move =
+            rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), shift);
+        struct rmap_affine own;
+        struct rmap_object_plan copy = *plan;
+        char end[24];
+        (void)snprintf(end, sizeof end, ".%zu", i + 1);
+        (void)rmap_reader_placement(reader, node, &own);
+        own = rmap_affine_compose(&move, &own);
+        copy.to_world = rmap_affine_compose(&place->to_world, &own);
+        copy.name = full_name(reader, node, "", plan->name, end);
+        copy.parent = group;
+        copy.derived = true;
+        if (copy.name[0] == RMAP_UNNAMED[0])
+            return;
+        read_one(reader, node, &copy, full_name(reader, node, copy.name, ".", ""));
+    }
+}
+
+static void read_item(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const struct place *place)
+{
+    const char *name = rmap_reader_name(reader, node);
+    struct rmap_affine placement;
+    struct rmap_object_plan plan = {.name = name,
+                                    .node = node,
+                                    .parent = place->parent,
+                                    .derived = place->prefix[0] != 0,
+                                    .surface_front = -1,
+                                    .surface_back = -1};
+    if (plan.derived)
+        plan.name = full_name(reader, node, place->prefix, name, "");
+    if (plan.derived && rmap_yaml_get(node, "id"))
+        rmap_reader_error(reader, rmap_yaml_get(node, "id"),
+                          "copies have ids of their own: leave 'id' out");
+    if (rmap_yaml_get(node, "copies")) {
+        read_all_copies(reader, node, &plan, place);
+        return;
+    }
+    (void)rmap_reader_placement(reader, node, &placement);
+    plan.to_world = rmap_affine_compose(&place->to_world, &placement);
+    read_one(reader, node, &plan, place->prefix);
+}
+
+static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
+                      const struct place *place)
 {
     if (!rmap_reader_check_list(reader, list, "'objects'"))
         return;
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *node = list->item[i].value;
-        struct rmap_affine placement;
-        if (node->kind != RMAP_YAML_MAP) {
-            rmap_reader_error(reader, node, "an object must be a mapping, as in {name: lens, ...}");
-            continue;
-        }
-        struct rmap_object_plan plan = {.name = rmap_reader_name(reader, node),
-                                        .node = node,
-                                        .parent = parent,
-                                        .surface_front = -1,
-                                        .surface_back = -1};
-        (void)rmap_reader_placement(reader, node, &placement);
-        plan.to_world = rmap_affine_compose(parent_to_world, &placement);
-        bool group = rmap_yaml_get(node, "objects") != NULL;
-        if (group)
-            read_group(reader, node, &plan);
+        if (node->kind == RMAP_YAML_MAP)
+            read_item(reader, node, place);
         else
-            read_instance(reader, node, &plan);
+            rmap_reader_error(reader, node, "an object must be a mapping, as in {name: lens, ...}");
     }
 }
 
@@ -419,10 +543,10 @@ static void check_ids(struct rmap_reader *reader)
 
 void rmap_reader_read_objects(struct rmap_reader *reader)
 {
-    const struct rmap_affine identity = rmap_affine_identity();
+    const struct place world = {"", -1, rmap_affine_identity()};
     const struct rmap_yaml_node *objects = rmap_yaml_get(reader->root, "objects");
     if (!objects)
         return;
-    read_list(reader, objects, -1, &identity);
+    read_list(reader, objects, &world);
     check_ids(reader);
 }

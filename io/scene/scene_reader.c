@@ -208,10 +208,21 @@ bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *c
 
 /* Typed access to YAML values; every refusal says where, what and what to do. */
 
-const struct rmap_range rmap_range_any = {-DBL_MAX, DBL_MAX, "a finite number"};
-const struct rmap_range rmap_range_positive = {DBL_MIN, DBL_MAX, "greater than 0"};
-const struct rmap_range rmap_range_nonnegative = {0, DBL_MAX, "0 or greater"};
-const struct rmap_range rmap_range_share = {0, 1, "between 0 and 1"};
+#define FINITE      -DBL_MAX, DBL_MAX, "a finite number"
+#define POSITIVE    DBL_MIN, DBL_MAX, "greater than 0"
+#define NONNEGATIVE 0, DBL_MAX, "0 or greater"
+const struct rmap_range rmap_range_any = {FINITE, RMAP_DIMENSION_NONE};
+const struct rmap_range rmap_range_positive = {POSITIVE, RMAP_DIMENSION_NONE};
+const struct rmap_range rmap_range_nonnegative = {NONNEGATIVE, RMAP_DIMENSION_NONE};
+const struct rmap_range rmap_range_share = {0, 1, "between 0 and 1", RMAP_DIMENSION_SHARE};
+const struct rmap_range rmap_range_length = {FINITE, RMAP_DIMENSION_LENGTH};
+const struct rmap_range rmap_range_positive_length = {POSITIVE, RMAP_DIMENSION_LENGTH};
+const struct rmap_range rmap_range_nonnegative_length = {NONNEGATIVE, RMAP_DIMENSION_LENGTH};
+const struct rmap_range rmap_range_angle = {FINITE, RMAP_DIMENSION_ANGLE};
+const struct rmap_range rmap_range_wavelength = {POSITIVE, RMAP_DIMENSION_WAVELENGTH};
+const struct rmap_range rmap_range_temperature = {POSITIVE, RMAP_DIMENSION_TEMPERATURE};
+const struct rmap_range rmap_range_curvature = {FINITE, RMAP_DIMENSION_PER_LENGTH};
+const struct rmap_range rmap_range_attenuation = {NONNEGATIVE, RMAP_DIMENSION_PER_LENGTH};
 
 /* A number as people write it: sign, digits, point, exponent; nothing that strtod also takes. */
 static bool looks_like_number(const char *text, size_t len)
@@ -265,6 +276,79 @@ bool rmap_reader_parse_quantity(const char *text, double *value, const char **un
     return true;
 }
 
+/* What a number without a unit is in, as units have their sizes. */
+static double scene_unit(const struct rmap_reader *reader, enum rmap_dimension dimension)
+{
+    if (dimension == RMAP_DIMENSION_LENGTH)
+        return reader->scene->unit_m;
+    if (dimension == RMAP_DIMENSION_PER_LENGTH)
+        return 1 / reader->scene->unit_m;
+    return dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9 : 1;
+}
+
+/* Divides by what is above 1, so that 5 mm are the double nearest to 0.005 m. */
+static double convert(double value, double from, double to)
+{
+    double times = from >= to ? from / to : to / from, whole = round(times);
+    if (fabs(times - whole) < 1e-12 * whole)
+        times = whole;
+    return from >= to ? value * times : value / times;
+}
+
+static enum rmap_dimension dimension_of_units(enum rmap_dimension dimension)
+{
+    return dimension == RMAP_DIMENSION_WAVELENGTH ? RMAP_DIMENSION_LENGTH : dimension;
+}
+
+bool rmap_reader_parse_wavelength(const char *text, double *nm_ret)
+{
+    const char *unit = NULL;
+    if (!rmap_reader_parse_quantity(text, nm_ret, &unit))
+        return false;
+    const struct rmap_written_unit *of =
+        rmap_unit_of_scene(unit[0] ? unit : "nm", RMAP_DIMENSION_LENGTH);
+    if (of)
+        *nm_ret = convert(*nm_ret, of->size, 1e-9);
+    return of && *nm_ret > 0;
+}
+
+/* Behind a number stands something that is no unit of it. */
+static void wrong_unit(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *what, const char *unit, enum rmap_dimension dimension)
+{
+    const char *word[RMAP_UNITS_MAX];
+    char fit[120];
+    size_t n = rmap_unit_words(dimension_of_units(dimension), word);
+    list_words(word, n, fit, sizeof fit);
+    if (n)
+        rmap_reader_error(reader, node, "%s has no unit '%.40s'; those that fit: %s", what, unit,
+                          fit);
+    else
+        rmap_reader_error(reader, node, "%s is a number without a unit: leave '%.40s' out", what,
+                          unit);
+}
+
+static bool read_scalar(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const char *what, enum rmap_dimension dimension, double *value)
+{
+    const char *unit = NULL;
+    if (rmap_reader_parse_number(node->text, strlen(node->text), value))
+        return true;
+    if (!rmap_reader_parse_quantity(node->text, value, &unit) ||
+        (!rmap_unit_named(unit, strlen(unit)) && dimension == RMAP_DIMENSION_NONE)) {
+        rmap_reader_error(reader, node, "%s must be a finite number, not '%.40s'", what,
+                          node->text);
+        return false;
+    }
+    const struct rmap_written_unit *of = rmap_unit_of_scene(unit, dimension_of_units(dimension));
+    if (!of) {
+        wrong_unit(reader, node, what, unit, dimension);
+        return false;
+    }
+    *value = convert(*value, of->size, scene_unit(reader, dimension));
+    return true;
+}
+
 bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         const char *what, const struct rmap_range *range, double *value)
 {
@@ -274,11 +358,8 @@ bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
                           node->kind == RMAP_YAML_LIST ? "list" : "mapping");
         return false;
     }
-    if (!rmap_reader_parse_number(node->text, strlen(node->text), &parsed)) {
-        rmap_reader_error(reader, node, "%s must be a finite number, not '%.40s'", what,
-                          node->text);
+    if (!read_scalar(reader, node, what, range->dimension, &parsed))
         return false;
-    }
     if (!(parsed >= range->from && parsed <= range->to)) {
         rmap_reader_error(reader, node, "%s must be %s, not %.40s", what, range->text, node->text);
         return false;
@@ -358,11 +439,11 @@ bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node
 }
 
 bool rmap_reader_vec3(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      struct rmap_vec3 *value)
+                      const struct rmap_range *range, struct rmap_vec3 *value)
 {
     double v[3] = {value->x, value->y, value->z};
     size_t n = 0;
-    if (!rmap_reader_numbers(reader, map, key, RMAP_OPTIONAL, &rmap_range_any, 3, 3, v, &n))
+    if (!rmap_reader_numbers(reader, map, key, RMAP_OPTIONAL, range, 3, 3, v, &n))
         return false;
     *value = rmap_vec3(v[0], v[1], v[2]);
     return true;
@@ -372,7 +453,7 @@ bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_no
                            const char *key, struct rmap_vec3 *value)
 {
     struct rmap_vec3 v = *value;
-    if (!rmap_reader_vec3(reader, map, key, &v))
+    if (!rmap_reader_vec3(reader, map, key, &rmap_range_any, &v))
         return false;
     double largest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
     if (!(largest > 0)) {

@@ -68,6 +68,9 @@ struct rmap_geometry_entry {
     bool broken;
     struct rmap_lens *lens; /* or NULL: `geometry` of the scene */
     int32_t geometry;
+    bool closed; /* a tube with caps, each -1 where there is none */
+    int32_t bottom, top;
+    double length;
 };
 
 /* Where a gradient medium's index lives. */
@@ -139,13 +142,17 @@ bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_n
 
 enum rmap_need { RMAP_OPTIONAL, RMAP_REQUIRED };
 
-/* Closed range; the text completes "'key' must be ...". */
+/* Closed range; the text completes "'key' must be ...". Of a dimension that has units, they may
+ * stand behind the number, which is brought to the one of the scene. */
 struct rmap_range {
     double from, to;
     const char *text;
+    enum rmap_dimension dimension;
 };
 extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
-    rmap_range_share;
+    rmap_range_share, rmap_range_length, rmap_range_positive_length, rmap_range_nonnegative_length,
+    rmap_range_angle, rmap_range_wavelength, rmap_range_temperature, rmap_range_curvature,
+    rmap_range_attenuation;
 
 /* All of these: false after a complaint (or when a required key is missing, complained of);
  * true with *value untouched when an optional key is absent. */
@@ -157,7 +164,7 @@ bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *
 bool rmap_reader_bool(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
                       bool *value);
 bool rmap_reader_vec3(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      struct rmap_vec3 *value);
+                      const struct rmap_range *range, struct rmap_vec3 *value);
 /* The same, of length 1; zero is refused. */
 bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                            const char *key, struct rmap_vec3 *value);
@@ -184,6 +191,8 @@ bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
                         const char *what, const struct rmap_range *range, double *value);
 /* A whole text as a finite number, in the notation of YAML and C, no hexadecimal. */
 bool rmap_reader_parse_number(const char *text, size_t len, double *value);
+/* The same of a wavelength in nm, or with its unit. */
+bool rmap_reader_parse_wavelength(const char *text, double *nm_ret);
 /* "60 s" -> 60 and "s"; the unit may be empty. Borrowed from text. */
 bool rmap_reader_parse_quantity(const char *text, double *value, const char **unit_ret);
 

@@ -60,12 +60,12 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
                           n_key == 3 ? "disc, rectangle, mesh" : "disc, rectangle");
     } else if (rmap_yaml_get(shape, "disc")) {
         source->shape = RMAP_EMITTER_DISC;
-        (void)rmap_reader_number(reader, shape, "disc", RMAP_REQUIRED, &rmap_range_positive,
+        (void)rmap_reader_number(reader, shape, "disc", RMAP_REQUIRED, &rmap_range_positive_length,
                                  &source->shape_size[0]);
     } else if (rmap_yaml_get(shape, "rectangle")) {
         source->shape = RMAP_EMITTER_RECTANGLE;
-        (void)rmap_reader_numbers(reader, shape, "rectangle", RMAP_REQUIRED, &rmap_range_positive,
-                                  1, 2, source->shape_size, &n);
+        (void)rmap_reader_numbers(reader, shape, "rectangle", RMAP_REQUIRED,
+                                  &rmap_range_positive_length, 1, 2, source->shape_size, &n);
         if (n == 1)
             source->shape_size[1] = source->shape_size[0];
     } else {
@@ -103,7 +103,8 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               struct rmap_source *source)
 {
-    const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees"};
+    const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees",
+                                     RMAP_DIMENSION_ANGLE};
     const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
     double cone = 0, cosine_power = 1;
@@ -141,11 +142,12 @@ static void read_ray(struct rmap_reader *reader, const struct rmap_yaml_node *no
     for (int i = 0; i < 2; i++)
         if (!rmap_yaml_get(node, key[i]))
             rmap_reader_error(reader, node, "'%s' is missing: add it", key[i]);
-    (void)rmap_reader_vec3(reader, node, "origin", &ray->origin);
+    (void)rmap_reader_vec3(reader, node, "origin", &rmap_range_length, &ray->origin);
     (void)rmap_reader_direction(reader, node, "direction", &ray->direction);
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "wavelength");
     if (at &&
-        rmap_reader_number(reader, node, "wavelength", RMAP_OPTIONAL, &rmap_range_positive, &nm) &&
+        rmap_reader_number(reader, node, "wavelength", RMAP_OPTIONAL, &rmap_range_wavelength,
+                           &nm) &&
         reader->scene->channels.mode == RMAP_COLOUR_SPECTRAL)
         ray->channel = rmap_reader_channel(reader, at, nm);
 }

@@ -25,7 +25,8 @@ struct builder {
     size_t n_node, n_copied;
     struct anchor *anchor;
     size_t n_anchor, cap_anchor;
-    struct rmap_names names; /* of anchors; of those with one name the last one counts */
+    struct rmap_yaml_node merged; /* the values of `<<` */
+    struct rmap_names names;      /* of anchors; of those with one name the last one counts */
 };
 
 static enum rmap_status no_memory(struct rmap_error *err)
@@ -211,6 +212,62 @@ static enum rmap_status check_duplicate_keys(struct builder *b, const struct rma
     return RMAP_OK;
 }
 
+/* Copies the keys of `base` that the mapping does not have behind its own. */
+static enum rmap_status take_keys(struct builder *b, struct rmap_yaml_node *map,
+                                  struct rmap_names *own, const struct rmap_yaml_node *base,
+                                  yaml_mark_t mark, int depth)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < base->n_item && st == RMAP_OK; i++) {
+        const struct rmap_yaml_item *item = &base->item[i];
+        struct rmap_yaml_node *value = NULL;
+        if (rmap_names_find(own, item->key))
+            continue;
+        st = copy_node(b, item->value, mark, depth, &value);
+        if (st == RMAP_OK)
+            st = rmap_yaml_append(map, item->key, item->line, item->column, value, b->err);
+        if (st != RMAP_OK)
+            rmap_yaml_destroy(value);
+        else
+            st = rmap_names_add(own, map->item[map->n_item - 1].key, 0, 0, 0, b->err);
+    }
+    return st;
+}
+
+/* `<<: *base` or `<<: [*first, *second]` (YAML's merge key): own keys and earlier bases count.
+ * The value is kept, out of the tree, as anchors may stand in it. */
+static enum rmap_status merge_keys(struct builder *b, struct rmap_yaml_node *map, int depth)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_names own = {0};
+    size_t at = 0;
+    while (at < map->n_item && strcmp(map->item[at].key, "<<") != 0)
+        at++;
+    if (at == map->n_item)
+        return RMAP_OK;
+    const struct rmap_yaml_item merge = map->item[at];
+    RMAP_TRY(rmap_yaml_append(&b->merged, NULL, merge.line, merge.column, merge.value, b->err));
+    rmap_free(merge.key);
+    map->n_item--;
+    memmove(&map->item[at], &map->item[at + 1], (map->n_item - at) * sizeof *map->item);
+    const struct rmap_yaml_item alone = {.value = merge.value};
+    bool list = merge.value->kind == RMAP_YAML_LIST;
+    const struct rmap_yaml_item *base = list ? merge.value->item : &alone;
+    const yaml_mark_t mark = {.line = (size_t)merge.line - 1, .column = (size_t)merge.column - 1};
+    for (size_t i = 0; i < map->n_item; i++)
+        RMAP_TRY(rmap_names_add(&own, map->item[i].key, 0, 0, 0, b->err));
+    for (size_t i = 0; i < (list ? merge.value->n_item : 1); i++)
+        if (base[i].value->kind == RMAP_YAML_MAP)
+            RMAP_TRY(take_keys(b, map, &own, base[i].value, mark, depth + 1));
+        else
+            rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, merge.line, merge.column,
+                                 "'<<' takes the keys of a mapping or of a list of mappings, as in "
+                                 "<<: *base");
+out:
+    rmap_names_fini(&own);
+    return st;
+}
+
 static enum rmap_status build(struct builder *b, const yaml_event_t *event, int depth,
                               struct rmap_yaml_node **node_ret);
 
@@ -257,7 +314,8 @@ static enum rmap_status build_map(struct builder *b, struct rmap_yaml_node *node
             return st;
         if (key.type == YAML_MAPPING_END_EVENT) {
             yaml_event_delete(&key);
-            return check_duplicate_keys(b, node);
+            st = check_duplicate_keys(b, node);
+            return st == RMAP_OK ? merge_keys(b, node, depth) : st;
         }
         if (key.type != YAML_SCALAR_EVENT)
             st = give_up(b, key.start_mark, "a key must be a plain word");
@@ -356,6 +414,11 @@ out:
 enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_yaml_node **root_ret,
                                  struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
+    /* Some editors begin a file with the byte order mark; columns are counted without it. */
+    if (nbytes >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
+        text += 3;
+        nbytes -= 3;
+    }
     struct builder b = {.diagnostics = diagnostics, .err = err, .text = text};
     if (!yaml_parser_initialize(&b.parser))
         return no_memory(err);
@@ -365,6 +428,9 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     for (size_t i = 0; i < b.n_anchor; i++)
         rmap_free(b.anchor[i].name);
     rmap_free(b.anchor);
+    for (size_t i = 0; i < b.merged.n_item; i++)
+        rmap_yaml_destroy(b.merged.item[i].value);
+    rmap_free(b.merged.item);
     rmap_names_fini(&b.names);
     yaml_parser_delete(&b.parser);
     return st;

@@ -8,12 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *base_name(const char *path)
-{
-    const char *slash = path ? strrchr(path, '/') : NULL;
-    return slash ? slash + 1 : path ? path : "";
-}
-
 static bool same_text(const char *a, const char *b)
 {
     return strcmp(a ? a : "", b ? b : "") == 0;
@@ -64,8 +58,6 @@ void rmap_scene_difference(const struct rmap_bundle *of_map, const struct rmap_b
         (void)snprintf(text, text_nbytes, "line %zu of its text", line);
     else if (choice)
         (void)snprintf(text, text_nbytes, "%s", choice);
-    else if (!same_text(base_name(of_map->path), base_name(now->path)))
-        (void)snprintf(text, text_nbytes, "the file's name, %s then", base_name(of_map->path));
     else
         (void)snprintf(text, text_nbytes, "a mesh that it names");
 }

@@ -276,6 +276,14 @@ out:
     return st;
 }
 
+/* A scene is the same under any file's name: it takes the one that the map knows it by. */
+static enum rmap_status rename_scene(struct rmap_trace_session *self, struct rmap_error *err)
+{
+    const struct rmap_bundle *known = self->goal.map ? rmap_map_bundle(self->goal.map) : NULL;
+    return rmap_bundle_rename(self->bundle, known && known->path ? known->path : RMAP_SCENE_NAME,
+                              err);
+}
+
 enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struct rmap_error *err)
 {
     const struct rmap_context *context = self->context;
@@ -283,6 +291,8 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
     struct rmap_map_summary summary = {0};
     if (self->request.mode != RMAP_TRACE_NEW)
         RMAP_TRY(open_map(self, err));
+    st = rename_scene(self, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     if (self->goal.map)
         rmap_map_summarise(self->goal.map, &summary);
     RMAP_TRY(rmap_load_accel(context, self->scene, summary.isa, &self->accel, err));

@@ -17,9 +17,9 @@ static const struct rmap_written_unit unit_table[] = {
     {"m", RMAP_DIMENSION_LENGTH, 1.0, true, true},
     {"km", RMAP_DIMENSION_LENGTH, 1e3, false, true},
     {"in", RMAP_DIMENSION_LENGTH, 0.0254, true, true},
-    {"deg", RMAP_DIMENSION_ANGLE, 1.0, false, true},
-    {"rad", RMAP_DIMENSION_ANGLE, 180.0 / RMAP_PI, false, true},
-    {"mrad", RMAP_DIMENSION_ANGLE, 0.18 / RMAP_PI, false, true},
+    {"deg", RMAP_DIMENSION_ANGLE, 1.0, true, true},
+    {"rad", RMAP_DIMENSION_ANGLE, 180.0 / RMAP_PI, true, true},
+    {"mrad", RMAP_DIMENSION_ANGLE, 0.18 / RMAP_PI, true, true},
     {"s", RMAP_DIMENSION_TIME, 1.0, true, true},
     {"ms", RMAP_DIMENSION_TIME, 1e-3, false, true},
     {"us", RMAP_DIMENSION_TIME, 1e-6, false, true},
@@ -36,6 +36,12 @@ static const struct rmap_written_unit unit_table[] = {
     {"lm", RMAP_DIMENSION_FLUX, 1.0, true, true, true},
     {"mlm", RMAP_DIMENSION_FLUX, 1e-3, true, true, true},
     {"klm", RMAP_DIMENSION_FLUX, 1e3, true, true, true},
+    {"%", RMAP_DIMENSION_SHARE, 1e-2, true, false},
+    {"K", RMAP_DIMENSION_TEMPERATURE, 1.0, true, false},
+    {"/um", RMAP_DIMENSION_PER_LENGTH, 1e6, true, false},
+    {"/mm", RMAP_DIMENSION_PER_LENGTH, 1e3, true, false},
+    {"/cm", RMAP_DIMENSION_PER_LENGTH, 1e2, true, false},
+    {"/m", RMAP_DIMENSION_PER_LENGTH, 1.0, true, false},
 };
 
 const struct rmap_written_unit *rmap_unit_at(size_t i)

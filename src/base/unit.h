@@ -16,13 +16,16 @@ enum rmap_dimension {
     RMAP_DIMENSION_WAVELENGTH, /* as LENGTH */
     RMAP_DIMENSION_TIME,
     RMAP_DIMENSION_FLUX,
+    RMAP_DIMENSION_SHARE, /* this and the next two: of scene files alone */
+    RMAP_DIMENSION_TEMPERATURE,
+    RMAP_DIMENSION_PER_LENGTH,
     RMAP_DIMENSION_MIXED /* of several detectors: each in its own unit */
 };
 
 struct rmap_written_unit {
     const char *name;
     enum rmap_dimension dimension;
-    double size;                /* in m, degrees, s, W or lm */
+    double size;                /* in m, degrees, s, W or lm, 1, K, 1/m */
     bool in_scene, in_criteria; /* may be written there */
     bool lumens;                /* FLUX */
 };

@@ -56,6 +56,18 @@ expect 2 'asked for 50,000 rays' "$RAYMAP" trace scene.yaml -o both.raymap --res
 expect 0 '^50,000 rays in' mpirun -np 2 "$RAYMAP" trace scene.yaml -o both.raymap --resume -n 50000
 same both.raymap
 
+# The name of the scene's file is no part of it.
+cp scene.yaml renamed.yaml
+"$RAYMAP" trace renamed.yaml -o d.raymap --first-ray 30000 -n 20000 --quiet
+expect 0 '50,000 rays' "$RAYMAP" merge a.raymap b.raymap d.raymap -o names.raymap
+same names.raymap
+"$RAYMAP" trace scene.yaml -o e.raymap -n 30000 --quiet
+expect 0 '^50,000 rays in|20,000 rays' mpirun -np 2 "$RAYMAP" trace renamed.yaml -o e.raymap --append -n 20000
+same e.raymap
+rm e.raymap/map.h5 e.raymap/map-start.h5
+expect 0 '' "$RAYMAP" repair e.raymap --scene renamed.yaml
+same e.raymap
+
 # What does not belong together.
 expect 3 'a.raymap and all.raymap both hold the rays 0 to 20479 \(20,480 rays\):' \
     "$RAYMAP" merge a.raymap all.raymap -o x.raymap

@@ -48,6 +48,135 @@ static void assert_vec(struct rmap_vec3 v, double x, double y, double z)
 
 #define SOURCE "sources: [{name: s, type: point}]\n"
 
+/* ---- closed bodies ---- */
+
+static void test_bodies(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries:\n"
+        "  brick: {type: box, size: [2, 4, 6]}\n"
+        "  bar: {type: prism, points: [[0, 0], [1 cm, 0], [0, 5]], length: 3}\n"
+        "  hexagon: {type: prism, sides: 6, radius: 2, length: 1}\n"
+        "  rod: {type: cylinder, radius: 2, length: 7, closed: true}\n"
+        "  tip: {type: cone, radius: 0, radius2: 3, length: 7, closed: true}\n"
+        "objects:\n"
+        "  - {name: a, geometry: brick, surface: absorber}\n"
+        "  - {name: b, geometry: rod, at: [1, 0, 0], surface: absorber}\n"
+        "  - {name: c, geometry: tip, surface: absorber}\n"
+        "detectors:\n"
+        "  - {name: d, type: plane, on: {object: a, faces: [-x, top]}, cells: 1}\n" SOURCE);
+    const struct rmap_mesh *brick = scene->geometry[0].mesh;
+    struct rmap_vec3 lower, upper;
+    rmap_mesh_bounds(brick, &lower, &upper);
+    assert_vec(lower, -1, -2, 0);
+    assert_vec(upper, 1, 2, 6);
+    assert_int_equal(brick->n_triangle, 12);
+    assert_string_equal(brick->face_name[3], "+x");
+    assert_int_equal(scene->detector[0].face[1], 1);
+    assert_int_equal(scene->detector[0].face[5], 1);
+    assert_int_equal(scene->detector[0].face[3], 0);
+    assert_int_equal(scene->n_object, 1 + 3 + 2); /* no bottom at the tip */
+    int bottom = index_of(scene, "b.bottom"), top = index_of(scene, "b.top");
+    assert_vec(scene->object[bottom].to_world.t, 1, 0, 0);
+    assert_near(scene->object[bottom].to_world.m[2][2], -1, 0);
+    assert_vec(scene->object[top].to_world.t, 1, 0, 7);
+    assert_near(scene->geometry[scene->object[top].geometry].shape.aperture, 2, 0);
+    assert_int_equal(index_of(scene, "c.bottom"), -1);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- copies ---- */
+
+static void test_copies(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        must_read("raymap: 1\n"
+                  "geometries:\n"
+                  "  ball: {type: sphere, radius: 1}\n"
+                  "  rod: {type: cylinder, radius: 2, length: 7, closed: true}\n"
+                  "objects:\n"
+                  "  - name: hall\n"
+                  "    scale: 2\n"
+                  "    objects:\n"
+                  "      - name: desk\n"
+                  "        copies: {count: [3, 2], step: [10, 2 cm]}\n"
+                  "        at: [1, 0, 0]\n"
+                  "        rotate: [0, 0, 90]\n"
+                  "        objects:\n"
+                  "          - {name: bead, geometry: ball, surface: absorber, at: [5, 0, 0],\n"
+                  "             copies: {count: 2, step: 3}}\n"
+                  "          - {name: rod, geometry: rod, surface: absorber}\n" SOURCE);
+    assert_int_equal(scene->n_geometry, 4);
+    assert_int_equal(scene->n_object, 3 * 2 * (2 + 3));
+    assert_int_equal(scene->n_group, 1 + 1 + 6 * 3); /* hall, desk, desk.N, its bead, its rod */
+    /* The fifth: second along x, second along y. Within it x is turned to y. */
+    int bead = index_of(scene, "desk.5.bead.2");
+    assert_true(bead >= 0);
+    assert_vec(scene->object[bead].to_world.t, 2 * (1 + 10), 2 * (20 + 5 + 3), 0);
+    const struct rmap_group *group = &scene->group[scene->object[bead].parent];
+    assert_string_equal(group->name, "desk.5.bead");
+    assert_string_equal(scene->group[group->parent].name, "desk.5");
+    assert_true(index_of(scene, "desk.6.rod.top") >= 0);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- merge keys ---- */
+
+static void test_merge_keys(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read("raymap: 1\n"
+                                         "media:\n"
+                                         "  one: &one {index: 1.5, absorption: 1}\n"
+                                         "  two: {<<: *one, index: 2}\n"
+                                         "  three: {<<: [{absorption: 3}, *one]}\n"
+                                         "  four: &four {<<: &base {<<: *one, absorption: 4}}\n"
+                                         "  five: {<<: *four}\n"
+                                         "  six: {<<: *base}\n" SOURCE);
+    static const double want[6][2] = {{1.5, 1}, {2, 1}, {1.5, 3}, {1.5, 4}, {1.5, 4}, {1.5, 4}};
+    for (int i = 0; i < 6; i++) {
+        assert_near(scene->medium[i].n[0], want[i][0], 0);
+        assert_near(scene->medium[i].absorption[0], want[i][1], 0);
+    }
+    rmap_scene_destroy(scene);
+}
+
+/* ---- units ---- */
+
+static void test_units(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "\xef\xbb\xbfraymap: 1\nunits: m\n"
+        "spectrum: {wavelengths: [632.8 nm, 0.4861 um]}\n"
+        "media:\n"
+        "  ink: {index: 1, absorption: 3 /cm, scattering: 2 /m}\n"
+        "  oil: {table: {wavelength: [0.4 um, 700 nm], n: [1.5, 1.4]}, wavelength_unit: um}\n"
+        "surfaces: {grey: {type: lambert, reflectance: 7 %}}\n"
+        "geometries: {ball: {type: sphere, radius: 5 mm}}\n"
+        "objects:\n"
+        "  - {name: bead, geometry: ball, surface: grey, at: [1, 2 in, 3 cm],\n"
+        "     rotate: [0, 0, 100 mrad]}\n"
+        "sources:\n"
+        "  - {name: s, type: point, cone: 0.5 rad, spectrum: {lines: {632.8 nm: 1}}}\n"
+        "  - {name: hot, type: point, spectrum: {blackbody: 4000 K}}\n");
+    assert_near(scene->channels.wavelength_nm[0], 486.1, 1e-12);
+    assert_near(scene->channels.wavelength_nm[1], 632.8, 0);
+    assert_near(scene->medium[0].absorption[0], 300, 0);
+    assert_near(scene->medium[0].scattering[0], 2, 0);
+    assert_near(scene->medium[1].n[1], 1.5 - 0.1 * (632.8 - 400) / 300, 1e-12);
+    assert_near(scene->surface[0].reflect_diffuse[0], 0.07, 0);
+    assert_near(scene->geometry[0].shape.radius, 0.005, 0);
+    assert_vec(scene->object[0].to_world.t, 1, 0.0508, 0.03);
+    assert_near(scene->object[0].to_world.m[1][0], sin(0.1), 1e-15);
+    assert_near(scene->source[0].cone_rad, 0.5, 1e-15);
+    assert_near(scene->source[0].colour[1], 1, 0);
+    rmap_scene_destroy(scene);
+}
+
 /* ---- channels ---- */
 
 static void test_wavelengths(void **state)
@@ -570,6 +699,10 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_bodies),
+        cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_merge_keys),
+        cmocka_unit_test(test_units),
         cmocka_unit_test(test_wavelengths),
         cmocka_unit_test(test_rgb_takes_the_d_line),
         cmocka_unit_test(test_media),
