@@ -146,6 +146,7 @@ struct rmap_range {
     const char *text;
 };
 extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
+    rmap_range_size, /* of what positions can reach */
     rmap_range_share;
 
 /* All of these: false after a complaint (or when a required key is missing, complained of);
