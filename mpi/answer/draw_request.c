@@ -105,7 +105,7 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
         return rmap_error_set(err, RMAP_USAGE, "--limit must lie between 1 and %d", largest);
     RMAP_TRY(rmap_argument_number(given, "opacity", &request->opacity, err));
     if (rmap_argument(given, "opacity") && !(request->opacity > 0.0 && request->opacity <= 1.0))
-        return rmap_error_set(err, RMAP_USAGE, "--opacity must lie between 0 and 1");
+        return rmap_error_set(err, RMAP_USAGE, "--opacity must be greater than 0 and at most 1");
     request->has_cut = rmap_argument(given, "cut") != NULL;
     RMAP_TRY(rmap_argument_number(given, "cut", &request->cut, err));
     if (!isfinite(request->cut))

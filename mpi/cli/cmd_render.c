@@ -31,7 +31,7 @@ static const struct rmap_option options[] = {
     {"exposure", 'e', "X", "what unit radiance is shown as, 1 being white"},
     {"preview", 'p', NULL, "one path per pixel, and how many such pictures a second"},
     {"seed", 's', "S", "of the random numbers (default 1)"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 

@@ -34,7 +34,7 @@ static const struct rmap_option options[] = {
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
      "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 /* On rank 0. */

@@ -97,16 +97,28 @@ static enum rmap_status refuse_option(const struct rmap_command *command,
     for (size_t i = 0; i < set->n; i++)
         if (equals && strcmp(set->option[i]->name, name) == 0)
             return rmap_error_set(err, RMAP_USAGE, "option '--%s' takes no value", name);
-    const char *candidate[OPTION_MAX];
-    for (size_t i = 0; i < set->n; i++)
+    const char *candidate[OPTION_MAX], *nearest = NULL;
+    for (size_t i = 0; i < set->n; i++) {
         candidate[i] = set->option[i]->name;
-    const char *nearest = rmap_nearest_word(name, candidate, set->n);
+        if (!nearest && *name && strncmp(candidate[i], name, strlen(name)) == 0)
+            nearest = candidate[i];
+    }
+    if (!nearest)
+        nearest = rmap_nearest_word(name, candidate, set->n);
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE,
                               "unknown option '--%s' (did you mean '--%s'?); see: raymap %s --help",
                               name, nearest, command->name);
     return rmap_error_set(err, RMAP_USAGE, "unknown option '--%s'; see: raymap %s --help", name,
                           command->name);
+}
+
+/* getopt takes the beginning of a name for the name; a script that has it would change its meaning
+ * with the next option that begins so. */
+static bool is_abbreviated(const struct option_set *set, int code, const char *word)
+{
+    return code >= FIRST_CODE &&
+           strcspn(word + 2, "=") != strlen(set->option[code - FIRST_CODE]->name);
 }
 
 static enum rmap_status append_value(struct rmap_arguments *arguments,
@@ -137,6 +149,30 @@ static enum rmap_status check_repeats(const struct rmap_arguments *arguments,
             before |= arguments->value[k].option == option;
         if (asked && before && !strstr(option->argument, RMAP_ARGUMENT_AGAIN))
             return rmap_error_set(err, RMAP_USAGE, "option '--%s' is given twice", option->name);
+    }
+    return RMAP_OK;
+}
+
+/* An option that would be ignored is a mistake in what was meant. */
+static enum rmap_status check_company(const struct rmap_arguments *arguments,
+                                      struct rmap_error *err)
+{
+    for (size_t i = 0; i < arguments->n_value; i++) {
+        const struct rmap_option *option = arguments->value[i].option;
+        char list[96] = "", name[32];
+        bool accompanied = !option->goes_with;
+        for (const char *word = option->goes_with; word && *word;) {
+            const size_t len = strcspn(word, " "), at = strlen(list);
+            (void)snprintf(name, sizeof name, "%.*s", (int)len, word);
+            (void)snprintf(list + at, sizeof list - at, "%s--%s", at ? " or " : "", name);
+            accompanied |= rmap_argument(arguments, name) != NULL;
+            word += len + (word[len] == ' ');
+        }
+        if (!accompanied)
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "option '--%s' goes with %s; see: raymap %s "
+                                  "--help",
+                                  option->name, list, arguments->command->name);
     }
     return RMAP_OK;
 }
@@ -194,8 +230,12 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     optind = 1;
     int code;
     while ((code = getopt_long(argc, argv, set.letters, set.long_option, NULL)) != -1) {
+        const bool apart = optarg && optarg == argv[optind - 1];
+        const char *word = argv[optind - 1 - apart];
         if (code == '?' || code == ':')
             RMAP_TRY(refuse_option(command, &set, code, argv[optind - 1], err));
+        if (is_abbreviated(&set, code, word))
+            RMAP_TRY(refuse_option(command, &set, '?', word, err));
         RMAP_TRY(append_value(arguments, option_of(&set, code), optarg, err));
         optarg = NULL;
     }
@@ -205,6 +245,7 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     if (!rmap_argument(arguments, "help")) {
         RMAP_TRY(check_repeats(arguments, err));
         RMAP_TRY(check_output(arguments, err));
+        RMAP_TRY(check_company(arguments, err));
     }
 out:
     if (st != RMAP_OK)
@@ -505,9 +546,14 @@ enum rmap_status rmap_parse_count(const char *text, const char *what, uint64_t *
     }
     double number;
     if (!read_number(text, count_suffix, COUNT(count_suffix), &number) || number < 0 ||
-        number != floor(number) || number > 0x1p53)
+        number != floor(number))
         return rmap_error_set(err, RMAP_USAGE,
-                              "%s must be a whole number from 0 (1000000, 1e6, 2.5M), not '%s'",
+                              "%s must be a whole number without a sign (1000000, 1e6, 2.5M), not "
+                              "'%s'",
+                              what, text);
+    if (number > 0x1p53)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s %s is too large: up to 2^53, or up to 2^64 - 1 written in digits",
                               what, text);
     *value = (uint64_t)number;
     return RMAP_OK;

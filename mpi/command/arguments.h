@@ -23,6 +23,7 @@ struct rmap_option {
     char letter;          /* 0: none */
     const char *argument; /* "FILE", shown in the help; NULL: takes none */
     const char *help;
+    const char *goes_with; /* "output plot": means nothing without one of these; NULL: alone */
 };
 
 struct rmap_arguments {

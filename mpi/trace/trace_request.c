@@ -15,7 +15,7 @@ const struct rmap_option rmap_trace_options[] = {
     {"seed", 's', "S", "of the random numbers (default 1): the same seed gives the same rays"},
     {"time-limit", 't', "TIME",
      "stop in good order after 90s, 3h50min, 1:30:00, 1-00:00:00: status 6"},
-    {"force", 'f', NULL, "replace a ray map that stands there"},
+    {"force", 'f', NULL, "replace a ray map that stands there", "output"},
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL,
