@@ -60,7 +60,7 @@ without_statuses() {
     local line block=''
     while IFS= read -r line; do
         if [[ -z $block && $line != -----* ]]; then
-            [[ $line == srun:*'Exited with exit code 6' ]] || printf '%s\n' "$line"
+            [[ $line == srun:*'Exited with exit code 6' || $line == 'mpirun: Forwarding signal'* ]] || printf '%s\n' "$line"
             continue
         fi
         block+=$line$'\n'

@@ -55,6 +55,7 @@ TYPED = [
     ("query lens.raymap 'registered(sensor, rect(0,5, 1,5, 2,5, 3,5))'", 3, "not 8 (decimals have a point)"),
     ("trace scene.yaml --no-record -n 1e30", 2, "--rays 1e30 is too large"),
     ("trace scene.yaml --no-record -n -1", 2, "--rays must be a whole number without a sign"),
+    ("compare lens.raymap lens.raymap --significance 0", 2, "--significance must be greater than 0 and less than 1"),
     ("trace scene.yaml --no-record -n 0", 2, "ask for at least one ray"),
     ("draw lens.raymap -o x.svg --opacity 0", 2, "--opacity must be greater than 0 and at most 1"),
     # Options.
@@ -67,6 +68,8 @@ TYPED = [
     ("detector lens.raymap sensor --log", 2, "option '--log' goes with --output"),
     ("report lens.raymap 3 --seed 4", 2, "option '--seed' goes with --ray or --rays"),
     ("compare lens.raymap lens.raymap --bins 3", 2, "option '--bins' goes with --of"),
+    ("repair lens.raymap --color rgb", 2, "--color goes with --scene"),
+    ("draw lens.raymap -o x.svg --by group", 2, "--by tells classes of paths apart: say --color path"),
     ("query lens.raymap all --seed 3", 2, "--seed is that of --sample N"),
     # Outputs in folders that are not there: status 3, a path where nothing is.
     ("trace scene.yaml -o no/such/x.raymap", 3, "cannot write 'no/such/x.raymap': there is no folder 'no/such'"),
