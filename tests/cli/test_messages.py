@@ -55,7 +55,7 @@ TYPED = [
     ("query lens.raymap 'registered(sensor, rect(0,5, 1,5, 2,5, 3,5))'", 3, "not 8 (decimals have a point)"),
     ("trace scene.yaml --no-record -n 1e30", 2, "--rays 1e30 is too large"),
     ("trace scene.yaml --no-record -n -1", 2, "--rays must be a whole number without a sign"),
-    ("compare lens.raymap lens.raymap --significance 0", 2, "--significance must be greater than 0 and less than 1"),
+    ("compare lens.raymap lens.raymap --significance 0", 2, "--significance must lie between 0 and 1, both excluded"),
     ("trace scene.yaml --no-record -n 0", 2, "ask for at least one ray"),
     ("draw lens.raymap -o x.svg --opacity 0", 2, "--opacity must be greater than 0 and at most 1"),
     # Options.
