@@ -54,11 +54,30 @@ hand_on() {
 trap hand_on USR1
 trap 'cancelled=yes; hand_on' TERM
 
+# When ranks leave with a status of their own mpirun makes paragraphs between dashes of it, and srun a line, as if
+# something had broken; raymap has said in one line where it stands. All else, such as a killed rank, is told.
+without_statuses() {
+    local line block=''
+    while IFS= read -r line; do
+        if [[ -z $block && $line != -----* ]]; then
+            [[ $line == srun:*'Exited with exit code 6' || $line == 'mpirun: Forwarding signal'* ]] || printf '%s\n' "$line"
+            continue
+        fi
+        block+=$line$'\n'
+        if [[ $line == -----* && $block != "$line"$'\n' ]]; then
+            [[ $block == *' non-zero '* ]] || printf '%s' "$block"
+            block=''
+        fi
+    done
+    printf '%s' "$block"
+}
+
 resume=()
 [ ! -e "$map" ] || resume=(--resume)
 before=$(rays_in_map)
 say "attempt $((${SLURM_RESTART_COUNT:-0} + 1)), $before of $rays rays are there"
-"${launcher[@]}" "$raymap" trace "$scene" -o "$map" -n "$rays" ${resume[@]+"${resume[@]}"} "$@" &
+"${launcher[@]}" "$raymap" trace "$scene" -o "$map" -n "$rays" ${resume[@]+"${resume[@]}"} "$@" \
+    2> >(without_statuses >&2) &
 ranks=$!
 [ -z "$signalled" ] || kill -USR1 "$ranks" # it came before there was anyone to tell
 # A trap ends the wait while the ranks still have blocks in hand.

@@ -56,7 +56,7 @@ file() { # NAME COMMAND [ARGUMENTS]: the file that it writes
 
 scene_outputs() { # EXAMPLE [DETECTOR]
     local scene=$source/examples/$1/scene.yaml map=$1.raymap
-    "$program" trace "$scene" -o "$map" -n 3000 --force --quiet
+    "$program" trace "$scene" -o "$map" -n 3000 --force --quiet >/dev/null
     put "$1-check.json" check "$scene" --json --quiet
     put "$1-info.json" info "$map" --json
     put "$1-verify.json" verify "$map" --json
@@ -100,15 +100,15 @@ outputs() { # PROGRAM FOLDER
     scene_outputs telescope disturbed
     for encoding in plain compact; do
         mpirun -np 2 "$program" trace "$source/examples/double-gauss/scene.yaml" -o "two.raymap" -n 5000 --encoding $encoding \
-            --force --quiet
+            --force --quiet >/dev/null
         put "$encoding-info.json" info "two.raymap" --json
         put "$encoding-query.json" query "two.raymap" 'hit(lens, reflect_specular) >= 2' 'path(".* V@sensor .*")' --json
         # What counts pieces is asked of a map that one rank made: of two, one may have taken all blocks.
-        "$program" trace "$source/examples/double-gauss/scene.yaml" -o "$encoding.raymap" -n 5000 --encoding $encoding --force --quiet
+        "$program" trace "$source/examples/double-gauss/scene.yaml" -o "$encoding.raymap" -n 5000 --encoding $encoding --force --quiet >/dev/null
         put "$encoding-convert.json" convert "$encoding.raymap" -o again.raymap --encoding plain --force --json
         put "$encoding-index.json" index "$encoding.raymap" --large --json
     done
-    "$program" trace "$source/examples/double-gauss/scene.yaml" -o more.raymap -n 5000 --first-ray 5000 --force --quiet
+    "$program" trace "$source/examples/double-gauss/scene.yaml" -o more.raymap -n 5000 --first-ray 5000 --force --quiet >/dev/null
     put merge.json merge plain.raymap more.raymap -o both.raymap --force --json
     put compare.json compare plain.raymap more.raymap --json
     put spot.json detector plain.raymap sensor --where 'source(star)' --mtf --json

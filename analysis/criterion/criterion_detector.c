@@ -64,6 +64,18 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
     if (word.kind != RMAP_TOKEN_WORD)
         return rmap_parser_expected(parser, "angle, x, y, time, optical_path, or a test of the "
                                             "steps before such as hit(NAME)");
+    if (row && row->scope == RMAP_OF_RAY && !row->of_registration)
+        return RMAP_PARSER_FAIL(parser, &word,
+                                "'%s' is of the whole ray, not of a registration: put it beside "
+                                "registered(...) with 'and'",
+                                row->word);
+    char text[RMAP_TOKEN_NAME_NBYTES + 1];
+    rmap_token_name(parser->text, &word, text);
+    const struct rmap_name *name = row ? NULL : rmap_names_lookup(parser->names, text);
+    if (name)
+        return RMAP_PARSER_FAIL(parser, &word, "'%.*s' is %s, not a test of a registration",
+                                (int)(word.end - word.begin), text,
+                                rmap_name_kind_phrase(name->kind));
     if (!row || !row->of_registration)
         return rmap_word_fail(parser, &word, "number of a registration", RMAP_WORDS_OF_WHERE);
     enum rmap_status st = rmap_parser_advance(parser);

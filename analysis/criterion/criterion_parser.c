@@ -4,9 +4,11 @@
  * (criterion_word.c) of steps (criterion_parser.c, criterion_surface.c) and of registrations
  * (criterion_detector.c), and values: numbers, units, ranges, regions (criterion_value.c).
  */
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "analysis/criterion/criterion_detector.h"
 #include "analysis/criterion/criterion_file_internal.h"
@@ -37,15 +39,41 @@ bool rmap_parser_at_word(const struct rmap_parser *parser, const char *word)
     return rmap_token_is(parser->text, &parser->token, word);
 }
 
+const char *rmap_parser_small(const struct rmap_parser *parser)
+{
+    static const char *const words[] = {"and", "or", "not", "in", "where"};
+    const struct rmap_token *token = &parser->token;
+    const size_t len = token->end - token->begin;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strlen(words[i]) == len && strncasecmp(parser->text + token->begin, words[i], len) == 0)
+            return words[i];
+    return NULL;
+}
+
+/* What a mistake that others make, too, is to be written as; "" where it is another. */
+static void tell_remedy(const struct rmap_parser *parser, char remedy[RMAP_SHOWN_NBYTES])
+{
+    const struct rmap_token *token = &parser->token;
+    const char *text = parser->text, *small = rmap_parser_small(parser);
+    remedy[0] = 0;
+    if (token->kind == RMAP_TOKEN_WORD && small && !rmap_parser_at_word(parser, small))
+        (void)snprintf(remedy, RMAP_SHOWN_NBYTES, ": write '%s'", small);
+    else if (token->kind == RMAP_TOKEN_COMMA && token->begin > 0 &&
+             isdigit((unsigned char)text[token->begin - 1]) &&
+             isdigit((unsigned char)text[token->end]))
+        (void)snprintf(remedy, RMAP_SHOWN_NBYTES, ": decimals have a point");
+}
+
 enum rmap_status rmap_parser_expected(const struct rmap_parser *parser, const char *what)
 {
     const struct rmap_token *token = &parser->token;
     if (token->kind == RMAP_TOKEN_END)
         return RMAP_PARSER_FAIL(parser, token, "expected %s, found the end", what);
-    char shown[RMAP_SHOWN_NBYTES];
+    char shown[RMAP_SHOWN_NBYTES], remedy[RMAP_SHOWN_NBYTES];
     rmap_token_shorten(parser->text, token, shown);
-    return RMAP_PARSER_FAIL(parser, token, "expected %s, found %s%s%s", what,
-                            *shown == '\'' ? "" : "'", shown, *shown == '\'' ? "" : "'");
+    tell_remedy(parser, remedy);
+    return RMAP_PARSER_FAIL(parser, token, "expected %s, found %s%s%s%s", what,
+                            *shown == '\'' ? "" : "'", shown, *shown == '\'' ? "" : "'", remedy);
 }
 
 enum rmap_status rmap_parser_take(struct rmap_parser *parser, enum rmap_token_kind kind,
@@ -241,13 +269,19 @@ static enum rmap_status parse_part(struct rmap_parser *parser, enum rmap_part pa
     steps->part = part;
     RMAP_TRY(rmap_parser_advance(parser));
     struct rmap_token number = parser->token;
-    RMAP_TRY(rmap_parse_index_range(parser, &steps->part_low, &steps->part_high));
     size_t most = 0;
     for (size_t o = 0; o < scene->n_object; o++)
         if (rmap_index_set_has(&steps->object, (int32_t)o)) {
             size_t n = part_count(scene, (int32_t)o, part);
             most = n > most ? n : most;
         }
+    if (number.kind == RMAP_TOKEN_WORD || number.kind == RMAP_TOKEN_QUOTED) {
+        char what[80];
+        (void)snprintf(what, sizeof what, "the number of a %s, 0 to %zu here (none has a name)",
+                       noun, most ? most - 1 : 0);
+        return rmap_parser_expected(parser, what);
+    }
+    RMAP_TRY(rmap_parse_index_range(parser, &steps->part_low, &steps->part_high));
     if (steps->part_low >= most)
         st = RMAP_PARSER_FAIL(parser, &number, "there is no %s %u: %s 0 to %zu exist here", noun,
                               steps->part_low, noun, most ? most - 1 : 0);

@@ -38,7 +38,10 @@ enum rmap_status rmap_parser_advance(struct rmap_parser *parser) RMAP_MUST_USE;
 /* True when the next token is this very word. */
 bool rmap_parser_at_word(const struct rmap_parser *parser, const char *word);
 
-/* "expected WHAT, found 'token'". */
+/* The word of the logic that the next token is, be it in capitals; NULL: none. */
+const char *rmap_parser_small(const struct rmap_parser *parser);
+
+/* "expected WHAT, found 'token'", and the remedy of mistakes that many make. */
 enum rmap_status rmap_parser_expected(const struct rmap_parser *parser, const char *what);
 
 /* Takes a token of this kind, or fails with "expected WHAT". */

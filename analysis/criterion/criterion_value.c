@@ -29,27 +29,29 @@ static struct unit_factor factor_of(double base, double own)
     return (struct unit_factor){ratio, 1.0};
 }
 
-static const char *units_of(enum rmap_dimension dimension, const struct rmap_scene *scene)
+static bool is_unit_of(const struct rmap_written_unit *unit, enum rmap_dimension dimension,
+                       const struct rmap_scene *scene)
 {
-    switch (dimension) {
-    case RMAP_DIMENSION_NONE:
-    case RMAP_DIMENSION_SHARE:
-    case RMAP_DIMENSION_TEMPERATURE:
-    case RMAP_DIMENSION_PER_LENGTH:
-        return "none: this is a plain number";
-    case RMAP_DIMENSION_LENGTH:
-    case RMAP_DIMENSION_WAVELENGTH:
-        return "nm um mm cm m in";
-    case RMAP_DIMENSION_ANGLE:
-        return "deg rad mrad";
-    case RMAP_DIMENSION_TIME:
-        return "s ms us ns ps fs";
-    case RMAP_DIMENSION_FLUX:
-        return scene->flux_unit == RMAP_FLUX_W ? "W kW mW uW" : "lm klm mlm";
-    case RMAP_DIMENSION_MIXED:
-        return "none: the detectors differ in theirs";
-    }
-    return "";
+    if (dimension == RMAP_DIMENSION_WAVELENGTH)
+        dimension = RMAP_DIMENSION_LENGTH;
+    return unit->in_criteria && unit->dimension == dimension &&
+           (dimension != RMAP_DIMENSION_FLUX || unit->lumens == (scene->flux_unit == RMAP_FLUX_LM));
+}
+
+enum { UNITS_NBYTES = 64 };
+
+static void list_units(enum rmap_dimension dimension, const struct rmap_scene *scene,
+                       char list[UNITS_NBYTES])
+{
+    const struct rmap_written_unit *unit;
+    size_t len = 0;
+    (void)snprintf(list, UNITS_NBYTES, "none: %s",
+                   dimension == RMAP_DIMENSION_MIXED ? "the detectors differ in theirs"
+                                                     : "this is a plain number");
+    for (size_t i = 0; (unit = rmap_unit_at(i)) != NULL && len < UNITS_NBYTES; i++)
+        if (is_unit_of(unit, dimension, scene))
+            len += (size_t)snprintf(list + len, UNITS_NBYTES - len, "%s%s", len ? " " : "",
+                                    unit->name);
 }
 
 /* A word behind a number is a unit, unless it begins the next test (a forgotten `and`). */
@@ -64,23 +66,22 @@ static enum rmap_status parse_unit(struct rmap_parser *parser, enum rmap_dimensi
                                    struct unit_factor *factor)
 {
     const struct rmap_scene *scene = parser->criterion->scene;
-    enum rmap_dimension wanted =
-        dimension == RMAP_DIMENSION_WAVELENGTH ? RMAP_DIMENSION_LENGTH : dimension;
     double own = dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
                  : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
                                                         : 1.0;
     const struct rmap_written_unit *unit = rmap_unit_named(parser->text + parser->token.begin,
                                                            parser->token.end - parser->token.begin);
-    if (unit && unit->in_criteria && unit->dimension == wanted &&
-        (wanted != RMAP_DIMENSION_FLUX || unit->lumens == (scene->flux_unit == RMAP_FLUX_LM))) {
+    char units[UNITS_NBYTES];
+    if (unit && is_unit_of(unit, dimension, scene)) {
         *factor = factor_of(unit->size, own);
         return rmap_parser_advance(parser);
     }
+    list_units(dimension, scene, units);
     return RMAP_PARSER_FAIL(parser, &parser->token, "'%.*s' is no unit here (%s)",
                             (int)(parser->token.end - parser->token.begin < 32
                                       ? parser->token.end - parser->token.begin
                                       : 32),
-                            parser->text + parser->token.begin, units_of(dimension, scene));
+                            parser->text + parser->token.begin, units);
 }
 
 struct value {
@@ -296,10 +297,10 @@ static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap
     double *b = test->bound;
     bool rect = test->region == RMAP_REGION_RECT;
     if (list->n != 4)
-        return RMAP_PARSER_FAIL(parser, word, "%s, not %zu",
+        return RMAP_PARSER_FAIL(parser, word, "%s, not %zu%s",
                                 rect ? "rect wants four numbers x0, y0, x1, y1"
                                      : "ellipse wants four numbers cx, cy, rx, ry",
-                                list->n);
+                                list->n, list->n == 8 ? " (decimals have a point)" : "");
     for (size_t i = 0; i < 4; i++)
         b[i] = value_in(&list->value[i], &list->value[i].factor);
     if (rect)

@@ -3,11 +3,13 @@
  * Elementary tests: which word begins which, tests of the ray as a whole, and what all of them
  * share: names and sets.
  */
+#include <ctype.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "analysis/criterion/criterion_detector.h"
 #include "analysis/criterion/criterion_value.h"
@@ -60,15 +62,27 @@ enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rm
 enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *what,
                                        struct rmap_token *token_ret)
 {
-    *token_ret = parser->token;
-    if (parser->token.kind == RMAP_TOKEN_WORD || parser->token.kind == RMAP_TOKEN_QUOTED)
-        return rmap_parser_advance(parser);
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token whole = *token_ret = parser->token;
+    if (whole.kind == RMAP_TOKEN_WORD || whole.kind == RMAP_TOKEN_QUOTED) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        if (whole.kind == RMAP_TOKEN_QUOTED || parser->token.kind != RMAP_TOKEN_NUMBER ||
+            parser->token.begin != whole.end)
+            return RMAP_OK;
+        char shown[RMAP_SHOWN_NBYTES];
+        whole.end = parser->token.end;
+        rmap_token_shorten(parser->text, &whole, shown);
+        return RMAP_PARSER_FAIL(parser, &whole, "a name with signs stands in single quotes: '%s'",
+                                shown);
+    }
     if (parser->token.kind != RMAP_TOKEN_NUMBER)
         return rmap_parser_expected(parser, what);
     char more[96];
     (void)snprintf(more, sizeof more, "%s (one that begins with a digit stands in single quotes)",
                    what);
-    return rmap_parser_expected(parser, more);
+    st = rmap_parser_expected(parser, more);
+out:
+    return st;
 }
 
 enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
@@ -325,9 +339,16 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
                                 "'let' defines names in a file that --criteria names");
     if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
+    const char *small = rmap_parser_small(parser);
+    if (small && !rmap_parser_at_word(parser, small))
+        return RMAP_PARSER_FAIL(parser, token, "write '%s', in small letters", small);
     rmap_token_name(parser->text, token, word);
     rmap_criterion_shorten(word, shown);
     const struct rmap_name *name = rmap_names_lookup(parser->names, word);
+    if (!name && (strcasecmp(word, "true") == 0 || strcasecmp(word, "false") == 0))
+        return RMAP_PARSER_FAIL(parser, token, "'%s' is no test (%s)", shown,
+                                tolower((unsigned char)*word) == 't' ? "all rays: write 'all'"
+                                                                     : "no ray: write 'not all'");
     if (name) {
         char written[RMAP_SHOWN_NBYTES];
         rmap_token_shorten(parser->text, token, written);
@@ -344,6 +365,14 @@ static enum rmap_status parse_comparison(struct rmap_parser *parser, const struc
 {
     if (rmap_parser_at_comparison(parser))
         return rmap_parse_interval(parser, word->dimension, interval);
+    if (word->is_number && parser->token.kind == RMAP_TOKEN_OPEN)
+        return RMAP_PARSER_FAIL(parser, token,
+                                word->of_registration || word->in_where
+                                    ? "'%s' takes no name here; at a registration it is asked for "
+                                      "as registered(NAME where %s >= 1)"
+                                    : "'%s' is a number of the whole ray and takes no name: "
+                                      "'%s > 10'",
+                                word->word, word->word);
     if (word->is_number)
         return RMAP_PARSER_FAIL(parser, token,
                                 "'%s' is a number: compare it, as in '%s > 10' or '%s in 1..10'",

@@ -82,21 +82,57 @@ static void print_item(const char *file, const struct rmap_diagnostic *item, FIL
 {
     const char *kind = item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning";
     if (item->line > 0)
-        fprintf(out, "%s:%d:%d: %s: %s\n", file, item->line, item->column, kind, item->text);
+        fprintf(out, "%s:%d:%d: %s: %s", file, item->line, item->column, kind, item->text);
     else
-        fprintf(out, "%s: %s: %s\n", file, kind, item->text);
+        fprintf(out, "%s: %s: %s", file, kind, item->text);
+}
+
+/* From so many equal mistakes on they are told once, at the place of the first. */
+enum { EQUAL_TOLD = 4, LINES_TOLD = 8 };
+
+static bool is_same(const struct rmap_diagnostic *a, const struct rmap_diagnostic *b)
+{
+    return b && a->line > 0 && b->line > 0 && a->severity == b->severity &&
+           strcmp(a->text, b->text) == 0;
+}
+
+/* The first of n items, with those that say the same where there are many: they become NULL. */
+static void print_equals(const char *file, const struct rmap_diagnostic **item, size_t n, FILE *out)
+{
+    size_t n_equal = 0, told = 0;
+    for (size_t i = 0; i < n; i++)
+        n_equal += is_same(item[0], item[i]);
+    print_item(file, item[0], out);
+    if (n_equal >= EQUAL_TOLD)
+        fprintf(out, " (%zu times, also in line", n_equal);
+    for (size_t i = 1; i < n && n_equal >= EQUAL_TOLD; i++) {
+        if (!is_same(item[0], item[i]))
+            continue;
+        if (told < LINES_TOLD)
+            fprintf(out, "%s %d", told ? "," : "", item[i]->line);
+        else if (told == LINES_TOLD)
+            fputs(", ...", out);
+        item[i] = NULL;
+        told++;
+    }
+    fputs(n_equal >= EQUAL_TOLD ? ")\n" : "\n", out);
 }
 
 void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *out)
 {
     const char *file = diagnostics->file ? diagnostics->file : "scene";
-    const struct rmap_diagnostic **order = rmap_alloc(diagnostics->n, sizeof(void *));
-    for (size_t i = 0; order && i < diagnostics->n; i++)
-        order[i] = &diagnostics->item[i];
+    const struct rmap_diagnostic **order = rmap_alloc(diagnostics->n + 1, sizeof(void *));
+    for (size_t i = 0; i < diagnostics->n; i++) {
+        if (order)
+            order[i] = &diagnostics->item[i];
+        else
+            print_equals(file, (const struct rmap_diagnostic *[]){&diagnostics->item[i]}, 1, out);
+    }
     if (order)
         qsort(order, diagnostics->n, sizeof(void *), by_place);
-    for (size_t i = 0; i < diagnostics->n; i++)
-        print_item(file, order ? order[i] : &diagnostics->item[i], out);
+    for (size_t i = 0; order && i < diagnostics->n; i++)
+        if (order[i])
+            print_equals(file, order + i, diagnostics->n - i, out);
     if (diagnostics->n_dropped)
         fprintf(out, "%s: and %zu more\n", file, diagnostics->n_dropped);
     rmap_free(order);
@@ -131,7 +167,9 @@ const char *rmap_nearest_word(const char *word, const char *const *candidate, si
     const char *nearest = NULL;
     for (size_t i = 0; i < n_candidate; i++) {
         size_t distance = candidate[i] ? rmap_word_distance(word, candidate[i], limit) : limit + 1;
-        if (distance <= limit && !(nearest && distance == limit)) {
+        if (candidate[i] && strcmp(word, candidate[i]) == 0)
+            continue; /* it is known, and wrong for another reason */
+        if (distance <= limit && distance < strlen(word) && !(nearest && distance == limit)) {
             nearest = candidate[i];
             limit = distance;
         }

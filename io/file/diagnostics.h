@@ -43,14 +43,15 @@ void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_sever
 /* True when no further text would be kept: no need to compose one. */
 bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics);
 
-/* "file:line:column: error: text", one per line, sorted by place. */
+/* "file:line:column: error: text", one per line, sorted by place; four equal ones and more are told
+ * at the first's place, with the lines of the others. */
 void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *out);
 
 /* Edit distance with case folded; anything above `limit` is limit + 1. */
 size_t rmap_word_distance(const char *a, const char *b, size_t limit);
 
 /* The candidate nearest to `word` by edit distance (case-insensitive), if near enough to be
- * worth suggesting; else NULL. */
+ * worth suggesting; else NULL. A word is not suggested to itself. */
 const char *rmap_nearest_word(const char *word, const char *const *candidate, size_t n_candidate);
 
 #endif

@@ -31,6 +31,24 @@ char *rmap_path_format(const char *format, ...)
     return path;
 }
 
+enum rmap_status rmap_path_check_folder(const char *path, struct rmap_error *err)
+{
+    struct stat info;
+    enum rmap_status st = RMAP_OK;
+    size_t len = strlen(path);
+    while (len > 1 && path[len - 1] == '/')
+        len--;
+    while (len > 0 && path[len - 1] != '/')
+        len--;
+    char *folder = len > 1 ? rmap_path_format("%.*s", (int)len - 1, path) : NULL;
+    if (folder && stat(folder, &info) != 0 && errno == ENOENT)
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "cannot write '%s': there is no folder '%s'; make it first", path,
+                            folder);
+    rmap_free(folder);
+    return st;
+}
+
 static const char *environment(const char *name, const char *otherwise)
 {
     const char *value = getenv(name);

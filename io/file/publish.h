@@ -13,6 +13,9 @@
 /* "directory/name" made from a format; rmap_free. NULL when memory is short. */
 char *rmap_path_format(const char *format, ...) RMAP_PRINTF(1, 2);
 
+/* RMAP_INPUT, naming it, when the folder is not there in which the path would stand. */
+enum rmap_status rmap_path_check_folder(const char *path, struct rmap_error *err) RMAP_MUST_USE;
+
 /* "directory/.name.JOB.RESTART.HOST.PID.part"; rmap_free. NULL when memory is short. */
 char *rmap_temporary_path(const char *directory, const char *name);
 

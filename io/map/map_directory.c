@@ -510,6 +510,10 @@ enum rmap_status rmap_map_create(const char *path, bool force, const char *comma
     enum rmap_status st = RMAP_OK;
     bool is_bare = mkdir(path, 0777) == 0;
     int reason = errno;
+    if (!is_bare && reason == ENOENT)
+        st = rmap_path_check_folder(path, err);
+    if (st != RMAP_OK)
+        return st;
     if (!is_bare && reason != EEXIST)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", path,
                               strerror(reason));

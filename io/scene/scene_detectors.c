@@ -337,8 +337,8 @@ static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *
         return;
     }
     if (!on || rmap_yaml_get(node, "size"))
-        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive_length,
-                                  1, 2, detector->size, &n);
+        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_size, 1, 2,
+                                  detector->size, &n);
     if (n == 1)
         detector->size[1] = detector->size[0];
 }

@@ -19,6 +19,9 @@ const struct rmap_mapping rmap_lens_row_keys = {
     NULL,
     {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop"}}};
 
+static const struct rmap_range thickness_range = {0, RMAP_OBJECTS_RADIUS_MAX, "0 or greater",
+                                                  RMAP_DIMENSION_LENGTH};
+
 static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *node, bool last,
                      double *thickness, struct rmap_lens_row *row, bool *good)
 {
@@ -30,7 +33,7 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
         return;
     *good = rmap_reader_conic(reader, node, &row->shape);
     *good &= rmap_reader_number(reader, node, "thickness", last ? RMAP_OPTIONAL : RMAP_REQUIRED,
-                                &rmap_range_nonnegative_length, thickness);
+                                &thickness_range, thickness);
     *good &= rmap_reader_bool(reader, node, "stop", &row->stop);
     if (!rmap_yaml_get(node, "medium"))
         rmap_reader_error(reader, node, "'medium' is missing: name the medium after the surface");

@@ -75,7 +75,8 @@ static enum rmap_status parse(struct rmap_reader *reader)
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
     for (size_t i = 0; st == RMAP_OK && i < options->n_set; i++)
-        st = rmap_yaml_edit(reader->root, options->set[i], reader->diagnostics, reader->err);
+        st = rmap_yaml_edit(reader->root, options->set[i], -(int)(i + 1), reader->diagnostics,
+                            reader->err);
     return st;
 }
 

@@ -20,10 +20,18 @@
 static void complain(struct rmap_reader *reader, enum rmap_severity severity,
                      const struct rmap_yaml_node *at, const char *format, va_list args)
 {
+    const struct rmap_scene_options *options = &reader->bundle->options;
+    char text[RMAP_ERROR_TEXT_LEN];
     if (reader->status != RMAP_OK)
         return;
-    rmap_diagnostics_vadd(reader->diagnostics, severity, at ? at->line : 0, at ? at->column : 0,
-                          format, args);
+    if (!at || at->line >= 0 || (size_t)-at->line > options->n_set) {
+        rmap_diagnostics_vadd(reader->diagnostics, severity, at ? at->line : 0, at ? at->column : 0,
+                              format, args);
+        return;
+    }
+    (void)vsnprintf(text, sizeof text, format, args);
+    rmap_diagnostics_add(reader->diagnostics, severity, 0, 0, "--set %.100s: %s",
+                         options->set[-at->line - 1], text);
 }
 
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -78,6 +86,13 @@ void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const
         rmap_reader_error(reader, &at, "%s '%.60s': there are none here", what, word);
 }
 
+/* Of {radius: 0,5} the 5: a key with nothing behind it. */
+static bool is_decimal_tail(const struct rmap_yaml_item *item)
+{
+    return isdigit((unsigned char)item->key[0]) && item->value->kind == RMAP_YAML_SCALAR &&
+           !item->value->text[0];
+}
+
 bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what, const char *const *known, size_t n_known)
 {
@@ -92,6 +107,14 @@ bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_n
             found = strcmp(item->key, known[k]) == 0;
         if (found)
             continue;
+        if (i > 0 && is_decimal_tail(item)) {
+            const struct rmap_yaml_node at = {.line = item->line, .column = item->column};
+            const char *before = node->item[i - 1].value->text;
+            rmap_reader_error(reader, &at,
+                              "'%.40s,%.40s' is no number: decimals have a point, not a comma",
+                              before ? before : "", item->key);
+            continue;
+        }
         char text[120];
         (void)snprintf(text, sizeof text, "unknown key in %s:", what);
         rmap_reader_unknown(reader, item->line, item->column, text, item->key, known, n_known);
@@ -223,6 +246,8 @@ const struct rmap_range rmap_range_wavelength = {POSITIVE, RMAP_DIMENSION_WAVELE
 const struct rmap_range rmap_range_temperature = {POSITIVE, RMAP_DIMENSION_TEMPERATURE};
 const struct rmap_range rmap_range_curvature = {FINITE, RMAP_DIMENSION_PER_LENGTH};
 const struct rmap_range rmap_range_attenuation = {NONNEGATIVE, RMAP_DIMENSION_PER_LENGTH};
+const struct rmap_range rmap_range_size = {DBL_MIN, RMAP_SCENE_REACH_MAX, "greater than 0",
+                                           RMAP_DIMENSION_LENGTH};
 
 /* A number as people write it: sign, digits, point, exponent; nothing that strtod also takes. */
 static bool looks_like_number(const char *text, size_t len)
@@ -336,8 +361,8 @@ static bool read_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
         return true;
     if (!rmap_reader_parse_quantity(node->text, value, &unit) ||
         (!rmap_unit_named(unit, strlen(unit)) && dimension == RMAP_DIMENSION_NONE)) {
-        rmap_reader_error(reader, node, "%s must be a finite number, not '%.40s'", what,
-                          node->text);
+        rmap_reader_error(reader, node, "%s must be a finite number, not '%.40s'%s", what,
+                          node->text, strchr(node->text, ',') ? " (decimals have a point)" : "");
         return false;
     }
     const struct rmap_written_unit *of = rmap_unit_of_scene(unit, dimension_of_units(dimension));
@@ -355,11 +380,18 @@ bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
     double parsed = 0;
     if (node->kind != RMAP_YAML_SCALAR) {
         rmap_reader_error(reader, node, "%s must be a number, not a %s", what,
-                          node->kind == RMAP_YAML_LIST ? "list" : "mapping");
+                          node->kind == RMAP_YAML_MAP ? "mapping"
+                          : node->n_item == 2         ? "list (decimals have a point)"
+                                                      : "list");
         return false;
     }
     if (!read_scalar(reader, node, what, range->dimension, &parsed))
         return false;
+    if (parsed > range->to && parsed >= RMAP_OBJECTS_RADIUS_MAX) {
+        rmap_reader_error(reader, node, "%s is too large: at most %g, not %.40s", what, range->to,
+                          node->text);
+        return false;
+    }
     if (!(parsed >= range->from && parsed <= range->to)) {
         rmap_reader_error(reader, node, "%s must be %s, not %.40s", what, range->text, node->text);
         return false;
@@ -398,7 +430,12 @@ bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *
     (void)snprintf(what, sizeof what, "'%s'", key);
     if (!rmap_reader_scalar(reader, node, what, &rmap_range_any, &number))
         return false;
-    if (number != floor(number) || number < (double)from || number > (double)to) {
+    if (number > (double)to) {
+        rmap_reader_error(reader, node, "'%s' is too large: at most %llu, not %.40s", key,
+                          (unsigned long long)to, node->text);
+        return false;
+    }
+    if (number != floor(number) || number < (double)from) {
         rmap_reader_error(reader, node, "'%s' must be a whole number from %llu to %llu, not %.40s",
                           key, (unsigned long long)from, (unsigned long long)to, node->text);
         return false;
@@ -412,7 +449,7 @@ bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node
                          size_t n_min, size_t n_max, double *value, size_t *n_ret)
 {
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
-    char what[80];
+    char what[120];
     if (!node) {
         if (need == RMAP_REQUIRED)
             missing(reader, map, key);
@@ -425,13 +462,19 @@ bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node
     }
     if (node->kind != RMAP_YAML_LIST || node->n_item < n_min || node->n_item > n_max) {
         if (n_min == n_max)
-            rmap_reader_error(reader, node, "'%s' must be a list of %zu numbers", key, n_min);
+            rmap_reader_error(reader, node, "'%s' must be a list of %zu numbers%s", key, n_min,
+                              node->kind == RMAP_YAML_LIST && node->n_item > n_max
+                                  ? " (decimals have a point, not a comma)"
+                                  : "");
         else
             rmap_reader_error(reader, node, "'%s' must be a list of %zu to %zu numbers", key, n_min,
                               n_max);
         return false;
     }
     bool good = true;
+    if (range->from > 0 && node->n_item == 2 && node->item[0].value->text &&
+        strcmp(node->item[0].value->text, "0") == 0)
+        (void)snprintf(what, sizeof what, "'%.60s' (decimals have a point, not a comma)", key);
     for (size_t i = 0; i < node->n_item; i++)
         good &= rmap_reader_scalar(reader, node->item[i].value, what, range, &value[i]);
     *n_ret = node->n_item;
@@ -516,6 +559,13 @@ const char *rmap_reader_text(struct rmap_reader *reader, const struct rmap_yaml_
     if (!node) {
         if (need == RMAP_REQUIRED)
             missing(reader, map, key);
+        return NULL;
+    }
+    if (node->kind == RMAP_YAML_MAP && node->n_item > 0) {
+        rmap_reader_error(reader, node,
+                          "'%s' must be a word: what is described here gets a name in a section of "
+                          "its own, and the name stands here",
+                          key);
         return NULL;
     }
     if (node->kind != RMAP_YAML_SCALAR || !node->text[0]) {

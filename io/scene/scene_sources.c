@@ -60,12 +60,12 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
                           n_key == 3 ? "disc, rectangle, mesh" : "disc, rectangle");
     } else if (rmap_yaml_get(shape, "disc")) {
         source->shape = RMAP_EMITTER_DISC;
-        (void)rmap_reader_number(reader, shape, "disc", RMAP_REQUIRED, &rmap_range_positive_length,
+        (void)rmap_reader_number(reader, shape, "disc", RMAP_REQUIRED, &rmap_range_size,
                                  &source->shape_size[0]);
     } else if (rmap_yaml_get(shape, "rectangle")) {
         source->shape = RMAP_EMITTER_RECTANGLE;
-        (void)rmap_reader_numbers(reader, shape, "rectangle", RMAP_REQUIRED,
-                                  &rmap_range_positive_length, 1, 2, source->shape_size, &n);
+        (void)rmap_reader_numbers(reader, shape, "rectangle", RMAP_REQUIRED, &rmap_range_size, 1, 2,
+                                  source->shape_size, &n);
         if (n == 1)
             source->shape_size[1] = source->shape_size[0];
     } else {

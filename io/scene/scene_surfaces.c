@@ -238,6 +238,13 @@ void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml
         *back_ret = *front_ret;
         return;
     }
+    if (rmap_yaml_get(node, "type")) {
+        rmap_reader_error(reader, node,
+                          "a surface is not described here: give it a name in 'surfaces', as in "
+                          "'surfaces: {mine: {type: ...}}', and write '%s: mine'",
+                          key);
+        return;
+    }
     (void)rmap_reader_check_map(reader, node, "a surface pair", "front back");
     find_surface(reader, node, "front", RMAP_REQUIRED, front_ret);
     find_surface(reader, node, "back", RMAP_REQUIRED, back_ret);

@@ -9,6 +9,7 @@
 
 struct edit {
     const char *assignment;
+    int line; /* of what it adds */
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
 };
@@ -74,12 +75,14 @@ static struct rmap_yaml_item *find(struct rmap_yaml_node *node, const char *path
     return found;
 }
 
-static void forget_place(struct rmap_yaml_node *node)
+static void set_place(struct rmap_yaml_node *node, int line)
 {
-    node->line = node->column = 0;
+    node->line = line;
+    node->column = 0;
     for (size_t i = 0; i < node->n_item; i++) {
-        node->item[i].line = node->item[i].column = 0;
-        forget_place(node->item[i].value);
+        node->item[i].line = line;
+        node->item[i].column = 0;
+        set_place(node->item[i].value, line);
     }
 }
 
@@ -118,7 +121,7 @@ static enum rmap_status add_path(struct edit *e, struct rmap_yaml_node *map, con
     }
     memcpy(key, path, len);
     if (!path[len]) {
-        RMAP_TRY(rmap_yaml_append(map, key, 0, 0, value, e->err));
+        RMAP_TRY(rmap_yaml_append(map, key, e->line, 0, value, e->err));
         value = NULL;
         goto out;
     }
@@ -128,7 +131,8 @@ static enum rmap_status add_path(struct edit *e, struct rmap_yaml_node *map, con
         goto out;
     }
     inner->kind = RMAP_YAML_MAP;
-    RMAP_TRY(rmap_yaml_append(map, key, 0, 0, inner, e->err));
+    inner->line = e->line;
+    RMAP_TRY(rmap_yaml_append(map, key, e->line, 0, inner, e->err));
     struct rmap_yaml_node *next = inner;
     inner = NULL;
     st = add_path(e, next, path + len + 1, value);
@@ -167,11 +171,11 @@ static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const c
     }
 }
 
-enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment,
+enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment, int line,
                                 struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct edit e = {assignment, diagnostics, err};
+    struct edit e = {assignment, line, diagnostics, err};
     struct rmap_yaml_node *value = NULL;
     struct rmap_diagnostics inner = {0};
     char *path = NULL;
@@ -204,7 +208,7 @@ enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignm
     }
     if (st != RMAP_OK)
         goto out;
-    forget_place(value);
+    set_place(value, line);
     st = put(&e, root, path, value);
 out:
     rmap_diagnostics_fini(&inner);

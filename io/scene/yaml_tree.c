@@ -5,6 +5,7 @@
  */
 #include "io/scene/yaml_tree.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <yaml.h>
@@ -48,6 +49,26 @@ static yaml_mark_t mark_of_offset(const char *text, size_t offset)
     return mark;
 }
 
+/* A tab that indents; a bracket that is never closed, for which the parser points at the end of
+ * what it swallowed. */
+static void tell_remedy(const struct builder *b, yaml_mark_t mark, char *remedy, size_t nbytes)
+{
+    const yaml_parser_t *parser = &b->parser;
+    const char *line = b->text;
+    remedy[0] = 0;
+    for (size_t i = 0; i < mark.line && line; i++) {
+        line = strchr(line, '\n');
+        line += line != NULL;
+    }
+    if (line && line[strspn(line, " ")] == '\t')
+        (void)snprintf(remedy, nbytes, " (a tab indents this line: indent with spaces)");
+    else if (parser->context &&
+             (strstr(parser->context, "flow mapping") || strstr(parser->context, "flow sequence") ||
+              strstr(parser->context, "quoted")))
+        (void)snprintf(remedy, nbytes, ": what is opened in line %zu, column %zu is not closed",
+                       parser->context_mark.line + 1, parser->context_mark.column + 1);
+}
+
 static enum rmap_status syntax_error(struct builder *b)
 {
     yaml_parser_t *parser = &b->parser;
@@ -56,10 +77,12 @@ static enum rmap_status syntax_error(struct builder *b)
     yaml_mark_t mark = parser->problem_mark;
     if (parser->error == YAML_READER_ERROR)
         mark = mark_of_offset(b->text, parser->problem_offset);
-    rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, (int)mark.line + 1,
-                         (int)mark.column + 1, "this is not YAML: %s%s%s",
-                         parser->problem ? parser->problem : "unreadable",
-                         parser->context ? " " : "", parser->context ? parser->context : "");
+    char remedy[80];
+    tell_remedy(b, mark, remedy, sizeof remedy);
+    rmap_diagnostics_add(
+        b->diagnostics, RMAP_SEVERITY_ERROR, (int)mark.line + 1, (int)mark.column + 1,
+        "this is not YAML: %s%s%s%s", parser->problem ? parser->problem : "unreadable",
+        parser->context ? " " : "", parser->context ? parser->context : "", remedy);
     return rmap_error_set(b->err, RMAP_INPUT, "not a YAML document");
 }
 

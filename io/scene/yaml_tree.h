@@ -29,7 +29,7 @@ struct rmap_yaml_item {
 
 struct rmap_yaml_node {
     enum rmap_yaml_kind kind;
-    int line, column; /* from 1; 0: not from the file (an edit of the command line) */
+    int line, column; /* from 1; below: not from the file but the -line-th --set */
     bool quoted;      /* SCALAR: written in quotes */
     char *text;       /* SCALAR */
     size_t n_item, cap_item;
@@ -47,8 +47,9 @@ void rmap_yaml_destroy(struct rmap_yaml_node *root); /* NULL is fine */
 struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key);
 
 /* Applies "key.path=value" (value: YAML). Items of a list are addressed by their name or by their
- * number from 1; missing keys are added. A path that leads nowhere is put into diagnostics. */
-enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment,
+ * number from 1; missing keys are added. A path that leads nowhere is put into diagnostics. line:
+ * of what it adds. */
+enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment, int line,
                                 struct rmap_diagnostics *diagnostics,
                                 struct rmap_error *err) RMAP_MUST_USE;
 

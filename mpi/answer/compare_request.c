@@ -83,7 +83,8 @@ enum rmap_status rmap_compare_request_read(const struct rmap_arguments *given,
         RMAP_TRY(find_word(correction, "correction", rmap_correction_word, &word, err));
     request->correction = (enum rmap_correction)word;
     if (!(request->significance > 0.0 && request->significance < 1.0))
-        st = rmap_error_set(err, RMAP_USAGE, "--significance must lie between 0 and 1");
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--significance must lie between 0 and 1, both excluded");
     else if (request->n_bin > RMAP_COMPARE_BINS_MAX ||
              (!request->n_bin && rmap_argument(given, "bins")))
         st = rmap_error_set(err, RMAP_USAGE, "--bins must lie between 1 and %d",

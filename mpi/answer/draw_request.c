@@ -105,7 +105,7 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
         return rmap_error_set(err, RMAP_USAGE, "--limit must lie between 1 and %d", largest);
     RMAP_TRY(rmap_argument_number(given, "opacity", &request->opacity, err));
     if (rmap_argument(given, "opacity") && !(request->opacity > 0.0 && request->opacity <= 1.0))
-        return rmap_error_set(err, RMAP_USAGE, "--opacity must lie between 0 and 1");
+        return rmap_error_set(err, RMAP_USAGE, "--opacity must be greater than 0 and at most 1");
     request->has_cut = rmap_argument(given, "cut") != NULL;
     RMAP_TRY(rmap_argument_number(given, "cut", &request->cut, err));
     if (!isfinite(request->cut))
@@ -139,6 +139,10 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
     RMAP_TRY(read_level(rmap_argument(given, "by"), request, err));
     RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));
     RMAP_TRY(read_eye(rmap_argument(given, "eye"), request, err));
+    if (rmap_argument(given, "by") && request->format == RMAP_DRAW_PICTURE &&
+        request->paint != RMAP_PAINT_PATH)
+        return rmap_error_set(
+            err, RMAP_USAGE, "--by tells classes of paths apart: say --color path, or draw a page");
     RMAP_TRY(read_numbers(given, request, err));
     RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
     if (request->n_where > 1 && request->paint != RMAP_PAINT_CRITERION) {

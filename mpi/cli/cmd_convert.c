@@ -25,7 +25,7 @@ static const struct rmap_option options[] = {
     {"encoding", 0, "E", "plain or compact (default: that of MAP's first piece)"},
     {"piece-size", 0, "BYTES",
      "close a file of the map that has so much to compress (default 512Mi)"},
-    {"force", 'f', NULL, "replace a ray map that stands there"},
+    {"force", 'f', NULL, "replace a ray map that stands there", "output"},
     {NULL}};
 
 struct request {

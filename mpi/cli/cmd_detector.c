@@ -38,17 +38,20 @@ static const struct rmap_option options[] = {
     {"over", 0, "WHAT", "cells over the area or over the direction of the light"},
     {"spot", 0, NULL, "centroid, RMS radius and encircled energy of the light on a plane"},
     {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
-    {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene"},
+    {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene",
+     "mtf"},
     {"plot", 0, "OUT", "the curves of --spot and --mtf: OUT.png, OUT.svg or OUT.csv"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"by", 0, "source", "registrations and flux of each source"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; again for "
      "more"},
-    {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour"},
-    {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)"},
-    {"linear", 0, NULL, "linear scale in the picture"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour",
+     "output"},
+    {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)",
+     "output"},
+    {"linear", 0, NULL, "linear scale in the picture", "output"},
+    {"force", 'f', NULL, "replace OUT", "output plot"},
     {NULL}};
 
 struct request {

@@ -54,7 +54,7 @@ static const struct rmap_option options[] = {
      "whose names tell paths apart: surface, object or group (default: object for --color path, "
      "surface in a page)"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 /* What is drawn, and out of what. */

@@ -32,7 +32,7 @@ static const struct rmap_option options[] = {
     {"by", 0, "LEVEL", "whose names count: surface (default), object or group"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.csv: the table; OUT.png or .svg: OUT-0 the direct image, OUT-1 the first ghost ..."},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 static const char *const suffixes[] = {".png", ".svg", ".csv", NULL};

@@ -20,7 +20,7 @@
 
 static const struct rmap_option options[] = {
     {"output", 'o', "MAP2", "directory of the ray map to make, by custom NAME.raymap"},
-    {"force", 'f', NULL, "replace a ray map that stands there"},
+    {"force", 'f', NULL, "replace a ray map that stands there", "output"},
     {NULL}};
 
 static enum rmap_status check_request(const struct rmap_arguments *given, const char *to,

@@ -44,7 +44,7 @@ static const struct rmap_option options[] = {
      "what detectors saw, by orders, ghosts or contribution; all: these three"},
     {"output", 'o', "OUT",
      "OUT.csv or OUT.json: all columns of those classes; CSV with --matrix: that matrix"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 static const char *const suffixes[] = {".csv", ".json", NULL};

@@ -33,7 +33,7 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"explain", 'e', NULL, "say what would be read; read nothing"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 struct request {

@@ -26,12 +26,12 @@ static const struct rmap_option options[] = {
     {"samples", 'n', "N",
      "paths per pixel (default 64; with --time-limit as many as there is time "
      "for)"},
-    {"time-limit", 't', "TIME", "stop in good order after 90s, 15min, 2h"},
+    {"time-limit", 't', "TIME", "stop in good order after 90s, 3h50min, 1:30:00"},
     {"size", 0, "WxH", "pixels, instead of the camera's resolution"},
     {"exposure", 'e', "X", "what unit radiance is shown as, 1 being white"},
     {"preview", 'p', NULL, "one path per pixel, and how many such pictures a second"},
     {"seed", 's', "S", "of the random numbers (default 1)"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 

@@ -114,7 +114,11 @@ static enum rmap_status load_scene(const struct rmap_context *context,
                                    struct rmap_scene **scene, struct rmap_error *err)
 {
     struct rmap_scene_options choices = {0};
+    static const char *const of_scene[] = {"simulation", "only", "without", "set", "color"};
     const char *path = rmap_argument(given, "scene");
+    for (size_t i = 0; !path && i < sizeof of_scene / sizeof *of_scene; i++)
+        if (rmap_argument(given, of_scene[i]))
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --scene", of_scene[i]);
     if (!path)
         return RMAP_OK;
     enum rmap_status st = rmap_scene_options_read(given, &choices, err);

@@ -28,10 +28,10 @@ static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "with --energy: of the rays that match only"},
     RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output html"},
     {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
     {"rays", 0, "A..B", "the same of all rays from A to B; with --json one list of them"},
-    {"seed", 's', "S", "of the random numbers (default 1), with --ray or --rays"},
+    {"seed", 's', "S", "of the random numbers (default 1), with --ray or --rays", "ray rays"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 

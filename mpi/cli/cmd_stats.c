@@ -26,7 +26,7 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
-    {"unit", 0, "U", "of the values, as ns, um or mrad; given twice: of both numbers"},
+    {"unit", 0, "U...", "of the values, as ns, um or mrad; given twice: of both numbers"},
     {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
     {"log", 0, NULL, "bins of equal ratio"},
@@ -35,7 +35,7 @@ static const struct rmap_option options[] = {
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
      "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
-    {"force", 'f', NULL, "replace OUT"},
+    {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
 /* On rank 0. */

@@ -97,16 +97,28 @@ static enum rmap_status refuse_option(const struct rmap_command *command,
     for (size_t i = 0; i < set->n; i++)
         if (equals && strcmp(set->option[i]->name, name) == 0)
             return rmap_error_set(err, RMAP_USAGE, "option '--%s' takes no value", name);
-    const char *candidate[OPTION_MAX];
-    for (size_t i = 0; i < set->n; i++)
+    const char *candidate[OPTION_MAX], *nearest = NULL;
+    for (size_t i = 0; i < set->n; i++) {
         candidate[i] = set->option[i]->name;
-    const char *nearest = rmap_nearest_word(name, candidate, set->n);
+        if (!nearest && *name && strncmp(candidate[i], name, strlen(name)) == 0)
+            nearest = candidate[i];
+    }
+    if (!nearest)
+        nearest = rmap_nearest_word(name, candidate, set->n);
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE,
                               "unknown option '--%s' (did you mean '--%s'?); see: raymap %s --help",
                               name, nearest, command->name);
     return rmap_error_set(err, RMAP_USAGE, "unknown option '--%s'; see: raymap %s --help", name,
                           command->name);
+}
+
+/* getopt takes the beginning of a name for the name; a script that has it would change its meaning
+ * with the next option that begins so. */
+static bool is_abbreviated(const struct option_set *set, int code, const char *word)
+{
+    return code >= FIRST_CODE &&
+           strcspn(word + 2, "=") != strlen(set->option[code - FIRST_CODE]->name);
 }
 
 static enum rmap_status append_value(struct rmap_arguments *arguments,
@@ -137,6 +149,30 @@ static enum rmap_status check_repeats(const struct rmap_arguments *arguments,
             before |= arguments->value[k].option == option;
         if (asked && before && !strstr(option->argument, RMAP_ARGUMENT_AGAIN))
             return rmap_error_set(err, RMAP_USAGE, "option '--%s' is given twice", option->name);
+    }
+    return RMAP_OK;
+}
+
+/* An option that would be ignored is a mistake in what was meant. */
+static enum rmap_status check_company(const struct rmap_arguments *arguments,
+                                      struct rmap_error *err)
+{
+    for (size_t i = 0; i < arguments->n_value; i++) {
+        const struct rmap_option *option = arguments->value[i].option;
+        char list[96] = "", name[32];
+        bool accompanied = !option->goes_with;
+        for (const char *word = option->goes_with; word && *word;) {
+            const size_t len = strcspn(word, " "), at = strlen(list);
+            (void)snprintf(name, sizeof name, "%.*s", (int)len, word);
+            (void)snprintf(list + at, sizeof list - at, "%s--%s", at ? " or " : "", name);
+            accompanied |= rmap_argument(arguments, name) != NULL;
+            word += len + (word[len] == ' ');
+        }
+        if (!accompanied)
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "option '--%s' goes with %s; see: raymap %s "
+                                  "--help",
+                                  option->name, list, arguments->command->name);
     }
     return RMAP_OK;
 }
@@ -194,8 +230,12 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     optind = 1;
     int code;
     while ((code = getopt_long(argc, argv, set.letters, set.long_option, NULL)) != -1) {
+        const bool apart = optarg && optarg == argv[optind - 1];
+        const char *word = argv[optind - 1 - apart];
         if (code == '?' || code == ':')
             RMAP_TRY(refuse_option(command, &set, code, argv[optind - 1], err));
+        if (is_abbreviated(&set, code, word))
+            RMAP_TRY(refuse_option(command, &set, '?', word, err));
         RMAP_TRY(append_value(arguments, option_of(&set, code), optarg, err));
         optarg = NULL;
     }
@@ -205,6 +245,7 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     if (!rmap_argument(arguments, "help")) {
         RMAP_TRY(check_repeats(arguments, err));
         RMAP_TRY(check_output(arguments, err));
+        RMAP_TRY(check_company(arguments, err));
     }
 out:
     if (st != RMAP_OK)
@@ -402,24 +443,86 @@ static const struct suffix second_suffix[] = {{"", 1},     {"s", 1},    {"ms", 1
                                               {"min", 60}, {"h", 3600}, {"d", 86400}};
 static const struct suffix no_suffix[] = {{"", 1}};
 
-/* A finite decimal number and one of the suffixes, with blanks between them allowed. */
-static bool read_number(const char *text, const struct suffix *suffix, size_t n_suffix,
-                        double *value)
+/* A finite decimal number; *text goes on behind it and the blanks that follow. */
+static bool read_decimal(const char **text, double *value)
 {
-    if (!isdigit((unsigned char)text[0]) && text[0] != '.' && text[0] != '-' && text[0] != '+')
+    const char *from = *text;
+    if (!isdigit((unsigned char)from[0]) && from[0] != '.' && from[0] != '-' && from[0] != '+')
         return false; /* strtod would take "nan" and "inf" */
     char *end;
-    double number = strtod(text, &end);
-    if (end == text || !isfinite(number))
+    *value = strtod(from, &end);
+    if (end == from || !isfinite(*value))
         return false;
     while (isspace((unsigned char)*end))
         end++;
+    *text = end;
+    return true;
+}
+
+/* 0: none of the suffixes is the word. */
+static double factor_of(const char *word, size_t len, const struct suffix *suffix, size_t n_suffix)
+{
     for (size_t i = 0; i < n_suffix; i++)
-        if (strcmp(end, suffix[i].word) == 0) {
-            *value = number * suffix[i].factor;
-            return true;
-        }
-    return false;
+        if (strlen(suffix[i].word) == len && memcmp(word, suffix[i].word, len) == 0)
+            return suffix[i].factor;
+    return 0.0;
+}
+
+/* A number and one of the suffixes. */
+static bool read_number(const char *text, const struct suffix *suffix, size_t n_suffix,
+                        double *value)
+{
+    double number;
+    if (!read_decimal(&text, &number))
+        return false;
+    const double factor = factor_of(text, strlen(text), suffix, n_suffix);
+    *value = number * factor;
+    return factor > 0.0;
+}
+
+/* "3h50min", "1 d 12 h", "90": numbers with units that get smaller; one alone may have none. */
+static bool read_spans(const char *text, double *seconds)
+{
+    const bool alone = !text[strspn(text, "0123456789.+-eE \t")];
+    double sum = 0.0, largest = INFINITY;
+    do {
+        double number;
+        if (!read_decimal(&text, &number) || number < 0.0)
+            return false;
+        const size_t len = strspn(text, "abcdefghijklmnopqrstuvwxyz");
+        const double factor = factor_of(text, len, second_suffix, COUNT(second_suffix));
+        if (factor <= 0.0 || factor >= largest || (len == 0 && !alone))
+            return false;
+        sum += number * factor;
+        largest = factor;
+        text += len + strspn(text + len, " ");
+    } while (*text);
+    *seconds = sum;
+    return true;
+}
+
+/* As Slurm writes times, with two parts at least: days-hours[:minutes[:seconds]],
+ * hours:minutes:seconds, minutes:seconds. */
+static bool read_clock(const char *text, double *seconds)
+{
+    const bool days = strchr(text, '-') != NULL;
+    double part[4] = {0.0};
+    size_t n = 0;
+    for (char end = ':'; end; n++) {
+        const size_t len = strspn(text, "0123456789");
+        end = text[len];
+        if (len == 0 || n == COUNT(part) - !days || (end && end != (days && n == 0 ? '-' : ':')))
+            return false;
+        part[n] = strtod(text, NULL);
+        text += len + 1;
+    }
+    if (days)
+        *seconds = 86400.0 * part[0] + 3600.0 * part[1] + 60.0 * part[2] + part[3];
+    else if (n == 3)
+        *seconds = 3600.0 * part[0] + 60.0 * part[1] + part[2];
+    else
+        *seconds = 60.0 * part[0] + part[1];
+    return n > 1;
 }
 
 static bool all_digits(const char *text)
@@ -443,9 +546,14 @@ enum rmap_status rmap_parse_count(const char *text, const char *what, uint64_t *
     }
     double number;
     if (!read_number(text, count_suffix, COUNT(count_suffix), &number) || number < 0 ||
-        number != floor(number) || number > 0x1p53)
+        number != floor(number))
         return rmap_error_set(err, RMAP_USAGE,
-                              "%s must be a whole number from 0 (1000000, 1e6, 2.5M), not '%s'",
+                              "%s must be a whole number without a sign (1000000, 1e6, 2.5M), not "
+                              "'%s'",
+                              what, text);
+    if (number > 0x1p53)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s %s is too large: up to 2^53, or up to 2^64 - 1 written in digits",
                               what, text);
     *value = (uint64_t)number;
     return RMAP_OK;
@@ -478,13 +586,14 @@ enum rmap_status rmap_argument_seconds(const struct rmap_arguments *arguments, c
                                        double *value, struct rmap_error *err)
 {
     const char *text = rmap_argument(arguments, name);
-    double seconds;
+    double seconds = 0.0;
     if (!text)
         return RMAP_OK;
-    if (!read_number(text, second_suffix, COUNT(second_suffix), &seconds) || seconds <= 0)
+    if ((!read_spans(text, &seconds) && !read_clock(text, &seconds)) || seconds <= 0)
         return rmap_error_set(err, RMAP_USAGE,
-                              "--%s must be a time above 0 (90, 90s, 1.5min, 2h), not '%s'", name,
-                              text);
+                              "--%s must be a time above 0 (90, 90s, 1.5min, 3h50min, 1:30:00, "
+                              "1-00:00:00), not '%s'",
+                              name, text);
     *value = seconds;
     return RMAP_OK;
 }

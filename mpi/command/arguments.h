@@ -23,6 +23,7 @@ struct rmap_option {
     char letter;          /* 0: none */
     const char *argument; /* "FILE", shown in the help; NULL: takes none */
     const char *help;
+    const char *goes_with; /* "output plot": means nothing without one of these; NULL: alone */
 };
 
 struct rmap_arguments {
@@ -62,7 +63,8 @@ enum rmap_status rmap_argument_each(const struct rmap_arguments *arguments, cons
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Numbers; *value is left as it is when the option was not given. A count may be written 1000000,
- * 1e6, 2.5M, 3k, 1G, 256Mi. Seconds: 90, 90s, 1.5 min, 2h, 500 ms. */
+ * 1e6, 2.5M, 3k, 1G, 256Mi. Seconds: 90, 90s, 1.5 min, 3h50min, 500 ms,
+ * and as Slurm writes them, 1:30:00, 1-00:00:00. */
 enum rmap_status rmap_argument_count(const struct rmap_arguments *arguments, const char *name,
                                      uint64_t *value, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_argument_number(const struct rmap_arguments *arguments, const char *name,

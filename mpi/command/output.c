@@ -9,6 +9,8 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+#include "io/file/publish.h"
+
 bool rmap_output_is(const char *path, const char *suffix)
 {
     size_t len = strlen(path), n = strlen(suffix);
@@ -19,7 +21,7 @@ enum rmap_status rmap_output_free(const char *path, bool force, struct rmap_erro
 {
     struct stat status;
     if (lstat(path, &status) != 0) /* a link that leads nowhere stands there all the same */
-        return RMAP_OK;
+        return rmap_path_check_folder(path, err);
     if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
         return rmap_error_set(err, RMAP_USAGE, "'%s' is a directory; give the name of a file",
                               path);

@@ -10,6 +10,9 @@
 #include <time.h>
 #include <unistd.h>
 
+/* Between two lines of a log: a tenth of the time so far. */
+enum { LOG_FIRST_S = 10, LOG_MOST_S = 900 };
+
 /* Goes past standard error's guard (terminal.h), which shows it instead. */
 #define CLEAR_LINE "\r\033[K"
 
@@ -33,35 +36,56 @@ void rmap_progress_init(struct rmap_progress *progress, const struct rmap_contex
         .last = now,
         .interval = silent     ? 0.0
                     : terminal ? 0.25
-                               : 10.0,
+                               : LOG_FIRST_S,
         .terminal = terminal,
     };
+}
+
+static void print_clock(char *text, size_t nbytes)
+{
+    const time_t now = time(NULL);
+    struct tm local;
+    if (!localtime_r(&now, &local) || strftime(text, nbytes, "%F %T ", &local) == 0)
+        text[0] = 0;
+}
+
+/* m:ss, or h:mm:ss. */
+static void print_duration(double seconds, char *text, size_t nbytes)
+{
+    const unsigned long s = (unsigned long)(seconds + 0.5), h = s / 3600;
+    if (h > 0)
+        (void)snprintf(text, nbytes, "%lu:%02lu:%02lu", h, s / 60 % 60, s % 60);
+    else
+        (void)snprintf(text, nbytes, "%lu:%02lu", s / 60, s % 60);
 }
 
 static void print_line(const struct rmap_progress *progress, uint64_t done, double rate)
 {
     char now[RMAP_GROUPED_LEN], total[RMAP_GROUPED_LEN], speed[RMAP_GROUPED_LEN];
-    double left = rate > 0 ? (double)(progress->total - done) / rate : 0.0;
-    unsigned long whole = (unsigned long)(left + 0.5);
-    dprintf(STDERR_FILENO, "%s%s of %s %s (%.0f %%), %s/s, %lu:%02lu left%s",
-            progress->terminal ? CLEAR_LINE : "", rmap_grouped(done, now),
-            rmap_grouped(progress->total, total), progress->what,
+    char clock[32] = CLEAR_LINE, left[32];
+    print_duration(rate > 0 ? (double)(progress->total - done) / rate : 0.0, left, sizeof left);
+    if (!progress->terminal)
+        print_clock(clock, sizeof clock);
+    dprintf(STDERR_FILENO, "%s%s of %s %s (%.0f %%), %s/s, %s left%s", clock,
+            rmap_grouped(done, now), rmap_grouped(progress->total, total), progress->what,
             100.0 * (double)done / (double)progress->total, rmap_grouped((uint64_t)rate, speed),
-            whole / 60, whole % 60, progress->terminal ? "" : "\n");
+            left, progress->terminal ? "" : "\n");
 }
 
 void rmap_progress_show(struct rmap_progress *progress, uint64_t done)
 {
     if (progress->interval <= 0.0 || progress->total == 0)
         return;
-    double now = rmap_clock_seconds();
+    const double now = rmap_clock_seconds(), passed = now - progress->begun;
     if (now - progress->last < progress->interval)
         return;
     progress->last = now;
     progress->shown = true;
+    if (!progress->terminal && passed > 10.0 * LOG_FIRST_S)
+        progress->interval = passed < 10.0 * LOG_MOST_S ? passed / 10.0 : LOG_MOST_S;
     if (done > progress->total)
         done = progress->total;
-    print_line(progress, done, (double)done / (now - progress->begun));
+    print_line(progress, done, (double)done / passed);
 }
 
 void rmap_progress_fini(struct rmap_progress *progress)

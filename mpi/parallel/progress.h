@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * How far long work has come: one line kept up to date on a terminal, a plain line now and then
- * elsewhere, nothing with --quiet. Rank 0 alone shows anything.
+ * How far long work has come: one line kept up to date on a terminal; elsewhere a line with the
+ * clock every 10 s, then more and more seldom, to one in a quarter of an hour; nothing with
+ * --quiet. Rank 0 alone shows anything.
  */
 #ifndef RMAP_PROGRESS_H
 #define RMAP_PROGRESS_H

@@ -6,10 +6,31 @@
 #include "mpi/parallel/threads.h"
 
 #include <sched.h>
+#include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+
+/* Variables that a batch system documents as the cores of one task, heeded in its jobs alone. LSF
+ * and Grid Engine tell the slots of the whole job. */
+static const struct {
+    const char *cores, *job;
+} batch_system[] = {{"SLURM_CPUS_PER_TASK", "SLURM_JOB_ID"}, {"NCPUS", "PBS_JOBID"}};
+
+/* 0: nobody says. */
+static int cores_per_task(void)
+{
+    for (size_t i = 0; i < sizeof batch_system / sizeof *batch_system; i++) {
+        const char *cores = getenv(batch_system[i].cores);
+        const long n = cores && getenv(batch_system[i].job) ? strtol(cores, NULL, 10) : 0;
+        if (n > 0)
+            return n < CPU_SETSIZE ? (int)n : CPU_SETSIZE;
+    }
+    return 0;
+}
 
 /* A launcher may give all ranks of a node all its cores, or each its own: the union of the
- * masks, divided by the ranks, is right for both. */
+ * masks, divided by the ranks, is right for both. A rank that is bound to nothing sees cores that
+ * are other jobs', too. */
 int rmap_threads_share(MPI_Comm comm)
 {
     MPI_Comm node = MPI_COMM_NULL;
@@ -25,6 +46,9 @@ int rmap_threads_share(MPI_Comm comm)
     }
     int share = CPU_COUNT(&all) / n_rank;
     int own = CPU_COUNT(&mine);
+    const int given = own >= sysconf(_SC_NPROCESSORS_ONLN) ? cores_per_task() : 0;
     share = share < own ? share : own;
+    if (given > 0 && given < share)
+        share = given;
     return share > 1 ? share : 1;
 }

@@ -316,6 +316,34 @@ out:
     return st;
 }
 
+/* Rank 0. How many rays the map has more than before, the silent rank's by its journal. */
+static uint64_t count_traced(const struct rmap_trace_session *self)
+{
+    struct rmap_error ignored = {0};
+    struct rmap_map *map = NULL;
+    struct rmap_map_summary summary = {0};
+    if (!self->request.map_path ||
+        rmap_map_open_untallied(self->request.map_path, &map, &ignored) != RMAP_OK)
+        return self->outcome.n_ray;
+    rmap_map_summarise(map, &summary);
+    rmap_map_close(map);
+    return summary.n_row[RMAP_TABLE_RAY] - self->goal.n_held;
+}
+
+/* A full disk, or another failure of the system: what is not lost. */
+static void tell_safe(const struct rmap_trace_session *self, struct rmap_error *err)
+{
+    const struct rmap_error why = *err;
+    const struct rmap_trace_goal *goal = &self->goal;
+    char safe[RMAP_GROUPED_LEN];
+    if (self->context->rank != 0 || !self->request.map_path || self->request.shard_dir)
+        return;
+    (void)rmap_error_set(
+        err, why.status, "%.640s; %s of %s are safe in %.200s, and --resume traces the rest",
+        why.text, rmap_grouped(goal->n_held + count_traced(self), safe),
+        rmap_counted(goal->n_held + goal->n_missing, "ray").text, self->request.map_path);
+}
+
 enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -337,6 +365,8 @@ enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct 
     if (goal->n_phase == 0)
         RMAP_TRY(rmap_trace_phase_run(self, &nothing, true, err));
 out:
+    if (st == RMAP_SYSTEM)
+        tell_safe(self, err);
     return st;
 }
 
@@ -423,20 +453,6 @@ static enum rmap_status finish(struct rmap_trace_session *self, struct rmap_erro
     RMAP_TRY(rmap_trace_summarise(self->context, &report, err));
 out:
     return st;
-}
-
-/* Rank 0. How many rays the map has more than before, the silent rank's by its journal. */
-static uint64_t count_traced(const struct rmap_trace_session *self)
-{
-    struct rmap_error ignored = {0};
-    struct rmap_map *map = NULL;
-    struct rmap_map_summary summary = {0};
-    if (!self->request.map_path ||
-        rmap_map_open_untallied(self->request.map_path, &map, &ignored) != RMAP_OK)
-        return self->outcome.n_ray;
-    rmap_map_summarise(map, &summary);
-    rmap_map_close(map);
-    return summary.n_row[RMAP_TABLE_RAY] - self->goal.n_held;
 }
 
 /* Rank 0, when a rank does not answer: nothing is left that all ranks could do together. */

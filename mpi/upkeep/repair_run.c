@@ -226,6 +226,11 @@ static enum rmap_status remember(struct repair *self, struct rmap_error *err)
         what->claimed->n_portion > 0 ? what->claimed : what->content;
     const struct rmap_findings *findings = &self->round.findings;
     struct rmap_map_summary summary = {0};
+    for (size_t i = 0; i < findings->n; i++)
+        if (strstr(findings->row[i].text, "use a newer raymap"))
+            return rmap_error_set(err, RMAP_FORMAT,
+                                  "%s; it is not damaged, and nothing was changed",
+                                  findings->row[i].text);
     RMAP_TRY(rmap_findings_append(&self->result->found, findings->row, findings->n, err));
     RMAP_TRY(rmap_rays_held(said, &self->had, err));
     for (size_t i = 0; i < said->n_portion; i++)

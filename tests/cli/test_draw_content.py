@@ -446,7 +446,7 @@ def test_mistakes():
     for options, word in (
             (["--color", "pink"], "natural, path, criterion or order"),
             (["--color", "criterion"], "--where"),
-            (["--opacity", "2"], "between 0 and 1"),
+            (["--opacity", "2"], "greater than 0 and at most 1"),
             (["--eye", "north"], "AZIMUTH,ELEVATION"),
             (["--eye", "1,2", "--view", "xy"], "3d"),
             (["--cut", "3", "--view", "3d"], "section"),

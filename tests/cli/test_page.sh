@@ -15,7 +15,7 @@ expect 0 '0 of 0 matching' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o 
 expect 0 '"drawn": 10' "$RAYMAP" draw a.raymap --limit 10 --view yz -o ten.html --json
 expect 2 'exists' "$RAYMAP" draw a.raymap -o ten.html
 expect 2 'between 1 and 200000' "$RAYMAP" draw a.raymap --limit 200001 -o b.html
-expect 5 'cannot write' "$RAYMAP" draw a.raymap -o no/folder/b.html
+expect 3 "there is no folder 'no/folder'" "$RAYMAP" draw a.raymap -o no/folder/b.html
 "$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular) or segments in 4..5' --count --json --quiet >count.json
 "$RAYMAP" detector a.raymap "$(printf '</script><b>\303\274 \\u003c-->')" --json --quiet >detector.json
 "$RAYMAP" paths a.raymap --top 500 --json --quiet >paths.json

@@ -79,6 +79,8 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n $rays --quiet
 
 # The herald of the time limit, then a rank killed from one moment to the next, then the rest.
 job=$(submit run.raymap $rays --threads 1 --quiet --flush-portions 2) || exit 1
+# A question that waits for the map waits for its last attempt (docs/cluster.md).
+question=$(sbatch --parsable --dependency=afterok:"$job" -n 1 -o "$PWD/question.txt" --wrap "'$RAYMAP' info run.raymap --json")
 rank=$(until_stopped run.raymap)
 [ -n "$rank" ] || fail "no rank commits anything in the first attempt"
 scancel --batch --signal=USR1 "$job"
@@ -99,6 +101,9 @@ until_state "$job" 2 'COMPLETED|FAILED'
 expect 0 '' "$RAYMAP" info run.raymap
 [ "$(rays_of run.raymap)" = $rays ] || fail "$(rays_of run.raymap) rays in the end"
 [ "$(digest_of run.raymap)" = "$(digest_of whole.raymap)" ] || fail "another digest than undisturbed"
+until_state "$question" 0 'COMPLETED|FAILED'
+grep -q "\"rays\": $rays" question.txt || fail "the question came too early: $(head -c 300 question.txt)"
+! grep -q 'non-zero\|Forwarding' "job-$job.log" || fail "mpirun's noise about planned stops: $(cat "job-$job.log")"
 
 # Jobs that must not go back into the queue, each with its own reason and status.
 ends() { # STATUS WORDS JOB

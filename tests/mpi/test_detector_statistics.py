@@ -278,7 +278,7 @@ if d["registrations"] != 0 or d["spot"]["rms"]["radius"]["value"] is not None or
 for words, says in ((("--cells", "1000000000"), "cells are the most"), (("--cells", "8192x8192", "--quantity", "spectral"), "fewer cells"),
                     (("--cells", "-3"), "400x300"), (("--region", "0,0,1"), "four numbers"), (("--region", "1,0,0,1"), "backwards"),
                     (("--region", "0,0,1 kg,1"), "kg"), (("--region", "nan,0,1,1"), "--region"), (("--rotate", "nan"), "no angle"),
-                    (("--quantity", "brightness"), "luminance"), (("--over", "time"), "direction"), (("--frequency", "0"), "greater than 0"),
+                    (("--quantity", "brightness"), "luminance"), (("--over", "time"), "direction"), (("--mtf", "--frequency", "0"), "greater than 0"),
                     (("--tally", "--spot"), "--tally"), (("--tally", "--cells", "3"), "--tally"), (("--plot", "x.png"), "--spot")):
     run(RAYMAP, "detector", "disc.raymap", "sensor", *words, status=2, says=says)
 run(RAYMAP, "detector", "disc.raymap", "cu", "--receivers", "cut.yaml", status=3, says="did you mean 'cut'?")

@@ -107,8 +107,8 @@ static const struct {
     {"segments in 4..2", 13, 1, "this range runs backwards"},
     {"segments in 4", 14, 1, "expected '..' and the end of the range, found the end"},
     {"segments > 2 mm", 14, 2, "'mm' is no unit here (none: this is a plain number)"},
-    {"path_length > 2 mW", 17, 2, "'mW' is no unit here (nm um mm cm m in)"},
-    {"flux > 2 lm", 10, 2, "'lm' is no unit here (W kW mW uW)"},
+    {"path_length > 2 mW", 17, 2, "'mW' is no unit here (pm nm um mm cm m km in)"},
+    {"flux > 2 lm", 10, 2, "'lm' is no unit here (W uW mW kW)"},
     {"x(*) < 2 mm", 10, 2, "'mm' is no unit here (none: the detectors differ in theirs)"},
     {"x(far) < 2 mm", 12, 2, "'mm' is no unit here (deg rad mrad)"},
     {"time(sensor) < 2 minutes", 18, 7, "'minutes' is no unit here (s ms us ns ps fs)"},
@@ -150,9 +150,10 @@ static const struct {
      "'ghost_order' is a number: compare it, as in 'ghost_order > 10' or 'ghost_order in 1..10'"},
     {"after(tube)", 1, 5, "'after' is of a registration: registered(NAME where after(OBJECT))"},
     {"ghost_order(sensor) > 2", 1, 11,
-     "'ghost_order' is a number: compare it, as in 'ghost_order > 10' or 'ghost_order in 1..10'"},
+     "'ghost_order' takes no name here; at a registration it is asked for as registered(NAME where "
+     "ghost_order >= 1)"},
     {"registered(sensor where x)", 25, 1, "'x' is a number: compare it, as in 'x > 10'"},
-    {"registered(sensor where x > 0 y < 0)", 31, 1, "'y' is no unit here (nm um mm cm m in)"},
+    {"registered(sensor where x > 0 y < 0)", 31, 1, "'y' is no unit here (pm nm um mm cm m km in)"},
     {"registered(sensor where)", 24, 1,
      "expected angle, x, y, time, optical_path, or a test of the steps before such as hit(NAME), "
      "found ')'"},

@@ -347,7 +347,7 @@ static const struct mistake mistakes[] = {
     /* YAML itself */
     {28, "  - {name: quick",
      "29:1: error: this is not YAML: did not find expected ',' or '}' while parsing a flow "
-     "mapping\n"},
+     "mapping: what is opened in line 28, column 5 is not closed\n"},
     {28, "  - {name: &a quick, rays: *b}",
      "28:28: error: an alias refers to nothing that is complete before it\n"},
 };

@@ -677,7 +677,7 @@ static void test_set(void **state)
         "s: error: --set limits: write key.path=value\n"
         "s: error: --set limits.steps={: the value is not YAML: this is not YAML: did not find "
         "expected node content while parsing a flow node\n"
-        "s: error: unknown key in limits: 'stps' (did you mean 'steps'?)\n";
+        "s: error: --set limits.stps=5: unknown key in limits: 'stps' (did you mean 'steps'?)\n";
     assert_null(choose(options, expected));
     assert_int_equal(rmap_alloc_live(), 0);
 }

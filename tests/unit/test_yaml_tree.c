@@ -72,11 +72,15 @@ static void test_refusals(void **state)
     assert_refused("# only a comment\n", "t: error: the text is empty\n");
     assert_refused("a: 1\n---\nb: 2\n",
                    "t:2:1: error: a second document: a scene is one document\n");
-    assert_refused("a: [1, 2\n", "t:2:1: error: this is not YAML: did not find expected ',' or ']' "
-                                 "while parsing a flow sequence\n");
-    assert_refused("a: 1\nb\n\tc: 2\n",
-                   "t:3:1: error: this is not YAML: found a tab character that violates "
-                   "indentation while scanning a plain scalar\n");
+    assert_refused("a: [1, 2\n",
+                   "t:2:1: error: this is not YAML: did not find expected ',' or ']' "
+                   "while parsing a flow sequence: what is opened in line 1, column 4 is "
+                   "not closed\n");
+    assert_refused(
+        "a: 1\nb\n\tc: 2\n",
+        "t:3:1: error: this is not YAML: found a tab character that violates "
+        "indentation while scanning a plain scalar (a tab indents this line: indent with "
+        "spaces)\n");
     assert_refused("ab\n c\xff: 1\n",
                    "t:2:3: error: this is not YAML: invalid leading UTF-8 octet\n");
     assert_refused("a: \"x\\0y\"\n", "t:1:4: error: a NUL character in a value\n");
@@ -167,12 +171,12 @@ static void test_edit(void **state)
                                        "list.2.w=7", "list.in.v={}", "none.x=8"};
     rmap_diagnostics_init(&d, "t");
     for (size_t i = 0; i < sizeof edit / sizeof edit[0]; i++)
-        assert_int_equal(rmap_yaml_edit(root, edit[i], &d, NULL), RMAP_OK);
+        assert_int_equal(rmap_yaml_edit(root, edit[i], -1, &d, NULL), RMAP_OK);
     assert_int_equal(d.n, 0);
     const struct rmap_yaml_node *a = rmap_yaml_get(root, "a");
     const struct rmap_yaml_node *list = rmap_yaml_get(root, "list");
     assert_int_equal(rmap_yaml_get(a, "b")->n_item, 2);
-    assert_int_equal(rmap_yaml_get(a, "b")->line, 0);
+    assert_int_equal(rmap_yaml_get(a, "b")->line, -1);
     assert_string_equal(rmap_yaml_get(a, "x.y")->text, "3");
     assert_string_equal(rmap_yaml_get(rmap_yaml_get(a, "new"), "deep")->text, "4");
     assert_string_equal(rmap_yaml_get(list->item[0].value, "v")->text, "6");
@@ -183,7 +187,7 @@ static void test_edit(void **state)
 
     static const char *const wrong[] = {"", "=1", "a..b=1", ".a=1", "a.=1", "list.3=1", "a.b.9=1"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
-        assert_int_equal(rmap_yaml_edit(root, wrong[i], &d, NULL), RMAP_OK);
+        assert_int_equal(rmap_yaml_edit(root, wrong[i], -1, &d, NULL), RMAP_OK);
         assert_int_equal(d.n_error, i + 1);
     }
     rmap_diagnostics_fini(&d);

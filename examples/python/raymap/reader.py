@@ -140,6 +140,21 @@ def open_file(path, has_view=False):
     return file
 
 
+class Names(list):
+    """Names of a kind by number; index(name) gives the number, or an error that lists the names."""
+
+    def __init__(self, kind, names):
+        super().__init__(names)
+        self.kind = kind
+
+    def index(self, name, *span):
+        try:
+            return super().index(name, *span)
+        except ValueError:
+            known = ", ".join(self[:20]) + (", ..." if len(self) > 20 else "")
+            raise ValueError(f"no {self.kind} named '{name}': {known or 'there are none'}") from None
+
+
 class Map:
     """A map's directory. What is in map.h5 is read at once, pieces when their rays are asked for."""
 
@@ -165,7 +180,7 @@ class Map:
         self.seed = int(index.attrs["seed"])
         self.digest = _text(index.attrs["digest"])
         self.unit = _text(index.attrs["length_unit"])
-        self.names = {kind: [_text(name) for name in index["name/" + kind][:]]
+        self.names = {kind: Names(kind, (_text(name) for name in index["name/" + kind][:]))
                       for kind in ("source", "object", "surface", "medium", "detector", "geometry")}
         self.source_flux = index["source/flux"][:]
         self.source_emitted = index["source/emitted"][:]
@@ -270,6 +285,9 @@ class Map:
     def columns(self, *names):
         """Whole columns, portions in the order of their first ray ids."""
         wanted = names or self.column_names
+        for name in wanted:
+            if name not in self.column_names:
+                raise MapError(f"{self.path}: no column '{name}': {', '.join(self.column_names)}")
         if "segment/colour" in wanted and len({len(s["wavelengths"]) for s in self.spaces}) > 1:
             raise MapError(f"{self.path}: segment/colour has other channels in each of its colour "
                            "spaces: take it portion by portion")

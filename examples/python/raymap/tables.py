@@ -16,7 +16,8 @@ def records(rays: Map, table: str = "ray") -> Dict[str, np.ndarray]:
     position_y, ... /segment and /registration get `ray_id`, the ray that a row belongs to."""
     names = [name for name in rays.column_names if name.startswith(table + "/")]
     if not names:
-        raise ValueError(f"no table '{table}' in {rays.path}")
+        known = ", ".join(dict.fromkeys(name.split("/")[0] for name in rays.column_names))
+        raise ValueError(f"no table '{table}' in {rays.path}: {known}")
     counts = [f"ray/{table}_count", "ray/id"] if table in ("segment", "registration") else []
     columns = rays.columns(*names, *(name for name in counts if name not in names))
     out: Dict[str, np.ndarray] = {}
