@@ -3,9 +3,18 @@
 // The canvas: drawn when something has changed, or on every frame while something moves; the
 // colours of the light and the dark scheme; scale bar, axes and labels over it.
 
+/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
+const drawnBySoftware = (() => {
+  const context = document.createElement("canvas").getContext("webgl");
+  const told = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+  if (context) context.getExtension("WEBGL_lose_context").loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+})();
+
 const renderer = (() => {
   try {
-    return new THREE.WebGLRenderer({ canvas, antialias: true });
+    return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware }); // four samples cost a processor four times
   } catch (failed) {
     byId("note").textContent = "This browser draws no WebGL: the scene cannot be shown.";
     byId("note").hidden = false;
@@ -27,15 +36,8 @@ function redraw() {
 /* While something moves and frames come too slowly: level 1 has half the resolution, and each
  * further one draws half as many rays, the first ones. What stands still is drawn in full. */
 const SLOW = 70, QUICK = 25, PAUSE = 250; // milliseconds
-const LIGHT_WORK = 10000; // strokes that are always drawn
+const LIGHT_WORK = drawnBySoftware ? 4000 : 10000; // strokes that are always drawn
 const pace = { level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
-/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
-const drawnBySoftware = (() => {
-  const told = renderer.getContext().getExtension("WEBGL_debug_renderer_info");
-  const name = told ? renderer.getContext().getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
-})();
-
 const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)));
 
 function setLevel(level) {

@@ -91,6 +91,16 @@ async function drawsTheScene(page) {
   await page.locator("#objects input").first().check();
 }
 
+/* A processor that draws shows the first rays alone while the scene turns, and all of them at rest. */
+async function thinsWhileTurning(page) {
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => !raymap.statistics().resting && raymap.statistics().drawn < raymap.statistics().strokes, null, { timeout: 5000 });
+  await settle(page);
+  const { drawn, strokes } = await statistics(page);
+  check(drawn === strokes, `${drawn} of ${strokes} segments are drawn at rest`);
+}
+
 async function showsClasses(page) {
   const rows = page.locator("#classes tbody tr");
   let sum = 0;
@@ -310,6 +320,10 @@ async function main() {
 
     page = await open(browser, "two.html");
     await switchesCriteria(page).catch((error) => check(false, `switchesCriteria: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "many.html");
+    await thinsWhileTurning(page).catch((error) => check(false, `thinsWhileTurning: ${error.message}`));
     await page.context().close();
 
     page = await open(browser, "order.html");
