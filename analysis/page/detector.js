@@ -209,9 +209,10 @@ scheme.told.push(drawImage);
 /* "W/(m\u00b2 sr)" of "W/(m2 sr)". */
 const written = (unit) => unit.replaceAll("m2", "m\u00b2");
 
-/* As the criterion is evaluated: closed, in the detector's own units. */
+/* As the criterion is evaluated: closed, in the detector's own units, corners in any order. */
 function regionHas(kind, region, x, y) {
-  if (kind === "rect") return x >= region[0] && x <= region[2] && y >= region[1] && y <= region[3];
+  const between = (v, a, b) => v >= Math.min(a, b) && v <= Math.max(a, b);
+  if (kind === "rect") return between(x, region[0], region[2]) && between(y, region[1], region[3]);
   const u = (x - region[0]) / region[2], v = (y - region[1]) / region[3];
   return u * u + v * v <= 1;
 }
@@ -225,8 +226,8 @@ function refreshRegion() {
   const detector = current();
   if (!detector) return;
   /* A class's criterion has that of the page in front. */
-  const of = (shown.class >= 0 && classes[shown.class].criterion) || data.criterion;
-  showCriterion(byId("region-criterion"), sensor.region ? allOf([of, regionText(detector)]) : null);
+  const of = (shown.class >= 0 && classes[shown.class].criterion) || (allCriteriaOn() ? data.criterion : null);
+  showCriterion(byId("region-criterion"), sensor.region ? allOf([of, criteriaOn(), regionText(detector)]) : null);
   shown.region = null;
   const inside = [];
   if (sensor.region) {
@@ -249,11 +250,18 @@ function refreshRegion() {
   drawImage();
 }
 
-/* Numbers as short as the picture's resolution allows: the text says what was evaluated. */
-function shortNumber(value, detector) {
+/* The switches that are on, where some are off. */
+function criteriaOn() {
+  if (allCriteriaOn()) return null;
+  const on = where.filter((_, index) => whereOn & (1 << index)).map((one) => `(${one.criterion})`);
+  return on.length ? on.join(" or ") : "ray < 0";
+}
+
+/* Numbers as short as the picture's resolution allows: the text says what was evaluated. Edges go outwards. */
+function shortNumber(value, detector, round) {
   const step = Math.max(...[0, 1].map((axis) => span(detector, axis)[1] - span(detector, axis)[0])) / 2000;
   const digits = Math.max(0, Math.min(12, Math.ceil(-Math.log10(step))));
-  return Number(value.toFixed(digits)) + 0;
+  return Number((round(value * 10 ** digits) / 10 ** digits).toFixed(digits)) + 0;
 }
 
 /* Between two places on the picture, [right, up] each. */
@@ -263,8 +271,9 @@ function regionBetween(from, to) {
   const [a0, a1, b0, b1] = [Math.min(...a), Math.max(...a), Math.min(...b), Math.max(...b)];
   const numbers = sensor.kind === "rect" ? [a0, b0, a1, b1]
     : [(a0 + a1) / 2, (b0 + b1) / 2, (a1 - a0) / 2, (b1 - b0) / 2];
-  const region = numbers.map((value) => shortNumber(value, detector));
-  const empty = sensor.kind === "rect" ? !(region[2] > region[0] && region[3] > region[1]) : !(region[2] > 0 && region[3] > 0);
+  const rounds = sensor.kind === "rect" ? [Math.floor, Math.floor, Math.ceil, Math.ceil] : [Math.round, Math.round, Math.ceil, Math.ceil];
+  const region = numbers.map((value, k) => shortNumber(value, detector, rounds[k]));
+  const empty = a0 === a1 || b0 === b1;
   return empty ? null : region;
 }
 
@@ -331,8 +340,15 @@ byId("hang").addEventListener("change", drawImage);
 byId("detector").addEventListener("change", (event) => showDetector(Number(event.target.value)));
 byId("region").addEventListener("submit", (event) => {
   event.preventDefault();
-  const numbers = [...byId("region").querySelectorAll("input")].map((field) => Number(field.value.replace(",", ".")));
-  if (!numbers.every(Number.isFinite)) return;
+  const typed = [...byId("region").querySelectorAll("input")].map((field) => field.value.trim().replace(",", ".").replace(MINUS, "-"));
+  const numbers = typed.map((text) => (/^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(text) : NaN));
+  const wrong = numbers.findIndex((value) => !Number.isFinite(value));
+  const refused = wrong >= 0 ? `"${typed[wrong]}" is no number` :
+    sensor.kind === "ellipse" && !(numbers[2] > 0 && numbers[3] > 0) ? "the half-axes of an ellipse must be > 0" : null;
+  if (refused) {
+    byId("region-count").textContent = `Refused: ${refused}.`;
+    return;
+  }
   sensor.region = numbers;
   refreshRegion();
 });

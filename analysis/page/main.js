@@ -132,10 +132,10 @@ window.raymap = {
   draw: redraw,
   hasImage: () => sensor.picture !== null,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
-    drawn: Math.min(rayLines.geometry.drawRange.count / 2, strokes.count),
-    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving }),
+    drawn: pace.drawn,
+    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving && !frames.wanted && isWhole() }),
   /* Ids of the rays that are shown, and the largest id in the page. */
-  shown: () => Array.from(ray.id).filter((id, r) => shown.state[r] !== HIDDEN),
+  shown: () => ray.id.filter((id, r) => shown.state[r] !== HIDDEN),
   lastRay: () => ray.id[ray.count - 1],
   /* Where the middle of a ray's leg is on the canvas. */
   middle: (id, step) => {

@@ -156,15 +156,15 @@ function reportOf(r) {
 function chooseRay(r) {
   markRay(r);
   markLeg(-1);
-  byId("ray-name").textContent = r < 0 ? "" : String(ray.id[r]);
-  byId("ray-id").value = r < 0 ? "" : String(ray.id[r]);
+  byId("ray-name").textContent = r < 0 ? "" : ray.id[r];
+  byId("ray-id").value = r < 0 ? "" : ray.id[r];
   byId("ray-report").replaceChildren(...(r < 0 ? [] : reportOf(r)));
   if (r >= 0) byId("ray-box").open = true;
 }
 
 byId("ray-none").addEventListener("click", () => chooseRay(-1));
 byId("ray-id").addEventListener("change", (event) => {
-  const r = ray.id.indexOf(Number(event.target.value));
+  const typed = event.target.value.trim(), r = /^\d+$/.test(typed) ? ray.id.indexOf(String(BigInt(typed))) : -1;
   if (r >= 0) return chooseRay(r);
   chooseRay(-1);
   byId("ray-report").textContent = "This page holds no such ray.";

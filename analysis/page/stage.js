@@ -14,7 +14,7 @@ const drawnBySoftware = (() => {
 
 const renderer = (() => {
   try {
-    return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware }); // four samples cost a processor four times
+    return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware, preserveDrawingBuffer: drawnBySoftware }); // four samples cost a processor four times
   } catch (failed) {
     byId("note").textContent = "This browser draws no WebGL: the scene cannot be shown.";
     byId("note").hidden = false;
@@ -24,10 +24,15 @@ const renderer = (() => {
 renderer.sortObjects = true;
 const world = new THREE.Scene();
 
-const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, animate: null };
+const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, fresh: false, animate: null };
 
 /* Asks for a new frame. */
 function redraw() {
+  frames.fresh = true;
+  askForFrame();
+}
+
+function askForFrame() {
   if (frames.wanted) return;
   frames.wanted = true;
   requestAnimationFrame(drawFrame);
@@ -36,15 +41,17 @@ function redraw() {
 /* While something moves and frames come too slowly: level 1 has half the resolution, and each
  * further one draws half as many rays, the first ones. What stands still is drawn in full. */
 const SLOW = 70, QUICK = 25, PAUSE = 250; // milliseconds
+const RAYS_ONLY = 1; // a layer
 const LIGHT_WORK = drawnBySoftware ? 4000 : 10000; // strokes that are always drawn
-const pace = { level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
+const SLICE = 20000; // strokes that a processor draws at a time: what moves meanwhile need not wait for all
+const pace = { end: Infinity, drawn: 0, level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
 const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)));
 
 function setLevel(level) {
   const before = pace.level;
   pace.level = Math.min(Math.max(level, 0), lastLevel());
   const part = Math.pow(0.5, Math.max(pace.level - 1, 0));
-  rayLines.geometry.setDrawRange(0, 2 * strokes.first[ray.firstLeg[Math.ceil(part * ray.count)]]);
+  pace.end = strokes.first[ray.firstLeg[Math.ceil(part * ray.count)]];
   if ((pace.level > 0) !== (before > 0)) setResolution();
 }
 
@@ -63,7 +70,7 @@ function stir() {
   pace.moving = true;
   clearTimeout(pace.timer);
   pace.timer = setTimeout(() => {
-    if (frames.wanted) return stir();
+    if (frames.fresh) return stir();
     pace.moving = false;
     setLevel(0);
     redraw();
@@ -83,13 +90,28 @@ function keepPace(time) {
   }
 }
 
+/* Strokes from `first` on; behind the first slice they are added to the picture. */
+function drawSlice(first) {
+  const end = Math.min(pace.end, strokes.count, drawnBySoftware ? first + SLICE : Infinity);
+  rayLines.geometry.setDrawRange(2 * first, 2 * (end - first));
+  renderer.autoClear = first === 0;
+  camera.layers.set(first === 0 ? 0 : RAYS_ONLY);
+  renderer.render(world, camera);
+  camera.layers.set(0);
+  pace.drawn = end;
+  if (!isWhole()) askForFrame();
+}
+const isWhole = () => pace.drawn >= Math.min(pace.end, strokes.count);
+
 function drawFrame(time) {
   frames.wanted = false;
+  if (!frames.fresh) return drawSlice(pace.drawn);
+  frames.fresh = false;
   const begin = performance.now();
   keepPace(time);
   const moving = frames.animate ? frames.animate(time) : false;
   for (const call of frames.before) call();
-  renderer.render(world, camera);
+  drawSlice(0);
   for (const call of frames.after) call();
   frames.drawn++;
   frames.milliseconds.push(performance.now() - begin);

@@ -49,7 +49,7 @@ class Page(html.parser.HTMLParser):
             self.scripts[-1] += text
 
 
-TYPES = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "i32": "<i4"}
+TYPES = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "i32": "<i4", "u64": "<u8"}
 
 
 def unpack(column):

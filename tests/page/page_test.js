@@ -155,6 +155,14 @@ async function switchesCriteria(page) {
     const left = counted("a.raymap", `(${criterion}) and ray <= ${last}`);
     check((await statistics(page)).shown === left && left > 0 && left < all, `without criterion ${k} ${left} of ${all} rays are shown`);
     check((await changed(page, both)) > 300, "a switch changes the picture");
+    await page.locator("#region input").first().scrollIntoViewIfNeeded();
+    for (let i = 0; i < 4; i++) await page.locator("#region input").nth(i).fill(["-9", "-9", "9", "9"][i]);
+    await page.locator("#region button").click();
+    const asked = await page.textContent("#region-criterion code");
+    const inside = Number.parseInt((await page.textContent("#region-count")).replace(/,/g, ""), 10);
+    check(counted("a.raymap", `(${asked}) and ray <= ${last}`) === inside, `${inside} rays in a region with one switch: ${asked}`);
+    await page.locator("#draw-none").click();
+    await page.locator("#where").scrollIntoViewIfNeeded();
     check(!(await page.evaluate(() => raymap.hasImage())), "no image with light of what is off");
     await picture(page, `criterion-${k}.png`);
     await boxes.nth(k).check();
@@ -232,8 +240,27 @@ async function asksForRegions(page) {
     check(told === whole && told > 0 && told < 400, `${criterion}: the page says ${told}, query ${whole}`);
     await picture(page, `${detector}-${kind}.png`);
   }
+  await takesNumbersAsQuery(page);
   await page.locator("#draw-none").click();
   check(await page.locator("#region-criterion").isHidden(), "no region, no criterion");
+}
+
+/* Corners in any order; what is no number, or no half-axis, is refused. */
+async function takesNumbersAsQuery(page) {
+  const fields = page.locator("#region input"), last = await page.evaluate(() => raymap.lastRay());
+  const take = async (numbers) => {
+    for (let k = 0; k < 4; k++) await fields.nth(k).fill(numbers[k]);
+    await page.locator("#region button").click();
+    return page.textContent("#region-count");
+  };
+  await page.selectOption("#detector", { label: "sensor" });
+  await page.locator("#draw-rect").click();
+  const told = await take(["3", "3", "-3", "-3"]), found = counted("a.raymap", `registered(sensor, rect(3, 3, -3, -3)) and ray <= ${last}`);
+  check(Number.parseInt(told.replace(/,/g, ""), 10) === found && found > 0, `swapped corners: "${told}", query ${found}`);
+  for (const bad of ["", "0x10", "1e400", "two"])
+    check(/^Refused/.test(await take([bad, "0", "1", "1"])), `"${bad}" is refused`);
+  await page.locator("#draw-ellipse").click();
+  check(/must be > 0/.test(await take(["0", "0", "0", "1"])), "a half-axis of 0 is refused");
 }
 
 async function moves(page) {
@@ -324,6 +351,14 @@ async function main() {
 
     page = await open(browser, "many.html");
     await thinsWhileTurning(page).catch((error) => check(false, `thinsWhileTurning: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "late.html");
+    check((await page.evaluate(() => new Set(raymap.shown()).size)) === 300, "ids beyond 2^53 are told apart");
+    await page.locator("#ray-box summary").click();
+    await page.fill("#ray-id", "18446744073709548001");
+    await page.press("#ray-id", "Enter");
+    check((await page.textContent("#ray-name")) === "18446744073709548001", "and found");
     await page.context().close();
 
     page = await open(browser, "order.html");
