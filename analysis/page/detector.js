@@ -41,7 +41,7 @@ function pictureOf(detector, log) {
   const texture = new THREE.CanvasTexture(cells);
   texture.magFilter = texture.minFilter = THREE.NearestFilter;
   texture.generateMipmaps = false;
-  const made = { cells, most, least, texture };
+  const made = { cells, values, most, least, texture };
   sensor.pictures.set(key, made);
   return made;
 }
@@ -319,7 +319,24 @@ image.addEventListener("pointerdown", (event) => {
   sensor.pressed = toCoordinates(...placeOn(image, event));
   image.setPointerCapture(event.pointerId);
 });
+/* The value of the cell under the pointer. */
+function showValue(event) {
+  const detector = current(), [x, y] = placeOn(image, event), { left, top, width, height } = sensor.area;
+  const inside = x >= left && x <= left + width && y >= top && y <= top + height;
+  if (!inside || !sensor.picture) return void (byId("image-value").textContent = "");
+  const right = rightAxis(detector), place = toCoordinates(x, y), own = [place[right], place[1 - right]];
+  const n = detector.image.n, cell = own.map((value, axis) => {
+    const [low, high] = span(detector, axis);
+    const part = (value - low) / (high - low) * detector.image.cells[axis] / detector.image.step;
+    return Math.min(Math.max(Math.floor(part), 0), n[axis] - 1);
+  });
+  byId("image-value").textContent = axisNames(detector).map((name, axis) => `${name} ${figure(own[axis], 4)}`).join(", ") +
+    ` ${axisUnit(detector)}: ${figure(sensor.picture.values[cell[1] * n[0] + cell[0]], 4)} ${written(detector.image.unit)}`;
+}
+image.addEventListener("pointerleave", () => (byId("image-value").textContent = ""));
+
 image.addEventListener("pointermove", (event) => {
+  showValue(event);
   if (!sensor.pressed) return;
   sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
   drawImage();

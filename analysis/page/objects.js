@@ -32,3 +32,4 @@ function objectItems(parent) {
 }
 
 byId("objects").append(...objectItems(-1));
+searchIn(byId("find-object"), byId("objects").querySelectorAll("li"));

@@ -8,19 +8,67 @@ const drawnBySoftware = (() => {
   const context = document.createElement("canvas").getContext("webgl");
   const told = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
-  if (context) context.getExtension("WEBGL_lose_context").loseContext();
+  const lose = context && context.getExtension("WEBGL_lose_context");
+  if (lose) lose.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 })();
+
+function note(text) {
+  byId("note").textContent = text;
+  byId("note").hidden = !text;
+}
+
+/* Edges of bodies and the first rays, in two dimensions, where there is no WebGL. */
+function plainRenderer() {
+  const MOST = 20000, p = new THREE.Vector3(); // strokes
+  const context = canvas.getContext("2d"), nothing = () => {};
+  let ground = "#fff";
+  const trace = (position, matrix) => {
+    context.beginPath();
+    for (let i = 0; i < position.length; i += 3) {
+      p.fromArray(position, i).applyMatrix4(matrix).project(camera);
+      context[i % 6 ? "lineTo" : "moveTo"]((0.5 + 0.5 * p.x) * canvas.width, (0.5 - 0.5 * p.y) * canvas.height);
+    }
+    context.stroke();
+  };
+  const render = () => {
+    camera.updateMatrixWorld();
+    context.fillStyle = ground;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.strokeStyle = "#8888";
+    for (const body of bodies) if (body.group.visible) trace(body.group.children[1].geometry.attributes.position.array, body.group.matrix);
+    const screen = screenStrokes(), ratio = canvas.width / Math.max(canvas.clientWidth, 1), tint = rayLines.geometry.attributes.tint.array;
+    context.globalAlpha = rayUniforms.opacity.value;
+    for (let s = 0; s < Math.min(strokes.count, MOST); s++) {
+      if (Number.isNaN(screen[4 * s]) || strokes.path[2 * s] > rayUniforms.now.value) continue;
+      context.strokeStyle = `rgb(${tint.subarray(6 * s, 6 * s + 3).join(",")})`;
+      context.beginPath();
+      context.moveTo(ratio * screen[4 * s], ratio * screen[4 * s + 1]);
+      context.lineTo(ratio * screen[4 * s + 2], ratio * screen[4 * s + 3]);
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  };
+  return { render, setPixelRatio: nothing, setClearColor: (colour) => (ground = colour),
+    setSize: (width, height) => Object.assign(canvas, { width, height }) };
+}
 
 const renderer = (() => {
   try {
     return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware, preserveDrawingBuffer: drawnBySoftware }); // four samples cost a processor four times
   } catch (failed) {
-    byId("note").textContent = "This browser draws no WebGL: the scene cannot be shown.";
-    byId("note").hidden = false;
-    throw failed;
+    note("This browser has no WebGL: edges and rays are drawn as plain lines.");
+    return plainRenderer();
   }
 })();
+canvas.addEventListener("webglcontextlost", (event) => {
+  event.preventDefault(); // or it is never restored
+  note("The graphics card was lost; waiting for it.");
+});
+canvas.addEventListener("webglcontextrestored", () => {
+  note("");
+  redraw();
+});
 renderer.sortObjects = true;
 const world = new THREE.Scene();
 
