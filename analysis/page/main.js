@@ -139,6 +139,11 @@ window.raymap = {
   /* Ids of the rays that are shown, and the largest id in the page. */
   shown: () => ray.id.filter((id, r) => shown.state[r] !== HIDDEN),
   lastRay: () => ray.id[ray.count - 1],
+  clickBody: (index) => {
+    showBodyTip(index, 50, 90);
+    return byId("tip").textContent;
+  },
+  bodyAt: (x, y) => { const k = bodyAt(x, y); return k < 0 ? null : scene.objects[k].name; },
   /* Where the middle of a ray's leg is on the canvas. */
   middle: (id, step) => {
     const s = strokes.first[ray.firstLeg[ray.id.indexOf(id)] + step], screen = screenStrokes();

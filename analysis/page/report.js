@@ -49,6 +49,24 @@ function showTip(l, x, y) {
       ["light", lightWords(l)],
       ["flux of the ray", `${figure(ray.flux[r])} ${scene.flux_unit}`],
     ]));
+  tip.classList.remove("body");
+  placeTip(x, y);
+}
+
+function showBodyTip(index, x, y) {
+  const hide = element("button", { type: "button", textContent: "hide" });
+  hide.addEventListener("click", () => {
+    byId("objects").querySelector(`[data-object="${index}"]`).click();
+    hideTip();
+  });
+  const { name, surface } = scene.objects[index];
+  byId("tip").replaceChildren(element("strong", { textContent: name }), ` ${surface || ""} `, hide);
+  byId("tip").classList.add("body");
+  placeTip(x, y);
+}
+
+function placeTip(x, y) {
+  const tip = byId("tip");
   tip.hidden = false;
   const w = tip.offsetWidth, h = tip.offsetHeight;
   tip.style.left = Math.max(4, Math.min(x + 16, canvas.clientWidth - w - 4)) + "px";
@@ -57,6 +75,7 @@ function showTip(l, x, y) {
 
 function hideTip() {
   byId("tip").hidden = true;
+  byId("tip").classList.remove("body");
 }
 
 /* Degrees between the reversed light and a detector's axis; on an intensity grid of the light. */

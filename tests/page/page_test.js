@@ -263,6 +263,39 @@ async function takesNumbersAsQuery(page) {
   check(/must be > 0/.test(await take(["0", "0", "0", "1"])), "a half-axis of 0 is refused");
 }
 
+async function searchesAndNames(page) {
+  const box = await page.locator("#image").boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  check(/mm: [\d.e]+ W\/m/.test(await page.textContent("#image-value")), "the value under the pointer is told");
+  await page.fill("#find-class", "no such class");
+  check((await page.locator("#classes [data-class]:visible").count()) === 0, "a search hides the classes without its words");
+  await page.fill("#find-class", "");
+  const told = await page.evaluate(() => raymap.clickBody(0));
+  check(told.length > 0, "a click on a body names it");
+  await page.locator("#tip button").click();
+  check(!(await page.locator('[data-object="0"]').isChecked()), `and hides it: ${told}`);
+  await page.evaluate(() => document.querySelector('[data-object="0"]').click());
+  await page.emulateMedia({ media: "print" });
+  const height = await page.evaluate(() => document.documentElement.scrollHeight);
+  check(height < 4000, `a print is ${height} pixels high`);
+  await page.emulateMedia({ media: "screen" });
+}
+
+/* A lost context is told of, and the scene is drawn again with the next one. */
+async function losesItsContext(page) {
+  await page.evaluate(() => {
+    const canvas = document.getElementById("canvas"), context = canvas.getContext("webgl") || canvas.getContext("webgl2");
+    window.loss = context.getExtension("WEBGL_lose_context");
+    loss.loseContext();
+  });
+  await page.waitForSelector("#note:not([hidden])", { timeout: 5000 });
+  await page.evaluate(() => loss.restoreContext());
+  await page.waitForSelector("#note", { state: "hidden", timeout: 5000 });
+  await settle(page);
+  check((await colours(page, await pixels(page, "#canvas"))) > 200, "the scene is drawn again");
+  said.splice(0, said.length, ...said.filter((line) => !/context/i.test(line)));
+}
+
 async function moves(page) {
   const still = await pixels(page, "#canvas");
   await page.locator("#canvas").focus();
@@ -341,7 +374,7 @@ async function main() {
   const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
   try {
     let page = await open(browser, "a.html");
-    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled])
+    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
     await page.context().close();
 
@@ -385,6 +418,15 @@ async function main() {
     await page.context().close();
   } finally {
     await browser.close();
+  }
+  const plain = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-3d-apis"] });
+  try {
+    const page = await open(plain, "a.html");
+    check(/no WebGL/.test(await page.textContent("#note")), "a browser without WebGL is told so");
+    check((await colours(page, await pixels(page, "#canvas"))) > 50, "and draws lines");
+    said.splice(0, said.length, ...said.filter((line) => !/WebGL/.test(line))); // of the library, which tries
+  } finally {
+    await plain.close();
   }
   for (const line of said) check(false, line);
   console.log(failures ? `${failures} failures` : "all as expected");
