@@ -20,12 +20,38 @@ function span(detector, axis) {
   return [detectorPlace(detector, 0, axis), detectorPlace(detector, 65535, axis)];
 }
 
+function imageValues(detector) {
+  if (!detector.image.values) detector.image.values = unpack(detector.image.value);
+  return detector.image.values;
+}
+
+/* Flux in the region, of the whole image: cells count by the part of them (4 x 4 points) that lies inside. */
+function imageFlux(detector) {
+  const { n, cells, step, flux } = detector.image, values = imageValues(detector), POINTS = 4;
+  const ends = [0, 1].map((axis) => span(detector, axis));
+  const edge = (axis, k) => ends[axis][0] + Math.min(k * step / cells[axis], 1) * (ends[axis][1] - ends[axis][0]);
+  const angle = Math.PI / 180, extent = (axis, k) => detector.type === "intensity" && axis === 0
+    ? Math.cos(edge(0, k) * angle) - Math.cos(edge(0, k + 1) * angle) : edge(axis, k + 1) - edge(axis, k);
+  let inside = 0, all = 0;
+  for (let j = 0; j < n[1]; j++)
+    for (let i = 0; i < n[0]; i++) {
+      const own = values[j * n[0] + i] * extent(0, i) * extent(1, j);
+      all += own;
+      for (let k = 0; own > 0 && k < POINTS * POINTS; k++) {
+        const [u, v] = [(k % POINTS + 0.5) / POINTS, (Math.floor(k / POINTS) + 0.5) / POINTS];
+        const [x, y] = [edge(0, i) + u * (edge(0, i + 1) - edge(0, i)), edge(1, j) + v * (edge(1, j + 1) - edge(1, j))];
+        if (regionHas(sensor.kind, sensor.region, x, y)) inside += own / (POINTS * POINTS);
+      }
+    }
+  return all > 0 ? (flux * inside) / all : 0;
+}
+
 /* Values as a picture of one pixel per cell, upwards and to the right as people expect. */
 function pictureOf(detector, log) {
   const key = `${sensor.index} ${log}`;
   if (sensor.pictures.has(key)) return sensor.pictures.get(key);
   const [nx, ny] = detector.image.n, most = detector.image.most;
-  const values = Float64Array.from(unpack(detector.image.level), (v) => (v * most) / 65535);
+  const values = imageValues(detector);
   const least = log ? values.reduce((a, b) => (b > 0 ? Math.min(a, b) : a), most) : 0;
   const level = (v) => (!log ? v / most : v > 0 ? Math.log(v / least) / Math.max(Math.log(most / least), 1e-9) : 0);
   const swapped = rightAxis(detector) === 1;
@@ -244,7 +270,8 @@ function refreshRegion() {
   const registered = strong.reduce((sum, r) => sum + ray.flux[r], 0);
   const flux = ray.flux.reduce((sum, f, r) => sum + (shown.state[r] === STRONG ? f : 0), 0);
   byId("region-count").textContent = sensor.region
-    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` : "";
+    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` +
+      (detector.image && allCriteriaOn() && shown.class < 0 ? `; of the whole image about ${figure(imageFlux(detector), 4)} ${scene.flux_unit}` : "") : "";
   const fields = [...byId("region").querySelectorAll("input")];
   fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
   drawImage();
@@ -295,9 +322,9 @@ function nameFields() {
 
 /* Whether most of what is not dark is less than 3 % of the peak: `raymap detector` shows that on a
  * logarithmic scale, too. */
-function isSpiky(levels) {
+function isSpiky(levels, most) {
   const bright = levels.filter((v) => v > 0);
-  return bright.filter((v) => v < 0.03 * 65535).length > 0.5 * bright.length;
+  return bright.filter((v) => v < 0.03 * most).length > 0.5 * bright.length;
 }
 
 function showDetector(index) {
@@ -309,7 +336,7 @@ function showDetector(index) {
       (of.step > 1 ? `; ${of.step} x ${of.step} of its ${of.cells.join(" x ")} cells to a pixel` : "")
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;
-  byId("log").checked = of !== null && isSpiky(unpack(of.level));
+  byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
   image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays.`);
   nameFields();
   refreshRegion();

@@ -257,6 +257,9 @@ async function takesNumbersAsQuery(page) {
   await page.locator("#draw-rect").click();
   const told = await take(["3", "3", "-3", "-3"]), found = counted("a.raymap", `registered(sensor, rect(3, 3, -3, -3)) and ray <= ${last}`);
   check(Number.parseInt(told.replace(/,/g, ""), 10) === found && found > 0, `swapped corners: "${told}", query ${found}`);
+  const flux = JSON.parse(raymap("detector", "a.raymap", "sensor", "--json", "--quiet")).flux.total;
+  const all = Number((/whole image about ([\d.e-]+)/.exec(await take(["-1e3", "-1e3", "1e3", "1e3"])) || [])[1]);
+  check(Math.abs(all / flux - 1) < 1e-3, `a region of all of the image has ${all} of its flux ${flux}`);
   for (const bad of ["", "0x10", "1e400", "two"])
     check(/^Refused/.test(await take([bad, "0", "1", "1"])), `"${bad}" is refused`);
   await page.locator("#draw-ellipse").click();
