@@ -53,6 +53,15 @@ byId("classes-note").textContent = !classes.length ? "No ray, no class."
     "here: rays in this page";
 copyButton(byId("class-criterion"));
 
+/* Items that have all the words typed. */
+function searchIn(field, items) {
+  field.addEventListener("input", () => {
+    const typed = field.value.toLowerCase().split(/\s+/);
+    for (const item of items) item.hidden = !typed.every((word) => item.textContent.toLowerCase().includes(word));
+  });
+}
+searchIn(byId("find-class"), byId("classes").tBodies[0].querySelectorAll("[data-class]"));
+
 /* The criteria that were given: a switch each, and the colour of the rays that match it. */
 function whereItem(one, index) {
   const box = element("input", { type: "checkbox", checked: true });

@@ -8,7 +8,7 @@ const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
 byId("data").textContent = "";
 
-const ARRAYS = { f32: Float32Array, f64: Float64Array, u8: Uint8Array, u16: Uint16Array, i32: Int32Array };
+const ARRAYS = { f32: Float32Array, f64: Float64Array, u8: Uint8Array, u16: Uint16Array, i32: Int32Array, u64: BigUint64Array };
 
 function unpack(packed) {
   const text = atob(packed.d);
@@ -34,6 +34,8 @@ const scene = data.scene;
 const detectors = data.detectors.list;
 delete data.rays;
 
+/* As texts: numbers are exact up to 2^53 only. */
+ray.id = Array.from(ray.id, String);
 ray.count = ray.id.length;
 leg.count = leg.event.length;
 

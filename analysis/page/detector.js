@@ -20,12 +20,38 @@ function span(detector, axis) {
   return [detectorPlace(detector, 0, axis), detectorPlace(detector, 65535, axis)];
 }
 
+function imageValues(detector) {
+  if (!detector.image.values) detector.image.values = unpack(detector.image.value);
+  return detector.image.values;
+}
+
+/* Flux in the region, of the whole image: cells count by the part of them (4 x 4 points) that lies inside. */
+function imageFlux(detector) {
+  const { n, cells, step, flux } = detector.image, values = imageValues(detector), POINTS = 4;
+  const ends = [0, 1].map((axis) => span(detector, axis));
+  const edge = (axis, k) => ends[axis][0] + Math.min(k * step / cells[axis], 1) * (ends[axis][1] - ends[axis][0]);
+  const angle = Math.PI / 180, extent = (axis, k) => detector.type === "intensity" && axis === 0
+    ? Math.cos(edge(0, k) * angle) - Math.cos(edge(0, k + 1) * angle) : edge(axis, k + 1) - edge(axis, k);
+  let inside = 0, all = 0;
+  for (let j = 0; j < n[1]; j++)
+    for (let i = 0; i < n[0]; i++) {
+      const own = values[j * n[0] + i] * extent(0, i) * extent(1, j);
+      all += own;
+      for (let k = 0; own > 0 && k < POINTS * POINTS; k++) {
+        const [u, v] = [(k % POINTS + 0.5) / POINTS, (Math.floor(k / POINTS) + 0.5) / POINTS];
+        const [x, y] = [edge(0, i) + u * (edge(0, i + 1) - edge(0, i)), edge(1, j) + v * (edge(1, j + 1) - edge(1, j))];
+        if (regionHas(sensor.kind, sensor.region, x, y)) inside += own / (POINTS * POINTS);
+      }
+    }
+  return all > 0 ? (flux * inside) / all : 0;
+}
+
 /* Values as a picture of one pixel per cell, upwards and to the right as people expect. */
 function pictureOf(detector, log) {
   const key = `${sensor.index} ${log}`;
   if (sensor.pictures.has(key)) return sensor.pictures.get(key);
   const [nx, ny] = detector.image.n, most = detector.image.most;
-  const values = Float64Array.from(unpack(detector.image.level), (v) => (v * most) / 65535);
+  const values = imageValues(detector);
   const least = log ? values.reduce((a, b) => (b > 0 ? Math.min(a, b) : a), most) : 0;
   const level = (v) => (!log ? v / most : v > 0 ? Math.log(v / least) / Math.max(Math.log(most / least), 1e-9) : 0);
   const swapped = rightAxis(detector) === 1;
@@ -41,7 +67,7 @@ function pictureOf(detector, log) {
   const texture = new THREE.CanvasTexture(cells);
   texture.magFilter = texture.minFilter = THREE.NearestFilter;
   texture.generateMipmaps = false;
-  const made = { cells, most, least, texture };
+  const made = { cells, values, most, least, texture };
   sensor.pictures.set(key, made);
   return made;
 }
@@ -209,9 +235,10 @@ scheme.told.push(drawImage);
 /* "W/(m\u00b2 sr)" of "W/(m2 sr)". */
 const written = (unit) => unit.replaceAll("m2", "m\u00b2");
 
-/* As the criterion is evaluated: closed, in the detector's own units. */
+/* As the criterion is evaluated: closed, in the detector's own units, corners in any order. */
 function regionHas(kind, region, x, y) {
-  if (kind === "rect") return x >= region[0] && x <= region[2] && y >= region[1] && y <= region[3];
+  const between = (v, a, b) => v >= Math.min(a, b) && v <= Math.max(a, b);
+  if (kind === "rect") return between(x, region[0], region[2]) && between(y, region[1], region[3]);
   const u = (x - region[0]) / region[2], v = (y - region[1]) / region[3];
   return u * u + v * v <= 1;
 }
@@ -225,8 +252,8 @@ function refreshRegion() {
   const detector = current();
   if (!detector) return;
   /* A class's criterion has that of the page in front. */
-  const of = (shown.class >= 0 && classes[shown.class].criterion) || data.criterion;
-  showCriterion(byId("region-criterion"), sensor.region ? allOf([of, regionText(detector)]) : null);
+  const of = (shown.class >= 0 && classes[shown.class].criterion) || (allCriteriaOn() ? data.criterion : null);
+  showCriterion(byId("region-criterion"), sensor.region ? allOf([of, criteriaOn(), regionText(detector)]) : null);
   shown.region = null;
   const inside = [];
   if (sensor.region) {
@@ -243,17 +270,25 @@ function refreshRegion() {
   const registered = strong.reduce((sum, r) => sum + ray.flux[r], 0);
   const flux = ray.flux.reduce((sum, f, r) => sum + (shown.state[r] === STRONG ? f : 0), 0);
   byId("region-count").textContent = sensor.region
-    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` : "";
+    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` +
+      (detector.image && allCriteriaOn() && shown.class < 0 ? `; of the whole image about ${figure(imageFlux(detector), 4)} ${scene.flux_unit}` : "") : "";
   const fields = [...byId("region").querySelectorAll("input")];
   fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
   drawImage();
 }
 
-/* Numbers as short as the picture's resolution allows: the text says what was evaluated. */
-function shortNumber(value, detector) {
+/* The switches that are on, where some are off. */
+function criteriaOn() {
+  if (allCriteriaOn()) return null;
+  const on = where.filter((_, index) => whereOn & (1 << index)).map((one) => `(${one.criterion})`);
+  return on.length ? on.join(" or ") : "ray < 0";
+}
+
+/* Numbers as short as the picture's resolution allows: the text says what was evaluated. Edges go outwards. */
+function shortNumber(value, detector, round) {
   const step = Math.max(...[0, 1].map((axis) => span(detector, axis)[1] - span(detector, axis)[0])) / 2000;
   const digits = Math.max(0, Math.min(12, Math.ceil(-Math.log10(step))));
-  return Number(value.toFixed(digits)) + 0;
+  return Number((round(value * 10 ** digits) / 10 ** digits).toFixed(digits)) + 0;
 }
 
 /* Between two places on the picture, [right, up] each. */
@@ -263,8 +298,9 @@ function regionBetween(from, to) {
   const [a0, a1, b0, b1] = [Math.min(...a), Math.max(...a), Math.min(...b), Math.max(...b)];
   const numbers = sensor.kind === "rect" ? [a0, b0, a1, b1]
     : [(a0 + a1) / 2, (b0 + b1) / 2, (a1 - a0) / 2, (b1 - b0) / 2];
-  const region = numbers.map((value) => shortNumber(value, detector));
-  const empty = sensor.kind === "rect" ? !(region[2] > region[0] && region[3] > region[1]) : !(region[2] > 0 && region[3] > 0);
+  const rounds = sensor.kind === "rect" ? [Math.floor, Math.floor, Math.ceil, Math.ceil] : [Math.round, Math.round, Math.ceil, Math.ceil];
+  const region = numbers.map((value, k) => shortNumber(value, detector, rounds[k]));
+  const empty = a0 === a1 || b0 === b1;
   return empty ? null : region;
 }
 
@@ -286,9 +322,9 @@ function nameFields() {
 
 /* Whether most of what is not dark is less than 3 % of the peak: `raymap detector` shows that on a
  * logarithmic scale, too. */
-function isSpiky(levels) {
+function isSpiky(levels, most) {
   const bright = levels.filter((v) => v > 0);
-  return bright.filter((v) => v < 0.03 * 65535).length > 0.5 * bright.length;
+  return bright.filter((v) => v < 0.03 * most).length > 0.5 * bright.length;
 }
 
 function showDetector(index) {
@@ -300,7 +336,7 @@ function showDetector(index) {
       (of.step > 1 ? `; ${of.step} x ${of.step} of its ${of.cells.join(" x ")} cells to a pixel` : "")
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;
-  byId("log").checked = of !== null && isSpiky(unpack(of.level));
+  byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
   image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays.`);
   nameFields();
   refreshRegion();
@@ -310,7 +346,24 @@ image.addEventListener("pointerdown", (event) => {
   sensor.pressed = toCoordinates(...placeOn(image, event));
   image.setPointerCapture(event.pointerId);
 });
+/* The value of the cell under the pointer. */
+function showValue(event) {
+  const detector = current(), [x, y] = placeOn(image, event), { left, top, width, height } = sensor.area;
+  const inside = x >= left && x <= left + width && y >= top && y <= top + height;
+  if (!inside || !sensor.picture) return void (byId("image-value").textContent = "");
+  const right = rightAxis(detector), place = toCoordinates(x, y), own = [place[right], place[1 - right]];
+  const n = detector.image.n, cell = own.map((value, axis) => {
+    const [low, high] = span(detector, axis);
+    const part = (value - low) / (high - low) * detector.image.cells[axis] / detector.image.step;
+    return Math.min(Math.max(Math.floor(part), 0), n[axis] - 1);
+  });
+  byId("image-value").textContent = axisNames(detector).map((name, axis) => `${name} ${figure(own[axis], 4)}`).join(", ") +
+    ` ${axisUnit(detector)}: ${figure(sensor.picture.values[cell[1] * n[0] + cell[0]], 4)} ${written(detector.image.unit)}`;
+}
+image.addEventListener("pointerleave", () => (byId("image-value").textContent = ""));
+
 image.addEventListener("pointermove", (event) => {
+  showValue(event);
   if (!sensor.pressed) return;
   sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
   drawImage();
@@ -331,8 +384,15 @@ byId("hang").addEventListener("change", drawImage);
 byId("detector").addEventListener("change", (event) => showDetector(Number(event.target.value)));
 byId("region").addEventListener("submit", (event) => {
   event.preventDefault();
-  const numbers = [...byId("region").querySelectorAll("input")].map((field) => Number(field.value.replace(",", ".")));
-  if (!numbers.every(Number.isFinite)) return;
+  const typed = [...byId("region").querySelectorAll("input")].map((field) => field.value.trim().replace(",", ".").replace(MINUS, "-"));
+  const numbers = typed.map((text) => (/^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(text) : NaN));
+  const wrong = numbers.findIndex((value) => !Number.isFinite(value));
+  const refused = wrong >= 0 ? `"${typed[wrong]}" is no number` :
+    sensor.kind === "ellipse" && !(numbers[2] > 0 && numbers[3] > 0) ? "the half-axes of an ellipse must be > 0" : null;
+  if (refused) {
+    byId("region-count").textContent = `Refused: ${refused}.`;
+    return;
+  }
   sensor.region = numbers;
   refreshRegion();
 });

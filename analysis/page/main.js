@@ -64,7 +64,7 @@ const KEYS = [
 
 document.addEventListener("keydown", (event) => {
   const key = KEYS.find(([name]) => name === event.key);
-  const typing = event.key !== "Escape" && event.target.matches("input[type=text], select");
+  const typing = event.key !== "Escape" && event.target.matches("input[type=text], input[type=search], select");
   const own = event.key === " " && event.target.matches("button, summary, input");
   const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
   if (!key || byId("help").open || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -86,8 +86,7 @@ byId("keys").append(
     ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3))].flatMap(([name, text]) =>
     [element("dt", { textContent: name }), element("dd", { textContent: text })]));
 if (ray.count === 0) {
-  byId("note").textContent = "No ray matches: the scene alone is shown.";
-  byId("note").hidden = false;
+  note("No ray matches: the scene alone is shown.");
 }
 
 for (const button of byId("views").querySelectorAll("[data-view]"))
@@ -102,6 +101,9 @@ byId("colour").addEventListener("change", (event) => {
   colouring.mode = event.target.value;
   paintRays();
 });
+
+document.addEventListener("dragstart", (event) => event.preventDefault());
+window.addEventListener("beforeprint", () => renderer.render(world, camera));
 
 const night = window.matchMedia("(prefers-color-scheme: dark)");
 night.addEventListener("change", () => setScheme(night.matches));
@@ -132,10 +134,16 @@ window.raymap = {
   draw: redraw,
   hasImage: () => sensor.picture !== null,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
-    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving }),
+    drawn: pace.drawn,
+    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving && !frames.wanted && isWhole() }),
   /* Ids of the rays that are shown, and the largest id in the page. */
-  shown: () => Array.from(ray.id).filter((id, r) => shown.state[r] !== HIDDEN),
+  shown: () => ray.id.filter((id, r) => shown.state[r] !== HIDDEN),
   lastRay: () => ray.id[ray.count - 1],
+  clickBody: (index) => {
+    showBodyTip(index, 50, 90);
+    return byId("tip").textContent;
+  },
+  bodyAt: (x, y) => { const k = bodyAt(x, y); return k < 0 ? null : scene.objects[k].name; },
   /* Where the middle of a ray's leg is on the canvas. */
   middle: (id, step) => {
     const s = strokes.first[ray.firstLeg[ray.id.indexOf(id)] + step], screen = screenStrokes();

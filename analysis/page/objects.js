@@ -9,6 +9,7 @@ function showBody(index, visible) {
 
 function objectItem(index) {
   const box = element("input", { type: "checkbox", checked: true });
+  box.dataset.object = index;
   box.addEventListener("change", () => showBody(index, box.checked));
   const object = scene.objects[index];
   return element("li", {}, element("label", {}, box, object.name, element("small", { textContent: object.surface || "" })));
@@ -32,3 +33,4 @@ function objectItems(parent) {
 }
 
 byId("objects").append(...objectItems(-1));
+searchIn(byId("find-object"), byId("objects").querySelectorAll("li"));

@@ -62,8 +62,7 @@ static json_t *doubles(const struct rmap_portion *rays, enum rmap_column column)
     return rmap_page_doubles(rmap_portion_column(rays, column), rays->n_row[info->table]);
 }
 
-/* Ids fit the numbers of JavaScript up to 2^53. */
-static json_t *ids_and_flux(const struct rmap_page *page, json_t **flux_ret)
+static json_t *fluxes(const struct rmap_page *page)
 {
     const struct rmap_portion *rays = page->rays;
     const double *per_weight = rmap_map_flux_per_weight(page->map);
@@ -73,20 +72,17 @@ static json_t *ids_and_flux(const struct rmap_page *page, json_t **flux_ret)
         return NULL;
     for (size_t i = 0; i < n; i++)
         value[i] = rays->ray.weight[i] * per_weight[rays->ray.source[i]];
-    *flux_ret = rmap_page_doubles(value, n);
-    for (size_t i = 0; i < n; i++)
-        value[i] = (double)rays->ray.id[i];
-    json_t *id = rmap_page_doubles(value, n);
+    json_t *flux = rmap_page_doubles(value, n);
     rmap_free(value);
-    return id;
+    return flux;
 }
 
 static json_t *ray_columns(const struct rmap_page *page)
 {
     const struct rmap_portion *rays = page->rays;
-    json_t *flux = NULL, *id = ids_and_flux(page, &flux);
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "id", id,
-                     "flux", flux, "source", integers(rays, RMAP_RAY_source), "stop",
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "id",
+                     rmap_page_words(rays->ray.id, rays->n_row[RMAP_TABLE_RAY]), "flux",
+                     fluxes(page), "source", integers(rays, RMAP_RAY_source), "stop",
                      integers(rays, RMAP_RAY_stop), "legs", integers(rays, RMAP_RAY_segment_count),
                      "registrations", integers(rays, RMAP_RAY_registration_count), "wavelength",
                      doubles(rays, RMAP_RAY_wavelength), "path_length",

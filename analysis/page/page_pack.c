@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Arrays of numbers inside JSON: an object {"t": type, "d": little-endian bytes in base64} with
- * the types f32, f64, u8, u16, i32; integers may say "o", which is to be added to each of them.
+ * the types f32, f64, u8, u16, i32, u64; integers may say "o", which is to be added to each of
+ * them.
  */
 #include "analysis/page/page_pack.h"
 
@@ -62,6 +63,11 @@ json_t *rmap_page_doubles(const double *value, size_t n)
     json_t *json = word ? packed("f64", word, n, 8, 0) : NULL;
     rmap_free(word);
     return json;
+}
+
+json_t *rmap_page_words(const uint64_t *value, size_t n)
+{
+    return packed("u64", value, n, 8, 0);
 }
 
 json_t *rmap_page_bytes(const uint8_t *value, size_t n)

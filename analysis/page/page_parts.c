@@ -244,14 +244,14 @@ static double mean_of(const struct rmap_detector_image *image, uint32_t i0, uint
     return sum / weight;
 }
 
-/* Values as parts of the largest, in 65535ths; what is not 0 stays so. */
-static json_t *levels(const double *value, size_t n, double most)
+/* As floats: the flux of a region is a sum of them, and peaks hide nothing. */
+static json_t *singles(const double *value, size_t n)
 {
-    uint16_t *level = rmap_alloc(n + 1, sizeof *level);
-    for (size_t i = 0; level && i < n; i++)
-        level[i] = (uint16_t)(most > 0.0 ? ceil(65535.0 * fmin(value[i] / most, 1.0)) : 0.0);
-    json_t *json = level ? rmap_page_shorts(level, n) : NULL;
-    rmap_free(level);
+    float *single = rmap_alloc(n + 1, sizeof *single);
+    for (size_t i = 0; single && i < n; i++)
+        single[i] = (float)value[i];
+    json_t *json = single ? rmap_page_floats(single, n) : NULL;
+    rmap_free(single);
     return json;
 }
 
@@ -273,7 +273,7 @@ static json_t *image_json(const struct rmap_detector_image *image)
     json_t *json = json_pack(
         "{s:[i, i], s:[i, i], s:i, s:o, s:o, s:s, s:s, s:o, s:o, s:o, s:o}", "n", (int)nx, (int)ny,
         "cells", (int)image->n[0], (int)image->n[1], "step", (int)step, "most",
-        rmap_json_number(most), "level", levels(value, (size_t)nx * ny, most), "quantity",
+        rmap_json_number(most), "value", singles(value, (size_t)nx * ny), "quantity",
         image->quantity, "unit", image->unit, "flux", rmap_json_number(image->flux), "flux_error",
         rmap_json_number(image->flux_error), "peak", rmap_json_number(image->peak), "registrations",
         rmap_json_number(image->registrations));

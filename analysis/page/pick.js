@@ -47,6 +47,21 @@ function legAt(x, y) {
   return found;
 }
 
+/* The body seen there, or -1: of one that encloses the scene only the far side is. */
+function bodyAt(x, y) {
+  const caster = new THREE.Raycaster(), normal = new THREE.Vector3();
+  caster.setFromCamera({ x: (2 * x) / canvas.clientWidth - 1, y: 1 - (2 * y) / canvas.clientHeight }, camera);
+  const seen = bodies.filter((body) => body.group.visible).map((body) => body.mesh);
+  const hit = caster.intersectObjects(seen).find(({ point, face, object }) => {
+    const outwards = point.clone().sub(whereabouts.centre), { encloses, look } = object.material.uniforms;
+    normal.copy(face.normal).transformDirection(object.matrixWorld);
+    const before = outwards.dot(normal) * normal.dot(caster.ray.direction) < 0;
+    const isCut = shading.cut.value > 0.5 && look.value > 0.5 && outwards.dot(caster.ray.direction) < 0;
+    return !(encloses.value > 0.5 && before) && !isCut;
+  });
+  return hit ? bodies.findIndex((body) => body.mesh === hit.object) : -1;
+}
+
 function placeOn(canvasElement, event) {
   const box = canvasElement.getBoundingClientRect();
   return [event.clientX - box.left, event.clientY - box.top];
@@ -65,9 +80,10 @@ window.addEventListener("pointerup", (event) => {
   press.held = false;
   const [x, y] = placeOn(canvas, event);
   if (event.target !== canvas || Math.hypot(x - press.x, y - press.y) > 4) return;
-  const l = legAt(x, y);
+  const l = legAt(x, y), body = l < 0 ? bodyAt(x, y) : -1;
   chooseRay(l < 0 ? -1 : leg.ray[l], l);
   if (l >= 0) showTip(l, x, y);
+  else if (body >= 0) showBodyTip(body, x, y);
 });
 canvas.addEventListener("pointermove", (event) => {
   if (press.held || event.pointerType === "touch") return;
@@ -77,7 +93,8 @@ canvas.addEventListener("pointermove", (event) => {
       press.wanted = false;
       const l = legAt(...press.last);
       markLeg(l);
-      if (l < 0) hideTip();
+      if (l < 0 && !byId("tip").classList.contains("body")) hideTip();
+      else if (l < 0) return;
       else showTip(l, ...press.last);
     });
   press.wanted = true;
@@ -85,5 +102,5 @@ canvas.addEventListener("pointermove", (event) => {
 });
 canvas.addEventListener("pointerleave", () => {
   markLeg(-1);
-  hideTip();
+  if (!byId("tip").classList.contains("body")) hideTip(); // its button is outside the canvas
 });

@@ -33,7 +33,7 @@ function setPlaying(playing) {
   player.playing = playing && strokes.count > 0;
   player.last = 0;
   if (player.playing && player.at >= 1) setTravelled(0);
-  byId("play").textContent = player.playing ? "⏸" : "▶";
+  byId("play").dataset.playing = player.playing;
   byId("play").setAttribute("aria-label", player.playing ? "pause" : "play");
   redraw();
 }

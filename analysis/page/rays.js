@@ -123,6 +123,7 @@ const rayLines = (() => {
   const lines = new THREE.LineSegments(geometry, rayMaterial);
   lines.frustumCulled = false;
   lines.renderOrder = 2;
+  lines.layers.enable(RAYS_ONLY);
   if (strokes.count > 0) world.add(lines);
   return lines;
 })();

@@ -49,6 +49,24 @@ function showTip(l, x, y) {
       ["light", lightWords(l)],
       ["flux of the ray", `${figure(ray.flux[r])} ${scene.flux_unit}`],
     ]));
+  tip.classList.remove("body");
+  placeTip(x, y);
+}
+
+function showBodyTip(index, x, y) {
+  const hide = element("button", { type: "button", textContent: "hide" });
+  hide.addEventListener("click", () => {
+    byId("objects").querySelector(`[data-object="${index}"]`).click();
+    hideTip();
+  });
+  const { name, surface } = scene.objects[index];
+  byId("tip").replaceChildren(element("strong", { textContent: name }), ` ${surface || ""} `, hide);
+  byId("tip").classList.add("body");
+  placeTip(x, y);
+}
+
+function placeTip(x, y) {
+  const tip = byId("tip");
   tip.hidden = false;
   const w = tip.offsetWidth, h = tip.offsetHeight;
   tip.style.left = Math.max(4, Math.min(x + 16, canvas.clientWidth - w - 4)) + "px";
@@ -57,6 +75,7 @@ function showTip(l, x, y) {
 
 function hideTip() {
   byId("tip").hidden = true;
+  byId("tip").classList.remove("body");
 }
 
 /* Degrees between the reversed light and a detector's axis; on an intensity grid of the light. */
@@ -156,15 +175,15 @@ function reportOf(r) {
 function chooseRay(r) {
   markRay(r);
   markLeg(-1);
-  byId("ray-name").textContent = r < 0 ? "" : String(ray.id[r]);
-  byId("ray-id").value = r < 0 ? "" : String(ray.id[r]);
+  byId("ray-name").textContent = r < 0 ? "" : ray.id[r];
+  byId("ray-id").value = r < 0 ? "" : ray.id[r];
   byId("ray-report").replaceChildren(...(r < 0 ? [] : reportOf(r)));
   if (r >= 0) byId("ray-box").open = true;
 }
 
 byId("ray-none").addEventListener("click", () => chooseRay(-1));
 byId("ray-id").addEventListener("change", (event) => {
-  const r = ray.id.indexOf(Number(event.target.value));
+  const typed = event.target.value.trim(), r = /^\d+$/.test(typed) ? ray.id.indexOf(String(BigInt(typed))) : -1;
   if (r >= 0) return chooseRay(r);
   chooseRay(-1);
   byId("ray-report").textContent = "This page holds no such ray.";

@@ -3,22 +3,84 @@
 // The canvas: drawn when something has changed, or on every frame while something moves; the
 // colours of the light and the dark scheme; scale bar, axes and labels over it.
 
+/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
+const drawnBySoftware = (() => {
+  const context = document.createElement("canvas").getContext("webgl");
+  const told = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+  const lose = context && context.getExtension("WEBGL_lose_context");
+  if (lose) lose.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+})();
+
+function note(text) {
+  byId("note").textContent = text;
+  byId("note").hidden = !text;
+}
+
+/* Edges of bodies and the first rays, in two dimensions, where there is no WebGL. */
+function plainRenderer() {
+  const MOST = 20000, p = new THREE.Vector3(); // strokes
+  const context = canvas.getContext("2d"), nothing = () => {};
+  let ground = "#fff";
+  const trace = (position, matrix) => {
+    context.beginPath();
+    for (let i = 0; i < position.length; i += 3) {
+      p.fromArray(position, i).applyMatrix4(matrix).project(camera);
+      context[i % 6 ? "lineTo" : "moveTo"]((0.5 + 0.5 * p.x) * canvas.width, (0.5 - 0.5 * p.y) * canvas.height);
+    }
+    context.stroke();
+  };
+  const render = () => {
+    camera.updateMatrixWorld();
+    context.fillStyle = ground;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.strokeStyle = "#8888";
+    for (const body of bodies) if (body.group.visible) trace(body.group.children[1].geometry.attributes.position.array, body.group.matrix);
+    const screen = screenStrokes(), ratio = canvas.width / Math.max(canvas.clientWidth, 1), tint = rayLines.geometry.attributes.tint.array;
+    context.globalAlpha = rayUniforms.opacity.value;
+    for (let s = 0; s < Math.min(strokes.count, MOST); s++) {
+      if (Number.isNaN(screen[4 * s]) || strokes.path[2 * s] > rayUniforms.now.value) continue;
+      context.strokeStyle = `rgb(${tint.subarray(6 * s, 6 * s + 3).join(",")})`;
+      context.beginPath();
+      context.moveTo(ratio * screen[4 * s], ratio * screen[4 * s + 1]);
+      context.lineTo(ratio * screen[4 * s + 2], ratio * screen[4 * s + 3]);
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  };
+  return { render, setPixelRatio: nothing, setClearColor: (colour) => (ground = colour),
+    setSize: (width, height) => Object.assign(canvas, { width, height }) };
+}
+
 const renderer = (() => {
   try {
-    return new THREE.WebGLRenderer({ canvas, antialias: true });
+    return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware, preserveDrawingBuffer: drawnBySoftware }); // four samples cost a processor four times
   } catch (failed) {
-    byId("note").textContent = "This browser draws no WebGL: the scene cannot be shown.";
-    byId("note").hidden = false;
-    throw failed;
+    note("This browser has no WebGL: edges and rays are drawn as plain lines.");
+    return plainRenderer();
   }
 })();
+canvas.addEventListener("webglcontextlost", (event) => {
+  event.preventDefault(); // or it is never restored
+  note("The graphics card was lost; waiting for it.");
+});
+canvas.addEventListener("webglcontextrestored", () => {
+  note("");
+  redraw();
+});
 renderer.sortObjects = true;
 const world = new THREE.Scene();
 
-const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, animate: null };
+const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, fresh: false, animate: null };
 
 /* Asks for a new frame. */
 function redraw() {
+  frames.fresh = true;
+  askForFrame();
+}
+
+function askForFrame() {
   if (frames.wanted) return;
   frames.wanted = true;
   requestAnimationFrame(drawFrame);
@@ -27,22 +89,17 @@ function redraw() {
 /* While something moves and frames come too slowly: level 1 has half the resolution, and each
  * further one draws half as many rays, the first ones. What stands still is drawn in full. */
 const SLOW = 70, QUICK = 25, PAUSE = 250; // milliseconds
-const LIGHT_WORK = 10000; // strokes that are always drawn
-const pace = { level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
-/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
-const drawnBySoftware = (() => {
-  const told = renderer.getContext().getExtension("WEBGL_debug_renderer_info");
-  const name = told ? renderer.getContext().getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
-})();
-
+const RAYS_ONLY = 1; // a layer
+const LIGHT_WORK = drawnBySoftware ? 4000 : 10000; // strokes that are always drawn
+const SLICE = 20000; // strokes that a processor draws at a time: what moves meanwhile need not wait for all
+const pace = { end: Infinity, drawn: 0, level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
 const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)));
 
 function setLevel(level) {
   const before = pace.level;
   pace.level = Math.min(Math.max(level, 0), lastLevel());
   const part = Math.pow(0.5, Math.max(pace.level - 1, 0));
-  rayLines.geometry.setDrawRange(0, 2 * strokes.first[ray.firstLeg[Math.ceil(part * ray.count)]]);
+  pace.end = strokes.first[ray.firstLeg[Math.ceil(part * ray.count)]];
   if ((pace.level > 0) !== (before > 0)) setResolution();
 }
 
@@ -61,7 +118,7 @@ function stir() {
   pace.moving = true;
   clearTimeout(pace.timer);
   pace.timer = setTimeout(() => {
-    if (frames.wanted) return stir();
+    if (frames.fresh) return stir();
     pace.moving = false;
     setLevel(0);
     redraw();
@@ -81,13 +138,28 @@ function keepPace(time) {
   }
 }
 
+/* Strokes from `first` on; behind the first slice they are added to the picture. */
+function drawSlice(first) {
+  const end = Math.min(pace.end, strokes.count, drawnBySoftware ? first + SLICE : Infinity);
+  rayLines.geometry.setDrawRange(2 * first, 2 * (end - first));
+  renderer.autoClear = first === 0;
+  camera.layers.set(first === 0 ? 0 : RAYS_ONLY);
+  renderer.render(world, camera);
+  camera.layers.set(0);
+  pace.drawn = end;
+  if (!isWhole()) askForFrame();
+}
+const isWhole = () => pace.drawn >= Math.min(pace.end, strokes.count);
+
 function drawFrame(time) {
   frames.wanted = false;
+  if (!frames.fresh) return drawSlice(pace.drawn);
+  frames.fresh = false;
   const begin = performance.now();
   keepPace(time);
   const moving = frames.animate ? frames.animate(time) : false;
   for (const call of frames.before) call();
-  renderer.render(world, camera);
+  drawSlice(0);
   for (const call of frames.after) call();
   frames.drawn++;
   frames.milliseconds.push(performance.now() - begin);

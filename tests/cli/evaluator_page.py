@@ -49,7 +49,7 @@ class Page(html.parser.HTMLParser):
             self.scripts[-1] += text
 
 
-TYPES = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "i32": "<i4"}
+TYPES = {"f32": "<f4", "f64": "<f8", "u8": "u1", "u16": "<u2", "i32": "<i4", "u64": "<u8"}
 
 
 def unpack(column):
@@ -126,8 +126,8 @@ with open("detector.json", encoding="utf-8") as file:
     told = json.load(file)
 check(image["flux"] == told["flux"]["total"] and image["flux_error"] == told["flux"]["standard_error"] > 0,
       f"flux of the detector: {image['flux']} +- {image['flux_error']}, not {told['flux']}")
-level = unpack(image["level"])
-check(level.max() == 65535 and len(level) == image["n"][0] * image["n"][1], "levels of the image")
+value = unpack(image["value"])
+check(value.max() == np.float32(image["most"]) and len(value) == image["n"][0] * image["n"][1], "values of the image")
 check(len(unpack(none.data["rays"]["ray"]["id"])) == 0 and none.data["classes"]["list"] == [], "an empty page")
 check(ten.data["view"]["toward"] == [-1, 0, 0], "--view yz")
 

@@ -91,6 +91,16 @@ async function drawsTheScene(page) {
   await page.locator("#objects input").first().check();
 }
 
+/* A processor that draws shows the first rays alone while the scene turns, and all of them at rest. */
+async function thinsWhileTurning(page) {
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => !raymap.statistics().resting && raymap.statistics().drawn < raymap.statistics().strokes, null, { timeout: 5000 });
+  await settle(page);
+  const { drawn, strokes } = await statistics(page);
+  check(drawn === strokes, `${drawn} of ${strokes} segments are drawn at rest`);
+}
+
 async function showsClasses(page) {
   const rows = page.locator("#classes tbody tr");
   let sum = 0;
@@ -145,6 +155,14 @@ async function switchesCriteria(page) {
     const left = counted("a.raymap", `(${criterion}) and ray <= ${last}`);
     check((await statistics(page)).shown === left && left > 0 && left < all, `without criterion ${k} ${left} of ${all} rays are shown`);
     check((await changed(page, both)) > 300, "a switch changes the picture");
+    await page.locator("#region input").first().scrollIntoViewIfNeeded();
+    for (let i = 0; i < 4; i++) await page.locator("#region input").nth(i).fill(["-9", "-9", "9", "9"][i]);
+    await page.locator("#region button").click();
+    const asked = await page.textContent("#region-criterion code");
+    const inside = Number.parseInt((await page.textContent("#region-count")).replace(/,/g, ""), 10);
+    check(counted("a.raymap", `(${asked}) and ray <= ${last}`) === inside, `${inside} rays in a region with one switch: ${asked}`);
+    await page.locator("#draw-none").click();
+    await page.locator("#where").scrollIntoViewIfNeeded();
     check(!(await page.evaluate(() => raymap.hasImage())), "no image with light of what is off");
     await picture(page, `criterion-${k}.png`);
     await boxes.nth(k).check();
@@ -222,8 +240,63 @@ async function asksForRegions(page) {
     check(told === whole && told > 0 && told < 400, `${criterion}: the page says ${told}, query ${whole}`);
     await picture(page, `${detector}-${kind}.png`);
   }
+  await takesNumbersAsQuery(page);
   await page.locator("#draw-none").click();
   check(await page.locator("#region-criterion").isHidden(), "no region, no criterion");
+}
+
+/* Corners in any order; what is no number, or no half-axis, is refused. */
+async function takesNumbersAsQuery(page) {
+  const fields = page.locator("#region input"), last = await page.evaluate(() => raymap.lastRay());
+  const take = async (numbers) => {
+    for (let k = 0; k < 4; k++) await fields.nth(k).fill(numbers[k]);
+    await page.locator("#region button").click();
+    return page.textContent("#region-count");
+  };
+  await page.selectOption("#detector", { label: "sensor" });
+  await page.locator("#draw-rect").click();
+  const told = await take(["3", "3", "-3", "-3"]), found = counted("a.raymap", `registered(sensor, rect(3, 3, -3, -3)) and ray <= ${last}`);
+  check(Number.parseInt(told.replace(/,/g, ""), 10) === found && found > 0, `swapped corners: "${told}", query ${found}`);
+  const flux = JSON.parse(raymap("detector", "a.raymap", "sensor", "--json", "--quiet")).flux.total;
+  const all = Number((/whole image about ([\d.e-]+)/.exec(await take(["-1e3", "-1e3", "1e3", "1e3"])) || [])[1]);
+  check(Math.abs(all / flux - 1) < 1e-3, `a region of all of the image has ${all} of its flux ${flux}`);
+  for (const bad of ["", "0x10", "1e400", "two"])
+    check(/^Refused/.test(await take([bad, "0", "1", "1"])), `"${bad}" is refused`);
+  await page.locator("#draw-ellipse").click();
+  check(/must be > 0/.test(await take(["0", "0", "0", "1"])), "a half-axis of 0 is refused");
+}
+
+async function searchesAndNames(page) {
+  const box = await page.locator("#image").boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  check(/mm: [\d.e]+ W\/m/.test(await page.textContent("#image-value")), "the value under the pointer is told");
+  await page.fill("#find-class", "no such class");
+  check((await page.locator("#classes [data-class]:visible").count()) === 0, "a search hides the classes without its words");
+  await page.fill("#find-class", "");
+  const told = await page.evaluate(() => raymap.clickBody(0));
+  check(told.length > 0, "a click on a body names it");
+  await page.locator("#tip button").click();
+  check(!(await page.locator('[data-object="0"]').isChecked()), `and hides it: ${told}`);
+  await page.evaluate(() => document.querySelector('[data-object="0"]').click());
+  await page.emulateMedia({ media: "print" });
+  const height = await page.evaluate(() => document.documentElement.scrollHeight);
+  check(height < 4000, `a print is ${height} pixels high`);
+  await page.emulateMedia({ media: "screen" });
+}
+
+/* A lost context is told of, and the scene is drawn again with the next one. */
+async function losesItsContext(page) {
+  await page.evaluate(() => {
+    const canvas = document.getElementById("canvas"), context = canvas.getContext("webgl") || canvas.getContext("webgl2");
+    window.loss = context.getExtension("WEBGL_lose_context");
+    loss.loseContext();
+  });
+  await page.waitForSelector("#note:not([hidden])", { timeout: 5000 });
+  await page.evaluate(() => loss.restoreContext());
+  await page.waitForSelector("#note", { state: "hidden", timeout: 5000 });
+  await settle(page);
+  check((await colours(page, await pixels(page, "#canvas"))) > 200, "the scene is drawn again");
+  said.splice(0, said.length, ...said.filter((line) => !/context/i.test(line)));
 }
 
 async function moves(page) {
@@ -304,12 +377,24 @@ async function main() {
   const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
   try {
     let page = await open(browser, "a.html");
-    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled])
+    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
     await page.context().close();
 
     page = await open(browser, "two.html");
     await switchesCriteria(page).catch((error) => check(false, `switchesCriteria: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "many.html");
+    await thinsWhileTurning(page).catch((error) => check(false, `thinsWhileTurning: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "late.html");
+    check((await page.evaluate(() => new Set(raymap.shown()).size)) === 300, "ids beyond 2^53 are told apart");
+    await page.locator("#ray-box summary").click();
+    await page.fill("#ray-id", "18446744073709548001");
+    await page.press("#ray-id", "Enter");
+    check((await page.textContent("#ray-name")) === "18446744073709548001", "and found");
     await page.context().close();
 
     page = await open(browser, "order.html");
@@ -336,6 +421,15 @@ async function main() {
     await page.context().close();
   } finally {
     await browser.close();
+  }
+  const plain = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-3d-apis"] });
+  try {
+    const page = await open(plain, "a.html");
+    check(/no WebGL/.test(await page.textContent("#note")), "a browser without WebGL is told so");
+    check((await colours(page, await pixels(page, "#canvas"))) > 50, "and draws lines");
+    said.splice(0, said.length, ...said.filter((line) => !/WebGL/.test(line))); // of the library, which tries
+  } finally {
+    await plain.close();
   }
   for (const line of said) check(false, line);
   console.log(failures ? `${failures} failures` : "all as expected");
