@@ -37,44 +37,7 @@ grep -Eq '^20[0-9]{2}-[0-9]{2}-[0-9]{2} [0-9]{2}:[0-9]{2}:[0-9]{2} [0-9,]+ of 1,
     fail "no line with the clock: $(cat stderr.txt)"
 [ "$(wc -l <stderr.txt)" = 2 ] || fail "more than a line of progress and one of the end: $(cat stderr.txt)"
 
-# A queue that has all the time in the world: what is submitted runs at once, where it stands.
-mkdir -p bin scratch
-cat >bin/sbatch <<'END'
-#!/bin/bash
-while [[ ${1-} == -* ]]; do
-    case $1 in
-    --parsable) parsable=yes ;;
-    --array=*) range=${1#*=} tasks=$(seq "${range%-*}" "${range#*-}") ;;
-    --dependency=*) [[ $1 =~ ^--dependency=after(ok|any):[0-9]+$ ]] || exit 1 ;;
-    --wrap) printf '#!/bin/bash\n%s\n' "$2" >wrapped.sh; set -- wrapped.sh; break ;;
-    --*) ;;
-    -*) shift ;;
-    esac
-    shift
-done
-export SLURM_JOB_ID=$$ TMPDIR=$PWD/disk
-mkdir -p "$TMPDIR"
-for task in ${tasks:-0}; do
-    SLURM_ARRAY_TASK_ID=$task bash "$@" >>job.log 2>&1 || echo "sbatch: $* ends with status $?" >>failed.log
-done
-echo "$$"
-END
-cat >bin/srun <<'END'
-#!/bin/bash
-while [[ $1 == --* ]]; do shift; done
-if [[ $1 = bash ]]; then "$@"; else mpirun -np 2 "$@"; fi
-END
-cat >bin/module <<'END'
-#!/bin/bash
-[ "$1" = load ]
-END
-cat >bin/mutt <<'END'
-#!/bin/bash
-[ -s "$4" ] && cat >mail.txt
-END
-ln -s "$RAYMAP" bin/raymap
-chmod +x bin/*
-export PATH="$PWD/bin:$PATH" SCRATCH="$PWD/scratch" USER=somebody jobs="$SOURCE_DIR/jobs"
+. "$(dirname "$0")/queue.bash"
 sed -n '/^## Recipes/,$p' "$SOURCE_DIR/docs/cluster.md" | sed '1d; /^## /,$d' | sed -n 's/^    //p' >recipes.sh
 expect 0 '' bash -e recipes.sh
 [ ! -e failed.log ] || fail "$(cat failed.log job.log)"
