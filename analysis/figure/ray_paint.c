@@ -11,6 +11,7 @@
 
 #include "analysis/criterion/path_order.h"
 #include "analysis/paths/path_class.h"
+#include "analysis/query/which.h"
 #include "base/alloc.h"
 
 /* Paths that have an ink of their own, and orders: the last one is that order and all above. */
@@ -72,6 +73,42 @@ out:
     return st;
 }
 
+/* Of rays that a criterion asks about on a detector: the orders there, as paths and images have
+ * them, not those with which the ray ends. */
+static enum rmap_status take_orders_there(const struct rmap_paint_request *request,
+                                          const struct rmap_path_order *order, uint32_t *ghost,
+                                          uint32_t *scatter, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *rays = request->rays;
+    const size_t n = rays->n_row[RMAP_TABLE_REGISTRATION];
+    const struct rmap_index_set all = {.low = 0, .span = (uint32_t)request->scene->n_detector};
+    struct rmap_which *which = NULL;
+    uint8_t *chosen = rmap_alloc(n + 1, 1);
+    uint32_t *there = rmap_alloc(2 * n + 1, sizeof *there);
+    if (!chosen || !there)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for orders of ghosts"));
+    RMAP_TRY(
+        rmap_which_create(request->scene, &all, NULL, NULL, request->criterion[0], &which, err));
+    RMAP_TRY(rmap_which_mark(which, rays, chosen, err));
+    rmap_path_orders_of_registrations(order, rays, there, there + n);
+    for (size_t i = 0, row = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        const size_t end = row + rays->ray.registration_count[i];
+        while (row < end && !(chosen[row] && which->asked_on[rays->registration.detector[row]]))
+            row++;
+        if (row < end) {
+            ghost[i] = there[row];
+            scatter[i] = there[n + row];
+        }
+        row = end;
+    }
+out:
+    rmap_which_destroy(which);
+    rmap_free(chosen);
+    rmap_free(there);
+    return st;
+}
+
 static enum rmap_status group_by_order(struct rmap_ray_paint *self,
                                        const struct rmap_paint_request *request,
                                        struct rmap_error *err)
@@ -86,6 +123,8 @@ static enum rmap_status group_by_order(struct rmap_ray_paint *self,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for orders of ghosts"));
     RMAP_TRY(rmap_path_order_init(&order, request->scene, err));
     rmap_path_orders_of_rays(&order, request->rays, ghost, scatter);
+    if (request->n_criterion == 1)
+        RMAP_TRY(take_orders_there(request, &order, ghost, scatter, err));
     for (int k = 0; k <= ORDERS_SHOWN; k++) {
         (void)snprintf(label, sizeof label, "ghost order %d%s", k,
                        k == ORDERS_SHOWN ? " and above"

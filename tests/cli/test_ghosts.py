@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -50,6 +51,10 @@ with open("g.csv", encoding="utf-8") as file:
     table = list(csv.DictReader(line for line in file if not line.startswith("#")))
 check([row["number"] for row in table[:3]] == ["0", "1", "2"] and table[1]["order"] == "2", str(table[:2]))
 run("ghosts", "lens.raymap", "sensor", "-o", "g.png", status=2)
+run("draw", "lens.raymap", "--where", "registered(sensor where ghost_order == 2)", "--color", "order", "-o", "order.svg")
+with open("order.svg", encoding="utf-8") as file:
+    orders = set(re.findall("ghost order [0-9]", file.read()))
+check(orders == {"ghost order 2"}, f"orders are those at the detector: {orders}")
 check("did you mean 'sensor'" in subprocess.run([os.environ["RAYMAP"], "ghosts", "lens.raymap", "senor"], capture_output=True,
                                                 text=True, check=False).stderr, "nearest name")
 print("\n".join(failures) or "as promised")
