@@ -46,12 +46,6 @@ void rmap_csv_put_number(double value, FILE *out)
 
 void rmap_csv_put_estimate(double value, double standard_error, FILE *out)
 {
-    const double steps = fabs(value) / (standard_error * 1e-3);
-    if (!(standard_error > 0.0) || !isfinite(steps)) {
-        rmap_csv_put_number(value, out);
-        rmap_csv_put_number(standard_error, out);
-        return;
-    }
-    const int digits = 1 + (int)ceil(log10(fmax(steps, 1.0)));
-    fprintf(out, ",%.*g,%.4g", digits < 17 ? digits : 17, value, standard_error);
+    fprintf(out, isfinite(value) ? ",%.10g" : ",", value);
+    fprintf(out, isfinite(standard_error) ? ",%.7g" : ",", standard_error);
 }

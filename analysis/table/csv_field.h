@@ -20,9 +20,8 @@ void rmap_csv_put_inside(const char *text, FILE *out);
 /* Behind a comma: 17 digits; empty for what is no number. */
 void rmap_csv_put_number(double value, FILE *out);
 
-/* A value and its standard error, two fields: to a thousandth of the error, which has 4 digits;
- * sums of many rounded values stay well within their own error. All digits where the error is 0 or
- * not known. */
+/* A value with 10 digits and its standard error with 7, two fields: what is rounded off is far
+ * below any error. */
 void rmap_csv_put_estimate(double value, double standard_error, FILE *out);
 
 #endif
