@@ -84,7 +84,7 @@ static enum rmap_status print_result(const struct rmap_context *context,
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
         return rmap_json_print(document, stdout, err);
     }
-    if (checked->scene) {
+    if (checked->scene && !context->quiet) {
         printf("%s\n", checked->path);
         rmap_scene_summary_print(checked->scene, stdout);
     }

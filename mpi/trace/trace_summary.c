@@ -111,6 +111,7 @@ enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
     find_errors(&summary);
     if (context->json)
         return rmap_json_print(to_json(&summary), stdout, err);
-    print_text(&summary, stdout);
+    if (!context->quiet || !report->map_path) /* or else the map is the result */
+        print_text(&summary, stdout);
     return RMAP_OK;
 }

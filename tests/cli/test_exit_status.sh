@@ -38,9 +38,9 @@ expect 2 "did you mean 'trace'" "$RAYMAP" help trase
 expect 2 "did you mean '--rays'" "$RAYMAP" trace scene.yaml --rayz 3 -o x.raymap
 expect 2 'needs a value' "$RAYMAP" trace scene.yaml -o
 # what a second value would make forgotten is refused; where several are meant, all count
-expect 2 "'--output' is given twice" "$RAYMAP" detector a.raymap sensor -o a.csv -o a.png
+expect 2 "'--output' is given twice" "$RAYMAP" paths a.raymap -o a.csv -o a.json
 expect 2 "'--where' is given twice" "$RAYMAP" paths a.raymap --where all --where all
-[ ! -e a.csv ] && [ ! -e a.png ] || { echo "FAILED: written nonetheless"; failures=1; }
+[ ! -e a.csv ] && [ ! -e a.json ] || { echo "FAILED: written nonetheless"; failures=1; }
 expect 0 '' "$RAYMAP" stats a.raymap --of segments -o a.csv -o a.svg
 [ -s a.csv ] && [ -s a.svg ] || { echo "FAILED: stats wrote one of two"; failures=1; }
 rm -f a.csv a.svg
