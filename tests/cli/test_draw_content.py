@@ -119,8 +119,9 @@ def test_colours():
     assert len(rays) == n
     own = {}
     for ray in rays: # the black paint scatters, all else makes ghosts
-        scattered = any("reflect_diffuse" in step["events"] for step in ray["steps"])
-        ghost = sum("reflect_specular" in step["events"] for step in ray["steps"])
+        before = ray["steps"][:next(r["step"] for r in ray["registrations"] if r["registered"])]
+        scattered = any("reflect_diffuse" in step["events"] for step in before)
+        ghost = sum("reflect_specular" in step["events"] for step in before)
         name = "scattered" if scattered else (f"ghost order {min(ghost, 4)}" + (
             ", direct light" if ghost == 0 else " and above" if ghost >= 4 else ""))
         own[name] = own.get(name, 0) + 1
