@@ -286,7 +286,8 @@ static void test_create_over(void **state)
     fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
     expect(&f, RMAP_FORMAT, "no map.h5");
     assert_int_equal(rmap_map_create("no-such-folder/x.raymap", false, NULL, NULL, &err),
-                     RMAP_SYSTEM);
+                     RMAP_INPUT);
+    assert_non_null(strstr(err.text, "no-such-folder"));
     fixture_fini(&f);
 }
 
