@@ -29,8 +29,15 @@ static struct unit_factor factor_of(double base, double own)
     return (struct unit_factor){ratio, 1.0};
 }
 
-static bool is_unit_of(const struct rmap_written_unit *unit, enum rmap_dimension dimension,
-                       const struct rmap_scene *scene)
+double rmap_unit_size_of(const struct rmap_scene *scene, enum rmap_dimension dimension)
+{
+    return dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
+           : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
+                                                  : 1.0;
+}
+
+bool rmap_unit_fits(const struct rmap_written_unit *unit, enum rmap_dimension dimension,
+                    const struct rmap_scene *scene)
 {
     if (dimension == RMAP_DIMENSION_WAVELENGTH)
         dimension = RMAP_DIMENSION_LENGTH;
@@ -38,19 +45,17 @@ static bool is_unit_of(const struct rmap_written_unit *unit, enum rmap_dimension
            (dimension != RMAP_DIMENSION_FLUX || unit->lumens == (scene->flux_unit == RMAP_FLUX_LM));
 }
 
-enum { UNITS_NBYTES = 64 };
-
-static void list_units(enum rmap_dimension dimension, const struct rmap_scene *scene,
-                       char list[UNITS_NBYTES])
+void rmap_unit_list(enum rmap_dimension dimension, const struct rmap_scene *scene,
+                    char list[RMAP_UNITS_NBYTES])
 {
     const struct rmap_written_unit *unit;
     size_t len = 0;
-    (void)snprintf(list, UNITS_NBYTES, "none: %s",
+    (void)snprintf(list, RMAP_UNITS_NBYTES, "none: %s",
                    dimension == RMAP_DIMENSION_MIXED ? "the detectors differ in theirs"
                                                      : "this is a plain number");
-    for (size_t i = 0; (unit = rmap_unit_at(i)) != NULL && len < UNITS_NBYTES; i++)
-        if (is_unit_of(unit, dimension, scene))
-            len += (size_t)snprintf(list + len, UNITS_NBYTES - len, "%s%s", len ? " " : "",
+    for (size_t i = 0; (unit = rmap_unit_at(i)) != NULL && len < RMAP_UNITS_NBYTES; i++)
+        if (rmap_unit_fits(unit, dimension, scene))
+            len += (size_t)snprintf(list + len, RMAP_UNITS_NBYTES - len, "%s%s", len ? " " : "",
                                     unit->name);
 }
 
@@ -63,20 +68,17 @@ static bool at_unit(const struct rmap_parser *parser)
 }
 
 static enum rmap_status parse_unit(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                   struct unit_factor *factor)
+                                   double own, struct unit_factor *factor)
 {
     const struct rmap_scene *scene = parser->criterion->scene;
-    double own = dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
-                 : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
-                                                        : 1.0;
     const struct rmap_written_unit *unit = rmap_unit_named(parser->text + parser->token.begin,
                                                            parser->token.end - parser->token.begin);
-    char units[UNITS_NBYTES];
-    if (unit && is_unit_of(unit, dimension, scene)) {
+    char units[RMAP_UNITS_NBYTES];
+    if (unit && rmap_unit_fits(unit, dimension, scene)) {
         *factor = factor_of(unit->size, own);
         return rmap_parser_advance(parser);
     }
-    list_units(dimension, scene, units);
+    rmap_unit_list(dimension, scene, units);
     return RMAP_PARSER_FAIL(parser, &parser->token, "'%.*s' is no unit here (%s)",
                             (int)(parser->token.end - parser->token.begin < 32
                                       ? parser->token.end - parser->token.begin
@@ -91,14 +93,14 @@ struct value {
 };
 
 static enum rmap_status parse_value(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                    struct value *value)
+                                    double own, struct value *value)
 {
     enum rmap_status st = RMAP_OK;
     *value = (struct value){.number = parser->token.number, .factor = {1.0, 1.0}};
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_NUMBER, "a number"));
     value->has_unit = at_unit(parser);
     if (value->has_unit)
-        RMAP_TRY(parse_unit(parser, dimension, &value->factor));
+        RMAP_TRY(parse_unit(parser, dimension, own, &value->factor));
 out:
     return st;
 }
@@ -109,14 +111,14 @@ static double value_in(const struct value *value, const struct unit_factor *fact
 }
 
 enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                  struct rmap_interval *interval)
+                                  double own, struct rmap_interval *interval)
 {
     enum rmap_status st = RMAP_OK;
     struct value low, high;
     struct rmap_token begin = parser->token;
-    RMAP_TRY(parse_value(parser, dimension, &low));
+    RMAP_TRY(parse_value(parser, dimension, own, &low));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_RANGE, "'..' and the end of the range"));
-    RMAP_TRY(parse_value(parser, dimension, &high));
+    RMAP_TRY(parse_value(parser, dimension, own, &high));
     /* In `10..20 um` the unit is meant for both. */
     interval->low = value_in(&low, low.has_unit ? &low.factor : &high.factor);
     interval->high = value_in(&high, &high.factor);
@@ -137,13 +139,14 @@ enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimen
 {
     enum rmap_status st = RMAP_OK;
     const double infinity = (double)INFINITY;
+    const double own = rmap_unit_size_of(parser->criterion->scene, dimension);
     enum rmap_token_kind relation = parser->token.kind;
     *interval = (struct rmap_interval){-infinity, infinity, relation == RMAP_TOKEN_NE};
     RMAP_TRY(rmap_parser_advance(parser));
     if (relation == RMAP_TOKEN_WORD)
-        return rmap_parse_range(parser, dimension, interval);
+        return rmap_parse_range(parser, dimension, own, interval);
     struct value value;
-    RMAP_TRY(parse_value(parser, dimension, &value));
+    RMAP_TRY(parse_value(parser, dimension, own, &value));
     double v = value_in(&value, &value.factor);
     if (relation == RMAP_TOKEN_LT)
         interval->high = nextafter(v, -infinity);
@@ -215,7 +218,9 @@ static enum rmap_status parse_coordinates(struct rmap_parser *parser, enum rmap_
             break;
         }
         RMAP_TRY(RMAP_RESERVE(list->value, list->cap, list->n + 1, parser->err));
-        RMAP_TRY(parse_value(parser, dimension, &list->value[list->n]));
+        RMAP_TRY(parse_value(parser, dimension,
+                             rmap_unit_size_of(parser->criterion->scene, dimension),
+                             &list->value[list->n]));
         list->n++;
         if (parser->token.kind != RMAP_TOKEN_COMMA)
             break;

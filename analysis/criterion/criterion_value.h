@@ -9,9 +9,22 @@
 
 bool rmap_parser_at_comparison(const struct rmap_parser *parser);
 
-/* `a..b`, a unit behind b meant for both where a has none. */
+/* Size of the unit in which a map has numbers of this dimension: in m, degrees, s, W or lm. */
+double rmap_unit_size_of(const struct rmap_scene *scene, enum rmap_dimension dimension);
+
+/* Whether numbers of the dimension may be in the unit; names of all that may, or why there are
+ * none.
+ */
+#define RMAP_UNITS_NBYTES 64
+bool rmap_unit_fits(const struct rmap_written_unit *unit, enum rmap_dimension dimension,
+                    const struct rmap_scene *scene);
+void rmap_unit_list(enum rmap_dimension dimension, const struct rmap_scene *scene,
+                    char list[RMAP_UNITS_NBYTES]);
+
+/* `a..b`, a unit behind b meant for both where a has none. own: size of the unit that the interval
+ * is in, and bare numbers are. */
 enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                  struct rmap_interval *interval) RMAP_MUST_USE;
+                                  double own, struct rmap_interval *interval) RMAP_MUST_USE;
 
 /* Comparison with a value, or `in` with a range. */
 enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,

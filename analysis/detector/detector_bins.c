@@ -187,7 +187,7 @@ static enum rmap_status read_range(const struct rmap_scene *scene, enum rmap_dim
     struct rmap_interval interval;
     RMAP_TRY(rmap_criterion_check_utf8(text, err));
     RMAP_TRY(rmap_parser_advance(&parser));
-    RMAP_TRY(rmap_parse_range(&parser, dimension, &interval));
+    RMAP_TRY(rmap_parse_range(&parser, dimension, rmap_unit_size_of(scene, dimension), &interval));
     if (parser.token.kind != RMAP_TOKEN_END)
         RMAP_TRY(rmap_parser_expected(&parser, "the end"));
     *low = interval.low;

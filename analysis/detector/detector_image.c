@@ -6,6 +6,7 @@
 
 #include "analysis/detector/detector_image.h"
 #include "analysis/table/csv_field.h"
+#include "analysis/table/flux_error.h"
 #include "analysis/table/text_table.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
@@ -32,19 +33,9 @@ static void name_units(struct rmap_detector_image *image, bool luminous)
 static void add_flux(const struct rmap_map *map, size_t source, double w, double w2, double *flux,
                      double *variance)
 {
-    double n = rmap_map_emitted(map)[source];
-    double unit = rmap_map_flux_per_weight(map)[source];
-    double spread = w2 - w * w / n;
     *flux += rmap_map_flux(map, source, w);
-    /* Below 0 beyond rounding: a tally with more registrations than rays, which cannot be of a ray
-     * each. Of how many they are it does not know, so neither the error. */
-    const int known = n >= 2 && spread >= -1e-9 * w2;
-    *variance += known ? unit * unit * n / (n - 1) * spread : (double)NAN;
-}
-
-static double error_of(double variance)
-{
-    return isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
+    *variance += rmap_flux_variance_if_rays(rmap_map_flux_per_weight(map)[source],
+                                            rmap_map_emitted(map)[source], w, w2);
 }
 
 /* Sources of an image, [first, last). */
@@ -64,7 +55,7 @@ static void channel_value(const struct rmap_map *map, const struct rmap_detector
         add_flux(map, s, (double)share[0] / 65535.0,
                  (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
     }
-    *error = error_of(variance);
+    *error = rmap_flux_error(variance);
 }
 
 /* The same of what is seen of it, in lm. */
@@ -87,7 +78,8 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
             image->rays[c] += w[0];
         }
         uint32_t i = (uint32_t)(c % image->n[0]);
-        double extent = rmap_detector_bins_extent(&image->bins, i), error = error_of(variance);
+        double extent = rmap_detector_bins_extent(&image->bins, i),
+               error = rmap_flux_error(variance);
         if (sums->ask.luminous)
             luminous_value(map, sums, (struct sources){0, sums->n_source}, c, &flux, &error);
         image->value[c] = flux / extent;
@@ -124,18 +116,15 @@ static void fill_centroid(struct rmap_detector_image *image, const struct rmap_m
                                       0.0));
 }
 
-/* Of these sources together. */
+/* Flux of these sources together. */
 static void total_of(const struct rmap_map *map, const struct rmap_detector_sums *sums,
                      struct sources of, struct rmap_detector_share *total)
 {
     double variance = 0.0;
     *total = (struct rmap_detector_share){0.0, 0.0, 0.0};
-    for (size_t s = of.first; s < of.last; s++) {
+    for (size_t s = of.first; s < of.last; s++)
         add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &total->flux, &variance);
-        for (size_t c = 0; c < sums->n_cell; c++)
-            total->registrations += sums->weight[s * sums->n_cell + c];
-    }
-    total->flux_error = error_of(variance);
+    total->flux_error = rmap_flux_error(variance);
     if (sums->ask.luminous)
         luminous_value(map, sums, of, sums->n_cell, &total->flux, &total->flux_error);
 }
@@ -146,8 +135,11 @@ static void fill_totals(struct rmap_detector_image *image, const struct rmap_map
     struct rmap_detector_share all;
     double extent = rmap_detector_bins_whole(&image->bins);
     total_of(map, sums, (struct sources){0, sums->n_source}, &all);
-    for (size_t s = 0; s < sums->n_source; s++)
+    for (size_t s = 0; s < sums->n_source; s++) {
         total_of(map, sums, (struct sources){s, s + 1}, &image->source[s]);
+        for (size_t c = 0; c < sums->n_cell; c++)
+            image->source[s].registrations += sums->weight[s * sums->n_cell + c];
+    }
     image->flux = all.flux;
     image->flux_error = all.flux_error;
     image->mean = image->flux / extent;
@@ -215,14 +207,23 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
     name_units(image, sums->ask.luminous);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
-    RMAP_TRY(rmap_uniformity_find(image->value, image->standard_error, sums->n_cell, image->mean,
-                                  &image->uniformity, err));
     RMAP_TRY(fill_channels(image, map, sums, err));
     *image_ret = image;
     image = NULL;
 out:
     rmap_detector_image_destroy(image);
     return st;
+}
+
+enum rmap_status rmap_detector_image_find_uniformity(struct rmap_detector_image *image,
+                                                     struct rmap_error *err)
+{
+    image->uniformity = rmap_alloc(1, sizeof *image->uniformity);
+    if (!image->uniformity)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the uniformity of an image");
+    return rmap_uniformity_find(image->value, image->standard_error,
+                                (size_t)image->n[0] * image->n[1], image->mean, image->uniformity,
+                                err);
 }
 
 void rmap_detector_image_destroy(struct rmap_detector_image *image)
@@ -233,6 +234,7 @@ void rmap_detector_image_destroy(struct rmap_detector_image *image)
     rmap_free(image->standard_error);
     rmap_free(image->rays);
     rmap_free(image->source);
+    rmap_free(image->uniformity);
     rmap_free(image->rgb);
     rmap_free(image->cube);
     rmap_free(image->cube_error);
@@ -321,8 +323,8 @@ static void print_biased(const char *name, const struct rmap_biased *of, const c
 
 static void print_uniformity(const struct rmap_detector_image *image, FILE *out)
 {
-    const struct rmap_uniformity *of = &image->uniformity;
-    if (!(image->registrations > 0.0) || image->n[0] * image->n[1] < 2)
+    const struct rmap_uniformity *of = image->uniformity;
+    if (!of || !(image->registrations > 0.0) || image->n[0] * image->n[1] < 2)
         return;
     const size_t n_cell = (size_t)image->n[0] * image->n[1];
     size_t n_empty = 0;
@@ -437,14 +439,24 @@ static json_t *biased_json(const struct rmap_biased *of)
                      rmap_json_number(of->standard_error), "bias", rmap_json_number(of->bias));
 }
 
-static void describe_cells(const struct rmap_detector_image *image, json_t *document)
+static void describe_uniformity(const struct rmap_uniformity *of, json_t *document)
 {
-    const struct rmap_uniformity *of = &image->uniformity;
-    json_t *percentiles = json_array(), *sources = json_array();
+    json_t *percentiles = json_array();
     for (int k = 0; k < RMAP_PERCENTILES; k++)
         (void)json_array_append_new(percentiles,
                                     json_pack("{s:i, s:o}", "percent", rmap_percentile[k], "value",
                                               rmap_json_number(of->percentile[k])));
+    (void)json_object_set_new(document, "least", biased_json(&of->least));
+    (void)json_object_set_new(document, "greatest", biased_json(&of->greatest));
+    (void)json_object_set_new(document, "percentiles", percentiles);
+    (void)json_object_set_new(
+        document, "uniformity",
+        json_pack("{s:o, s:o}", "U0", biased_json(&of->u0), "Ud", biased_json(&of->ud)));
+}
+
+static void describe_sources(const struct rmap_detector_image *image, json_t *document)
+{
+    json_t *sources = json_array();
     for (size_t s = 0; s < image->scene->n_source; s++) {
         const struct rmap_detector_share *share = &image->source[s];
         (void)json_array_append_new(
@@ -453,12 +465,6 @@ static void describe_cells(const struct rmap_detector_image *image, json_t *docu
                                rmap_json_number(share->flux), "standard_error",
                                rmap_json_number(share->flux_error)));
     }
-    (void)json_object_set_new(document, "least", biased_json(&of->least));
-    (void)json_object_set_new(document, "greatest", biased_json(&of->greatest));
-    (void)json_object_set_new(document, "percentiles", percentiles);
-    (void)json_object_set_new(
-        document, "uniformity",
-        json_pack("{s:o, s:o}", "U0", biased_json(&of->u0), "Ud", biased_json(&of->ud)));
     (void)json_object_set_new(document, "sources", sources);
 }
 
@@ -483,7 +489,9 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
         rmap_json_number(image->mean_error), "peak", peak);
     if (!document)
         return NULL;
-    describe_cells(image, document);
+    if (image->uniformity)
+        describe_uniformity(image->uniformity, document);
+    describe_sources(image, document);
     describe_bins(image, document);
     describe_channels(image, document);
     if (image->registrations == 0.0)

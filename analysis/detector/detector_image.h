@@ -38,7 +38,7 @@ struct rmap_detector_image {
     uint32_t peak_cell[2];
     double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
     double registrations;
-    struct rmap_uniformity uniformity;  /* of the cells */
+    struct rmap_uniformity *uniformity; /* of the cells, where it was asked for; else NULL */
     struct rmap_detector_share *source; /* [n_source of scene] */
     double centroid[2], rms_radius;     /* of planes, where asked for; else NaN */
 
@@ -53,6 +53,10 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
                                             struct rmap_detector_image **image_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_detector_image_destroy(struct rmap_detector_image *image);
+
+/* Fills image->uniformity. */
+enum rmap_status rmap_detector_image_find_uniformity(struct rmap_detector_image *image,
+                                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Centre of cell (i, j) on the detector: over the area in the scene's unit from its centre, over
  * directions theta and phi in degrees. */

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "analysis/detector/spot.h"
+#include "analysis/table/flux_error.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
 
@@ -30,18 +31,12 @@ static double product(const struct totals *totals, size_t source, size_t j, size
     return moment(totals, source, RMAP_SPOT_VECTOR + row + high - low);
 }
 
-static double error_of(double variance)
-{
-    return isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
-}
-
 /* One source's part of the variance of a sum whose terms u have these sums. */
 static double part(const struct totals *totals, size_t source, double u, double uu)
 {
-    const double n = totals->emitted[source], flux = totals->flux[source];
     if (!(moment(totals, source, 0) > 0.0)) /* no light of it here */
         return 0.0;
-    return n < 2.0 ? (double)NAN : flux * flux * n / (n - 1.0) * (uu - u * u / n);
+    return rmap_flux_variance(totals->flux[source], totals->emitted[source], u, uu);
 }
 
 /* Standard error of an estimate to which a ray with vector v contributes c . v. */
@@ -57,7 +52,7 @@ static double error_along(const struct totals *totals, const double c[RMAP_SPOT_
         }
         variance += part(totals, s, u, uu);
     }
-    return error_of(variance);
+    return rmap_flux_error(variance);
 }
 
 static void fill_moments(const struct totals *totals, struct rmap_spot *spot)
@@ -131,7 +126,7 @@ static double fraction_error(const struct rings *rings, double fraction)
             in[1] - 2.0 * fraction * in[2] + fraction * fraction * product(totals, s, 0, 0);
         variance += part(totals, s, u / T, uu / (T * T));
     }
-    return error_of(variance);
+    return rmap_flux_error(variance);
 }
 
 /* Radius within which `fraction` of the light lies; its error as a fraction's if wanted. */
@@ -221,7 +216,7 @@ static struct rmap_estimate modulation(const struct totals *totals, size_t k)
                           2.0 * M * (c * w[5] + si * w[6]) + M * M * product(totals, s, 0, 0);
         variance += part(totals, s, u / T, uu / (T * T));
     }
-    return (struct rmap_estimate){M, error_of(variance)};
+    return (struct rmap_estimate){M, rmap_flux_error(variance)};
 }
 
 /* ---- all of it ---- */

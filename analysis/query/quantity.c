@@ -5,7 +5,6 @@
  */
 #include "analysis/query/quantity.h"
 
-#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -237,7 +236,7 @@ static void plan(struct rmap_quantities *self, bool has_detector)
     for (size_t i = 0; i < self->n; i++) {
         struct rmap_quantity *quantity = &self->of[i];
         quantity->unit = unit_of(self->scene, quantity->dimension);
-        quantity->scale = 1.0;
+        quantity->unit_size = rmap_unit_size_of(self->scene, quantity->dimension);
         self->columns |= columns_of(quantity);
         self->spreads = self->spreads || (quantity->kind == RMAP_QUANTITY_RAY_NUMBER &&
                                           quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH);
@@ -342,47 +341,20 @@ void rmap_quantities_destroy(struct rmap_quantities *self)
     rmap_free(self);
 }
 
-static bool fits(const struct rmap_written_unit *unit, const struct rmap_quantities *self,
-                 enum rmap_dimension dimension)
-{
-    const bool is_length =
-        dimension == RMAP_DIMENSION_LENGTH || dimension == RMAP_DIMENSION_WAVELENGTH;
-    return unit->in_criteria &&
-           unit->dimension == (is_length ? RMAP_DIMENSION_LENGTH : dimension) &&
-           (dimension != RMAP_DIMENSION_FLUX ||
-            unit->lumens == (self->scene->flux_unit == RMAP_FLUX_LM));
-}
-
 enum rmap_status rmap_quantity_set_unit(struct rmap_quantities *self, size_t index,
                                         const char *name, struct rmap_error *err)
 {
     struct rmap_quantity *quantity = &self->of[index];
-    const struct rmap_written_unit *unit = rmap_unit_named(name, strlen(name)), *other;
-    const double own = quantity->dimension == RMAP_DIMENSION_LENGTH       ? self->scene->unit_m
-                       : quantity->dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
-                                                                          : 1.0;
-    if (unit && fits(unit, self, quantity->dimension)) {
+    const struct rmap_written_unit *unit = rmap_unit_named(name, strlen(name));
+    char units[RMAP_UNITS_NBYTES];
+    if (unit && rmap_unit_fits(unit, quantity->dimension, self->scene)) {
         quantity->unit = unit->name;
-        quantity->scale = own / unit->size;
+        quantity->unit_size = unit->size;
         return RMAP_OK;
     }
-    char list[128] = "";
-    size_t at = 0;
-    for (size_t i = 0; (other = rmap_unit_at(i)) != NULL && at < sizeof list; i++)
-        if (fits(other, self, quantity->dimension))
-            at += (size_t)snprintf(list + at, sizeof list - at, "%s%s", at ? " " : "", other->name);
-    return rmap_error_set(err, RMAP_USAGE, "--unit '%.20s': %s %s%s", name, quantity->name,
-                          at ? "is in one of: " : "is a plain number", list);
-}
-
-/* A letter that is not of an exponent. */
-static bool has_unit(const char *text)
-{
-    for (const char *c = text; *c; c++)
-        if (isalpha((unsigned char)*c) && !((*c == 'e' || *c == 'E') && c > text &&
-                                            (isdigit((unsigned char)c[-1]) || c[-1] == '.')))
-            return true;
-    return false;
+    rmap_unit_list(quantity->dimension, self->scene, units);
+    return rmap_error_set(err, RMAP_USAGE, "--unit '%.20s' is no unit of %s (%s)", name,
+                          quantity->name, units);
 }
 
 enum rmap_status rmap_quantity_range(const struct rmap_quantities *self, size_t index,
@@ -392,13 +364,13 @@ enum rmap_status rmap_quantity_range(const struct rmap_quantities *self, size_t 
     enum rmap_status st = RMAP_OK;
     struct rmap_interval interval;
     struct making making = {.parser = {.criterion = self->holder}};
-    const double scale = has_unit(text) ? self->of[index].scale : 1.0; /* bare: in its unit */
     RMAP_TRY(begin(&making, text, err));
-    RMAP_TRY(rmap_parse_range(&making.parser, self->of[index].dimension, &interval));
+    RMAP_TRY(rmap_parse_range(&making.parser, self->of[index].dimension, self->of[index].unit_size,
+                              &interval));
     if (making.parser.token.kind != RMAP_TOKEN_END)
         RMAP_TRY(rmap_parser_expected(&making.parser, "the end"));
-    range[0] = interval.low * scale;
-    range[1] = interval.high * scale;
+    range[0] = interval.low;
+    range[1] = interval.high;
 out:
     if (st == RMAP_INPUT) {
         rmap_criterion_relabel(option, err);

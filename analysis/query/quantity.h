@@ -38,7 +38,7 @@ enum rmap_quantity_kind {
 struct rmap_quantity {
     char *name;       /* as written: "x(sensor)" */
     const char *unit; /* "mm"; "" of a plain number */
-    double scale;     /* of stored values, to that unit */
+    double unit_size; /* in m, degrees, s, W or lm */
     enum rmap_dimension dimension;
     enum rmap_quantity_kind kind;
     bool is_whole; /* its values are whole numbers */

@@ -8,6 +8,7 @@
 
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/criterion_value.h"
 #include "analysis/query/quantity.h"
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
@@ -371,9 +372,10 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         RMAP_TRY(find_rays(&search, err));
     for (size_t i = 0; i < self->n && readings->n > 0; i++) {
         RMAP_TRY(read_values(&search, &self->of[i], readings->value[i], err));
-        const bool is_scaled = self->of[i].scale < 1.0 || self->of[i].scale > 1.0;
-        for (size_t k = 0; is_scaled && k < readings->n; k++)
-            readings->value[i][k] *= self->of[i].scale;
+        const double scale =
+            rmap_unit_size_of(self->scene, self->of[i].dimension) / self->of[i].unit_size;
+        for (size_t k = 0; scale != 1.0 && k < readings->n; k++)
+            readings->value[i][k] *= scale;
     }
     keep_defined(self, readings);
 out:

@@ -9,6 +9,7 @@
 #include "analysis/query/query.h"
 #include "analysis/query/query_collect.h"
 #include "analysis/query/query_outcomes.h"
+#include "analysis/table/flux_error.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "io/map/map_cursor.h"
@@ -219,15 +220,11 @@ void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map,
     const double *flux_per_weight = rmap_map_flux_per_weight(map);
     double flux = 0.0, variance = 0.0;
     for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++) {
-        double n = emitted[s], w = count->source_weight[s];
+        double w = count->source_weight[s];
         double w2 = count->source_weight_squared[s];
         flux += rmap_map_flux(map, s, w);
-        variance += n < 2
-                        ? (double)NAN
-                        : flux_per_weight[s] * flux_per_weight[s] * n / (n - 1) * (w2 - w * w / n);
+        variance += rmap_flux_variance(flux_per_weight[s], emitted[s], w, w2);
     }
     *flux_ret = flux;
-    *standard_error_ret = sqrt(fmax(variance, 0.0));
-    if (isnan(variance))
-        *standard_error_ret = (double)NAN;
+    *standard_error_ret = rmap_flux_error(variance);
 }

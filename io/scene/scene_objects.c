@@ -401,7 +401,7 @@ static bool read_copies(struct rmap_reader *reader, const struct rmap_yaml_node 
     static const struct rmap_range whole = {1, COPIES_MAX, "a whole number from 1 to 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "copies");
     size_t n_count = 0, n_step = 0;
-    *copies = (struct copies){{1, 1, 1}, {0, 0, 0}, 1};
+    *copies = (struct copies){{1, 1, 1}, {0, 0, 0}, 0};
     if (!rmap_reader_check_map(reader, given, "copies", "count step"))
         return false;
     bool good = rmap_reader_numbers(reader, given, "count", RMAP_REQUIRED, &whole, 1, 3,
@@ -418,14 +418,13 @@ static bool read_copies(struct rmap_reader *reader, const struct rmap_yaml_node 
                           n_count, n_step);
     else if (!good || n > COPIES_MAX)
         rmap_reader_error(reader, given,
-                          "'count' must be whole numbers, for 1,000,000 copies at "
-                          "most");
+                          "'count' must be whole numbers, for 1,000,000 copies at most");
     else if (rmap_yaml_get(node, "id"))
         rmap_reader_error(reader, rmap_yaml_get(node, "id"),
                           "copies have ids of their own: leave 'id' out");
     else
         copies->n = (size_t)n;
-    return n_count == n_step && good && n <= COPIES_MAX && !rmap_yaml_get(node, "id");
+    return copies->n > 0;
 }
 
 /* A group of the item's name, with the copies name.1, name.2, ..., x first. A mistake in the item

@@ -194,7 +194,6 @@ enum rmap_status rmap_ghost_list_find(const struct rmap_context *context,
         st = rmap_path_order_init(&f.order, scene, err);
     RMAP_TRY(rmap_agree(context, st, err));
     list->detector = &scene->detector[detector];
-    list->length_unit = scene->unit;
     f.list = list;
     f.matrix = (struct rmap_path_matrix){.map = map,
                                          .keys = f.keys,
@@ -250,17 +249,18 @@ void rmap_ghost_list_take(struct rmap_ghost_list *list, size_t row,
     list->quantity = image->quantity;
     list->unit = image->unit;
     list->flux_unit = image->flux_unit;
+    list->place_unit = rmap_detector_image_coordinate_unit(image);
 }
 
 /* "lens.5 then lens.3", "direct image", "4 reflections", "9 or more reflections" */
-static void name_of(const struct rmap_ghost *ghost, char text[64])
+static void add_name(struct rmap_text_table *table, const struct rmap_ghost *ghost)
 {
-    if (ghost->order == 0)
-        (void)snprintf(text, 64, "direct image");
+    if (ghost->surfaces || ghost->order == 0)
+        rmap_text_table_add(table, "%s", ghost->surfaces ? ghost->surfaces : "direct image");
     else
-        (void)snprintf(text, 64, "%" PRIu32 "%s reflection%s", ghost->order,
-                       ghost->order >= RMAP_PATH_ORDER_MOST ? " or more" : "",
-                       ghost->order > 1 ? "s" : "");
+        rmap_text_table_add(table, "%" PRIu32 "%s reflection%s", ghost->order,
+                            ghost->order >= RMAP_PATH_ORDER_MOST ? " or more" : "",
+                            ghost->order > 1 ? "s" : "");
 }
 
 static double ratio_of(const struct rmap_ghost_list *list, const struct rmap_ghost *ghost)
@@ -279,10 +279,8 @@ static void add_number(struct rmap_text_table *table, double value, int digits)
 static void add_row(const struct rmap_ghost_list *list, size_t row, struct rmap_text_table *table)
 {
     const struct rmap_ghost *ghost = &list->ghost[row];
-    char name[64];
-    name_of(ghost, name);
     rmap_text_table_add(table, "%zu", row);
-    rmap_text_table_add(table, "%s", ghost->surfaces ? ghost->surfaces : name);
+    add_name(table, ghost);
     add_number(table, ghost->registrations, 10);
     add_number(table, ghost->flux, 4);
     add_number(table, ghost->flux_error, 2);
@@ -307,8 +305,7 @@ enum rmap_status rmap_ghost_list_print(const struct rmap_ghost_list *list, FILE 
     for (size_t row = 0; row < list->n; row++)
         add_row(list, row, &table);
     fprintf(out, "%s: flux in %s, peak %s in %s, places and sizes in %s\n", list->detector->name,
-            list->flux_unit, list->quantity, list->unit,
-            isfinite(list->ghost[0].rms_radius) ? list->length_unit : "its own units");
+            list->flux_unit, list->quantity, list->unit, list->place_unit);
     RMAP_TRY(rmap_text_table_print(&table, "rlrrrrrrrrr", out, err));
     if (list->n_left > 0)
         fprintf(out, "and %zu pairs more: %.4g %s\n", list->n_left, list->flux_left,
@@ -327,7 +324,7 @@ void rmap_ghost_list_csv(const struct rmap_ghost_list *list, FILE *out)
             "# detector: %s\n# flux: %s; %s: %s; places: %s\n"
             "number,order,surfaces,registrations,flux,standard_error,ratio,peak,"
             "peak_standard_error,peak_x,peak_y,centroid_x,centroid_y,rms_radius,criterion\n",
-            list->detector->name, list->flux_unit, list->quantity, list->unit, list->length_unit);
+            list->detector->name, list->flux_unit, list->quantity, list->unit, list->place_unit);
     for (size_t row = 0; row < list->n; row++) {
         const struct rmap_ghost *ghost = &list->ghost[row];
         const double number[] = {ghost->peak_x, ghost->peak_y, ghost->centroid[0],
@@ -366,6 +363,6 @@ json_t *rmap_ghost_list_json(const struct rmap_ghost_list *list)
     }
     return json_pack("{s:s, s:s, s:s, s:s, s:s, s:o, s:{s:I, s:o}}", "detector",
                      list->detector->name, "flux_unit", list->flux_unit, "quantity", list->quantity,
-                     "unit", list->unit, "length_unit", list->length_unit, "rows", rows, "rest",
+                     "unit", list->unit, "length_unit", list->place_unit, "rows", rows, "rest",
                      "pairs", (json_int_t)list->n_left, "flux", rmap_json_number(list->flux_left));
 }

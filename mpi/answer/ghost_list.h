@@ -26,10 +26,10 @@ struct rmap_ghost {
 struct rmap_ghost_list {
     struct rmap_ghost *ghost; /* [n], the direct image first */
     size_t n;
-    size_t n_left;                                         /* pairs beyond the first `top` */
-    double flux_left;                                      /* of these */
-    const struct rmap_detector *detector;                  /* borrowed from the map */
-    const char *length_unit, *quantity, *unit, *flux_unit; /* as those of an image */
+    size_t n_left;                                        /* pairs beyond the first `top` */
+    double flux_left;                                     /* of these */
+    const struct rmap_detector *detector;                 /* borrowed from the map */
+    const char *place_unit, *quantity, *unit, *flux_unit; /* as those of an image */
 };
 
 /* Collective, a scan of the map; the same on all ranks, with names and criteria. criterion: NULL:

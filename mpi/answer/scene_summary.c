@@ -159,17 +159,16 @@ static void print_gradients(const struct rmap_scene *scene, FILE *out)
 static void print_lenses(const struct rmap_scene *scene, FILE *out)
 {
     const int channel = middle_channel(scene);
-    const bool spectral = scene->channels.mode == RMAP_COLOUR_SPECTRAL;
     struct rmap_paraxial p;
+    char light[32] = "";
     size_t n = 0;
+    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        (void)snprintf(light, sizeof light, " at %.6g nm", scene->channels.wavelength_nm[channel]);
     for (size_t g = 0; g < scene->n_group && n < SHOWN_MAX; g++) {
         if (!rmap_paraxial_of(scene, (int32_t)g, channel, &p))
             continue;
-        fprintf(out, n++ == 0 ? "  lenses, first order" : "");
-        if (n == 1 && spectral)
-            fprintf(out, " at %.6g nm", scene->channels.wavelength_nm[channel]);
-        if (n == 1)
-            fprintf(out, ", %s\n", scene->unit);
+        if (n++ == 0)
+            fprintf(out, "  lenses, first order%s, %s\n", light, scene->unit);
         fprintf(out, "    %s: ", scene->group[g].name);
         if (isinf(p.focal_length)) {
             fputs("no power\n", out);

@@ -424,6 +424,8 @@ static enum rmap_status run_detector(const struct rmap_context *context,
         RMAP_TRY(rmap_image_scan(context, map, &choice, &sums, err));
     if (context->rank == 0)
         st = rmap_detector_image_create(map, &sums, &answer.image, err);
+    if (st == RMAP_OK && context->rank == 0)
+        st = rmap_detector_image_find_uniformity(answer.image, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (answer.image)
         answer.image->which = selected.which;

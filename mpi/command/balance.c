@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "analysis/table/flux_error.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/export/json_number.h"
@@ -164,7 +165,6 @@ struct caught {
     double registrations, flux, error;
 };
 
-/* Errors as those of a detector's image (docs/physics.md). */
 static struct caught caught_by(const struct rmap_tally *tally, size_t detector)
 {
     const struct rmap_scene *scene = tally->scene;
@@ -179,9 +179,9 @@ static struct caught caught_by(const struct rmap_tally *tally, size_t detector)
                      w2 = sum(tally->image_squared + (image - tally->image), n_cell);
         all.registrations += w;
         all.flux += unit * w;
-        variance += n >= 2.0 ? unit * unit * n / (n - 1.0) * (w2 - w * w / n) : (double)NAN;
+        variance += rmap_flux_variance_if_rays(unit, n, w, w2);
     }
-    all.error = variance >= 0.0 ? sqrt(variance) : (double)NAN;
+    all.error = rmap_flux_error(variance);
     return all;
 }
 
