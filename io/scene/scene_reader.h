@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * What the parts of the scene reader (scene_*.c, one per section of the file) share: the reader's
- * state, typed access to YAML values with complaints that say where and what to do, and names.
+ * state, complaints that say where and what to do, names; typed values are in scene_values.h.
  *
  * A mistake is put into the diagnostics and reading goes on, with the broken item kept under its
  * name so that nothing else complains about it; the scene is thrown away in the end. That memory
@@ -14,10 +14,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/unit.h"
 #include "io/file/diagnostics.h"
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
+#include "io/scene/scene_values.h"
 #include "io/scene/yaml_tree.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
@@ -112,8 +112,6 @@ struct rmap_reader {
     void *arena;                            /* blocks that live as long as the reader */
 };
 
-/* ---- scene_reader.c: values ---- */
-
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                        const char *format, ...) RMAP_PRINTF(3, 4);
 void rmap_reader_warn(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -130,6 +128,8 @@ struct rmap_words {
     char text[400];
 };
 void rmap_words_split(const char *text, struct rmap_words *words);
+/* "a, b, c", as far as there is room. */
+void rmap_words_list(const char *const *word, size_t n_word, char *text, size_t nbytes);
 
 /* False, with a complaint, when node is no mapping. Complains about keys that are not known: words,
  * or an array of them. */
@@ -139,62 +139,6 @@ bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_n
                             const char *what, const char *const *known, size_t n_known);
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
-
-enum rmap_need { RMAP_OPTIONAL, RMAP_REQUIRED };
-
-/* Closed range; the text completes "'key' must be ...". Of a dimension that has units, they may
- * stand behind the number, which is brought to the one of the scene. */
-struct rmap_range {
-    double from, to;
-    const char *text;
-    enum rmap_dimension dimension;
-};
-extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
-    rmap_range_share, rmap_range_length, rmap_range_positive_length, rmap_range_nonnegative_length,
-    rmap_range_angle, rmap_range_wavelength, rmap_range_temperature, rmap_range_curvature,
-    rmap_range_attenuation, rmap_range_size; /* a length, of what positions can reach */
-
-/* All of these: false after a complaint (or when a required key is missing, complained of);
- * true with *value untouched when an optional key is absent. */
-bool rmap_reader_number(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const struct rmap_range *range,
-                        double *value);
-bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                       const char *key, uint64_t from, uint64_t to, uint64_t *value);
-bool rmap_reader_bool(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      bool *value);
-bool rmap_reader_vec3(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      const struct rmap_range *range, struct rmap_vec3 *value);
-/* The same, of length 1; zero is refused. */
-bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                           const char *key, struct rmap_vec3 *value);
-/* n_min to n_max numbers, or a single one standing alone when n_min is 1. *n_ret numbers. */
-bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                         const char *key, enum rmap_need need, const struct rmap_range *range,
-                         size_t n_min, size_t n_max, double *value, size_t *n_ret);
-/* One of the words, as a text or as an array; *choice_ret its index. */
-bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const char *words, int *choice_ret);
-bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const char *const *word,
-                        size_t n_word, int *choice_ret);
-/* NULL when absent or wrong. */
-const char *rmap_reader_text(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                             const char *key, enum rmap_need need);
-/* A name that people and criteria can write; RMAP_UNNAMED after a complaint. */
-const char *rmap_reader_name(struct rmap_reader *reader, const struct rmap_yaml_node *map);
-bool rmap_reader_check_name(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                            const char *name);
-
-/* The number that a scalar node is; `what` names it in the complaint. */
-bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        const char *what, const struct rmap_range *range, double *value);
-/* A whole text as a finite number, in the notation of YAML and C, no hexadecimal. */
-bool rmap_reader_parse_number(const char *text, size_t len, double *value);
-/* The same of a wavelength in nm, or with its unit. */
-bool rmap_reader_parse_wavelength(const char *text, double *nm_ret);
-/* "60 s" -> 60 and "s"; the unit may be empty. Borrowed from text. */
-bool rmap_reader_parse_quantity(const char *text, double *value, const char **unit_ret);
 
 /* The scene cannot be read, for what reader->failure says; for want of memory. */
 void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);
@@ -219,8 +163,6 @@ bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *c
 
 #define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
-/* ---- scene_reader.c ---- */
-
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
 enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int32_t kind,
                                 int32_t index, int32_t line, struct rmap_error *err) RMAP_MUST_USE;
@@ -239,10 +181,6 @@ void rmap_reader_add_member(struct rmap_reader *reader, const char *name, enum r
 int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *names,
                          const char *what, const struct rmap_yaml_node *at, const char *text);
 
-/* ---- the sections ---- */
-
-/* Finds the chosen simulation before anything else is read. */
-
 /* What takes part: [n_object], [n_source], [n_detector]. */
 struct rmap_keep {
     bool *object, *source, *detector;
@@ -251,9 +189,6 @@ struct rmap_keep {
 void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep);
 
 /* ---- shared between sections ---- */
-
-/* Unit x, y, z axes of a placement; orthogonal only if it has no shear. */
-/* The orthonormal frame that keeps the placement's z, origin and handedness. */
 
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
 void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -269,8 +204,6 @@ struct rmap_object_side {
     const struct rmap_affine *to_world; /* frame of the medium's `frame: object` */
     bool closes;
 };
-/* Once all names are known: frames by name, and media that need one. */
-
 /* Objects as they are made. */
 struct rmap_object_plan {
     const char *name;

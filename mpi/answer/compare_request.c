@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "mpi/answer/compare_write.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/output.h"
 
 /* Index of a word in a list that ends with NULL. RMAP_USAGE with the nearest one. */

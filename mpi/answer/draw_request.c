@@ -11,6 +11,7 @@
 
 #include "base/alloc.h"
 #include "mpi/answer/page_run.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/output.h"
 
 enum { DEFAULT_LIMIT = 300, LARGEST_LIMIT = 1000000 };

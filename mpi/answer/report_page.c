@@ -11,6 +11,7 @@
 #include "analysis/report/run_report.h"
 #include "io/file/whole_file.h"
 #include "io/map/map_json.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/map_name.h"

@@ -12,6 +12,7 @@
 
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/output.h"
 
 static void free_list(char **list, size_t n)

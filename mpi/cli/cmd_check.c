@@ -6,6 +6,7 @@
 
 #include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/mismatch.h"

@@ -12,6 +12,7 @@
 #include "io/map/map_reader.h"
 #include "io/map/map_run.h"
 #include "io/write/index_writer.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"

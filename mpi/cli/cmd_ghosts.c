@@ -13,6 +13,7 @@
 #include "io/map/map_json.h"
 #include "mpi/answer/detector_out.h"
 #include "mpi/answer/ghost_list.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/find_detector.h"
 #include "mpi/command/hint.h"

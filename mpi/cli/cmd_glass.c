@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "io/export/raster.h"
 #include "mpi/answer/glass_list.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/command.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/output.h"

@@ -14,6 +14,7 @@
 #include "io/file/diagnostics.h"
 #include "io/file/whole_file.h"
 #include "io/map/map_json.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/find_detector.h"
 #include "mpi/command/hint.h"

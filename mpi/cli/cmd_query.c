@@ -9,6 +9,7 @@
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_map_out.h"
 #include "mpi/answer/query_rays_out.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"

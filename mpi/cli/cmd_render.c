@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/file/diagnostics.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/find_camera.h"
 #include "mpi/command/json_out.h"

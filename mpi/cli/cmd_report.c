@@ -14,6 +14,7 @@
 #include "analysis/report/ray_report_print.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/report_page.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"

@@ -16,6 +16,7 @@
 #include "io/export/json_memory.h"
 #include "io/file/diagnostics.h"
 #include "mpi/cli/manual.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/version_text.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/interrupt.h"

@@ -16,6 +16,7 @@
 #include "io/map/map_json.h"
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_rays_out.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/parallel/agree.h"

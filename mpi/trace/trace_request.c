@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "mpi/command/argument_numbers.h"
 #include "portion/ray_plan.h"
 
 const struct rmap_option rmap_trace_options[] = {

@@ -12,6 +12,7 @@
 #include "base/alloc.h"
 #include "base/workers.h"
 #include "bench.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
