@@ -23,6 +23,7 @@ struct rmap_fold_scanner {
     struct rmap_overlay_view *view;   /* NULL: no receivers */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
+    size_t n_alike; /* portions to come that are taken to be like one of which most rays crossed */
     const struct rmap_which *which; /* NULL: all registrations count */
     uint8_t *chosen;                /* [chosen_cap] */
     size_t chosen_cap;
@@ -128,23 +129,94 @@ static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched
     return st;
 }
 
+/* Columns of the portion in hand. */
+static enum rmap_status know(struct rmap_fold_scanner *self, rmap_column_set columns,
+                             const struct rmap_portion **portion_ret, struct rmap_error *err)
+{
+    return self->marker ? rmap_query_marker_know(self->marker, columns, portion_ret, err)
+                        : rmap_cursor_fetch(self->cursor, columns, err);
+}
+
+/* What one portion costs in vain is lost in so many. */
+enum { ALIKE = 16 };
+
+/* Of the rays that match, those that crossed a detector, into `match`. */
+static void keep_crossing(struct rmap_fold_scanner *self, const struct rmap_portion *portion,
+                          struct rmap_matched *rays)
+{
+    const size_t n = portion->n_row[RMAP_TABLE_RAY];
+    const int32_t detector = self->fold->only_detector - 1;
+    size_t row = 0;
+    for (size_t i = 0; i < n; i++) {
+        uint8_t crosses = 0;
+        for (const size_t end = row + portion->ray.registration_count[i]; row < end; row++)
+            crosses |= portion->registration.detector[row] == detector;
+        self->match[i] = crosses & (rays->match ? rays->match[i] : 1);
+    }
+    rays->match = self->match;
+    rays->n_match = rmap_count_ones(self->match, n);
+}
+
+/* Rays that must be traced again, where few of them can add anything: the portion becomes those,
+ * with all columns that the kind may ask for. NULL: it would not be of use. */
+static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_set columns,
+                                    struct rmap_matched *rays, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const rmap_column_set all = columns_of(self->fold) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
+    struct rmap_cursor *cursor = self->cursor;
+    rays->portion = NULL;
+    if (rays->view || !rmap_map_selects(self->fold->map, rays->index, columns))
+        goto out;
+    RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
+    if (self->fold->only_detector > 0 && self->n_alike > 0) {
+        self->n_alike--;
+    } else if (self->fold->only_detector > 0) {
+        RMAP_TRY(know(self,
+                      RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+                          RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector),
+                      &portion, err));
+        keep_crossing(self, portion, rays);
+        self->n_alike = rays->n_match > n / 2 ? ALIKE : 0;
+    }
+    if (!rays->match || rays->n_match == 0)
+        goto out;
+    if (self->marker)
+        RMAP_TRY(rmap_query_marker_cursor(self->marker, &cursor, err));
+    RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, err));
+    if (rays->portion) {
+        rays->match = NULL;
+        rays->scanner = NULL;
+    }
+out:
+    return st;
+}
+
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const rmap_column_set columns =
         self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
-    if (!self->marker) {
-        st = rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err);
-        return st == RMAP_OK ? rmap_cursor_fetch(self->cursor, columns, err) : st;
+    const struct rmap_portion *portion = NULL;
+    if (self->marker) {
+        RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
+        if (rays->n_match == 0)
+            goto out;
+        rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
+        RMAP_TRY(mark(self, rays, err));
+    } else {
+        RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &portion, err));
     }
-    RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
-    if (rays->n_match == 0)
-        goto out;
-    rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
-    RMAP_TRY(mark(self, rays, err));
+    rays->portion = portion;
     if (rays->n_match > 0)
-        st = rmap_query_marker_know(self->marker, columns, &rays->portion, err);
+        RMAP_TRY(select_rays(self, columns, rays, err));
+    if (rays->n_match == 0 || rays->portion)
+        goto out;
+    rays->portion = portion;
+    st = know(self, columns, &rays->portion, err);
 out:
     return st;
 }
@@ -155,9 +227,7 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
     const struct rmap_portion *portion;
     if (!rays->scanner || rays->scanner->view)
         return RMAP_OK;
-    if (!rays->scanner->marker)
-        return rmap_cursor_fetch(rays->scanner->cursor, columns, err);
-    return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
+    return know(rays->scanner, columns, &portion, err);
 }
 
 static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,

@@ -84,6 +84,8 @@ struct rmap_fold {
                                                read column by column: no index knows of them */
     rmap_column_set columns;                /* that the kind reads */
     rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
+    int32_t only_detector;    /* 1 + the detector without rows of which in /registration a ray adds
+                                 nothing;    0: any may add */
     const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
                                            criterion is compiled against its scene. NULL: none */
 };

@@ -210,29 +210,22 @@ static void place_own(const struct rmap_query_known *self, uint8_t *outcome)
 }
 
 enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t c,
-                                           uint8_t *outcome, bool *is_evaluated_ret,
+                                           uint8_t *outcome, bool *is_told_ret,
                                            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    bool is_told;
-    *is_evaluated_ret = false;
-    RMAP_TRY(look(self, c, &is_told, err));
-    if (!is_told)
+    RMAP_TRY(look(self, c, is_told_ret, err));
+    if (!*is_told_ret)
         goto out;
     const struct decision *decision = &self->decision[self->piece];
     const uint8_t *known = decision->outcome + c * (decision->n_path + 1);
     for (size_t i = 0; i < self->n_ray; i++)
         outcome[i] = known[self->summary.path[i]];
-    if (count_open(outcome, self->n_ray) > 0)
-        goto out;
     if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
         RMAP_TRY(evaluate_rays(self, c, self->own, self->own_outcome, err));
-        if (count_open(self->own_outcome, self->summary.n_own) > 0)
-            goto out;
         place_own(self, outcome);
     }
-    *is_evaluated_ret = true;
 out:
     return st;
 }

@@ -24,13 +24,14 @@ void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine *
 void rmap_query_known_enter(struct rmap_query_known *known, struct rmap_cursor *cursor,
                             size_t portion);
 
-/* Outcomes of criterion c: outcome [n_ray], none of which is open. *is_evaluated_ret: false where
- * paths do not decide; the outcomes mean nothing then. */
+/* Outcomes of criterion c: outcome [n_ray], some of which may be open. *is_told_ret: false where
+ * paths decide nothing; the outcomes mean nothing then. */
 enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *known, size_t c,
-                                           uint8_t *outcome, bool *is_evaluated_ret,
+                                           uint8_t *outcome, bool *is_told_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds the rays with outcome YES of a portion that was evaluated so. */
+/* Adds the rays with outcome YES of a portion that was evaluated so, whatever decided those that
+ * were left open. */
 enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *outcome,
                                         struct rmap_count *count,
                                         struct rmap_error *err) RMAP_MUST_USE;

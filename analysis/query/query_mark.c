@@ -58,23 +58,13 @@ void rmap_picker_destroy(struct rmap_picker *self)
 }
 
 /* The piece's chunks vouch for a portion's rows before memory is taken for them. */
-static enum rmap_status vouch(struct rmap_picker *self, size_t portion, struct rmap_error *err)
+static enum rmap_status vouch(struct rmap_picker *self, size_t portion,
+                              const struct rmap_portion **rows_ret, struct rmap_error *err)
 {
-    const struct rmap_portion *rows;
     enum rmap_status st = RMAP_OK;
     if (!self->identify)
         st = rmap_cursor_create(self->map, RMAP_COLUMN_BIT(RMAP_RAY_id), &self->identify, err);
-    return st == RMAP_OK ? rmap_cursor_enter(self->identify, portion, &rows, err) : st;
-}
-
-static enum rmap_status read_with(struct rmap_picker *self, struct rmap_cursor **cursor,
-                                  rmap_column_set columns, size_t portion,
-                                  const struct rmap_portion **rows_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (!*cursor)
-        st = rmap_cursor_create(self->map, columns, cursor, err);
-    return st == RMAP_OK ? rmap_cursor_read(*cursor, portion, rows_ret, err) : st;
+    return st == RMAP_OK ? rmap_cursor_enter(self->identify, portion, rows_ret, err) : st;
 }
 
 enum rmap_status rmap_picker_ids(struct rmap_picker *self, size_t portion, const uint64_t **id_ret,
@@ -83,14 +73,12 @@ enum rmap_status rmap_picker_ids(struct rmap_picker *self, size_t portion, const
     const struct rmap_portion *rows = NULL;
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
-    if (rmap_portion_has_gaps(info)) {
-        enum rmap_status st =
-            read_with(self, &self->identify, RMAP_COLUMN_BIT(RMAP_RAY_id), portion, &rows, err);
-        if (st == RMAP_OK)
-            *id_ret = rows->ray.id;
+    enum rmap_status st = vouch(self, portion, &rows, err);
+    if (st == RMAP_OK && rmap_portion_has_gaps(info)) {
+        st = rmap_cursor_fetch(self->identify, RMAP_COLUMN_BIT(RMAP_RAY_id), err);
+        *id_ret = rows->ray.id;
         return st;
     }
-    enum rmap_status st = vouch(self, portion, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(self->id, self->cap_id, n, err);
     for (size_t i = 0; st == RMAP_OK && i < n; i++)
@@ -144,8 +132,9 @@ static bool may_pick(const struct rmap_picker *self, const struct rmap_portion_i
 static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
                                    struct rmap_error *err)
 {
+    const struct rmap_portion *rows;
     size_t n = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
-    enum rmap_status st = vouch(self, portion, err);
+    enum rmap_status st = vouch(self, portion, &rows, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(self->every, self->cap_every, n, err);
     if (st == RMAP_OK && n > 0)
@@ -199,7 +188,13 @@ enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, cons
     const struct rmap_portion *rows = NULL;
     struct rmap_portion **picked = &self->picked[rmap_map_portion(self->map, portion)->space];
     size_t segment = 0, registration = 0;
-    RMAP_TRY(read_with(self, &self->whole, RMAP_COLUMNS_ALL, portion, &rows, err));
+    if (!self->whole)
+        RMAP_TRY(rmap_cursor_create(self->map, RMAP_COLUMNS_ALL, &self->whole, err));
+    RMAP_TRY(rmap_cursor_enter(self->whole, portion, &rows, err));
+    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, RMAP_COLUMNS_ALL, rays_ret, err));
+    if (*rays_ret)
+        goto out;
+    RMAP_TRY(rmap_cursor_fetch(self->whole, RMAP_COLUMNS_ALL, err));
     *rays_ret = rows;
     if (n == rows->n_row[RMAP_TABLE_RAY])
         goto out;

@@ -27,8 +27,8 @@ struct rmap_query_outcomes {
     size_t n_ray;
     bool is_entered;                    /* by the cursor */
     const struct rmap_portion *portion; /* the cursor's */
-    bool is_by_paths;                   /* what was evaluated last, without decoding the rays */
-    bool is_looked_at;                  /* for what the sums need to know: */
+    bool is_by_paths;  /* what was evaluated last; at most some rays were decoded */
+    bool is_looked_at; /* for what the sums need to know: */
     struct rmap_sums_facts facts;
     rmap_column_set known;      /* columns unfolded from its history */
     struct rmap_portion joined; /* these, and those of the cursor */
@@ -306,6 +306,33 @@ static enum rmap_status evaluate_columns(struct rmap_query_outcomes *self, size_
     return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
 }
 
+/* Rays that their paths leave open, where few are: they alone are decoded. is_by_paths becomes
+ * false where that would not be of use. */
+static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set columns = rmap_criterion_columns(self->criterion[c]);
+    const struct rmap_portion *rows = NULL;
+    if (!memchr(outcome, RMAP_OUTCOME_OPEN, self->n_ray))
+        return RMAP_OK;
+    RMAP_TRY(rmap_cursor_select(self->cursor, outcome, RMAP_OUTCOME_OPEN, columns, &rows, err));
+    self->is_by_paths = rows != NULL;
+    if (!rows)
+        goto out;
+    const struct rmap_criterion_input input = {.portion = rows,
+                                               .columns = columns,
+                                               .is_rest = true,
+                                               .flux_per_weight =
+                                                   rmap_map_flux_per_weight(self->map)};
+    RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->own, err));
+    for (size_t i = 0, s = 0; i < self->n_ray; i++)
+        if (outcome[i] == RMAP_OUTCOME_OPEN)
+            outcome[i] = self->own[s++];
+out:
+    return st;
+}
+
 /* Outcomes per ray, whatever they come from: NO or YES. */
 static enum rmap_status evaluate_rays(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
                                       struct rmap_error *err)
@@ -314,6 +341,8 @@ static enum rmap_status evaluate_rays(struct rmap_query_outcomes *self, size_t c
     self->is_by_paths = false;
     if (!self->view && self->known_paths)
         RMAP_TRY(rmap_query_known_evaluate(self->known_paths, c, outcome, &self->is_by_paths, err));
+    if (self->is_by_paths)
+        RMAP_TRY(evaluate_open(self, c, outcome, err));
     if (self->is_by_paths)
         goto out;
     if (!self->view)

@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "compact/paths.h"
+#include "compact/ray_selection.h"
 #include "compact/streams.h"
 #include "io/map/chunk_reader.h"
 #include "io/map/map_chunks.h"
@@ -17,8 +18,9 @@
 
 /* What a colour space takes; made when first needed. */
 struct rmap_cursor_space {
-    struct rmap_portion *portion;
+    struct rmap_portion *portion, *selected;
     struct rmap_compact_decoder *decoder;
+    struct rmap_compact_selection *selection;
 };
 
 /* A stream's rows of the portion in hand, for the decoder. */
@@ -38,6 +40,9 @@ struct rmap_cursor {
     uint64_t streams;                /* of a compact one, in `buffer` */
     struct rmap_portion *portion;    /* of the space in hand; borrowed from there */
     struct rmap_portion shown;       /* that, without columns that only decoding needed */
+    struct rmap_portion selected;    /* the same of rays that were selected */
+    uint32_t *some;                  /* [n_ray] their rows */
+    size_t some_cap;
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
     size_t paths_piece;                  /* whose they are */
@@ -274,6 +279,8 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
         return;
     for (size_t i = 0; self->space && i < self->map->spaces.n; i++) {
         rmap_portion_destroy(self->space[i].portion);
+        rmap_portion_destroy(self->space[i].selected);
+        rmap_compact_selection_destroy(self->space[i].selection);
         rmap_compact_decoder_destroy(self->space[i].decoder);
     }
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
@@ -282,6 +289,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     rmap_portion_destroy(self->own);
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
+    rmap_free(self->some);
     rmap_free(self);
 }
 
@@ -372,12 +380,13 @@ static enum rmap_status check_counts(const struct rmap_cursor *self, enum rmap_c
 }
 
 /* Cells index images. */
-static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_error *err)
+static enum rmap_status check_cells(const struct rmap_cursor *self, const struct rmap_portion *rows,
+                                    struct rmap_error *err)
 {
-    const struct rmap_registration_columns *hit = &self->shown.registration;
+    const struct rmap_registration_columns *hit = &rows->registration;
     const struct rmap_detector *detector = self->map->scene[0]->detector;
     bool outside = false;
-    for (size_t i = 0; i < self->shown.n_row[RMAP_TABLE_REGISTRATION]; i++) {
+    for (size_t i = 0; i < rows->n_row[RMAP_TABLE_REGISTRATION]; i++) {
         const uint32_t *cells = detector[hit->detector[i]].cells;
         outside |= hit->cell[2 * i] >= cells[0] || hit->cell[2 * i + 1] >= cells[1];
     }
@@ -386,6 +395,9 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_
     return rmap_error_set(err, RMAP_FORMAT, "%s: a cell in portion %zu lies outside its detector",
                           self->map->path, self->in_hand);
 }
+
+#define CELL_COLUMNS                                                                               \
+    (RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector))
 
 #define CURVE_COLUMNS                                                                              \
     (RMAP_COLUMN_BIT(RMAP_CURVE_ray) | RMAP_COLUMN_BIT(RMAP_CURVE_segment) |                       \
@@ -456,12 +468,13 @@ out:
     return st;
 }
 
-static void show_columns(struct rmap_cursor *self)
+static void show_columns(const struct rmap_portion *rows, rmap_column_set columns,
+                         struct rmap_portion *shown)
 {
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (self->present & RMAP_COLUMN_BIT(c))
-            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
-                rmap_portion_column(self->portion, (enum rmap_column)c);
+        if (columns & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(shown, (enum rmap_column)c) =
+                rmap_portion_column(rows, (enum rmap_column)c);
 }
 
 /* What is decoded when columns are asked for: rays are gone through once for all that their paths
@@ -489,7 +502,7 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     }
     self->portion->first_ray = info->first_ray;
     self->present |= fresh;
-    show_columns(self);
+    show_columns(self->portion, self->present, &self->shown);
     RMAP_TRY(check_columns(self, info, fresh, err));
     rmap_map_keep_columns(self->map, self->in_hand, fresh, &self->shown);
 out:
@@ -500,8 +513,7 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set cells =
-        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector);
+    const rmap_column_set cells = CELL_COLUMNS;
     rmap_column_set before = self->present | self->kept;
     self->kept |=
         rmap_map_borrow_columns(self->map, self->in_hand, columns & ~before, &self->shown);
@@ -510,7 +522,7 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
         RMAP_TRY(read_columns(self, fresh, err));
     rmap_column_set now = self->present | self->kept;
     if ((now & cells) == cells && (before & cells) != cells)
-        RMAP_TRY(check_cells(self, err));
+        RMAP_TRY(check_cells(self, &self->shown, err));
     if ((now & CURVE_COLUMNS) == CURVE_COLUMNS && (before & CURVE_COLUMNS) != CURVE_COLUMNS)
         RMAP_TRY(check_curve(self, err));
 out:
@@ -522,4 +534,92 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
 {
     enum rmap_status st = rmap_cursor_enter(self, portion, portion_ret, err);
     return st == RMAP_OK ? rmap_cursor_fetch(self, self->columns, err) : st;
+}
+
+/* Where rays are selected, at most one of so many: selecting one costs as much as some that are
+ * traced again with all others. */
+enum { SELECTED_SHARE = 2 };
+
+bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns)
+{
+    const struct rmap_portion_info *info = &map->content.portion[portion];
+    struct rmap_map_kept kept;
+    rmap_map_kept(map, &kept);
+    return map->content.piece[info->piece].encoding == RMAP_ENCODING_COMPACT &&
+           rmap_compact_retraces(columns) && kept.budget == 0 &&
+           !((columns & RMAP_COLUMNS_CURVE) && info->n_row[RMAP_TABLE_CURVE] > 0);
+}
+
+/* The rows of the marked rays, into `some`. */
+static enum rmap_status list_marked(struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
+                                    size_t *n_ret, struct rmap_error *err)
+{
+    const size_t n_ray = self->shown.n_row[RMAP_TABLE_RAY];
+    const enum rmap_status st = RMAP_RESERVE(self->some, self->some_cap, n_ray + 1, err);
+    size_t n = 0;
+    for (size_t i = 0; st == RMAP_OK && i < n_ray; i++) { /* one more than counts is written */
+        self->some[n] = (uint32_t)i;
+        n += mark[i] == wanted;
+    }
+    *n_ret = n;
+    return st;
+}
+
+/* Decodes n rays of `some` into what the space has for them. */
+static enum rmap_status decode_selected(struct rmap_cursor *self,
+                                        const struct rmap_portion_info *info, size_t n,
+                                        rmap_column_set columns, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor_space *space = &self->space[info->space];
+    struct compact_rows in_hand;
+    const struct rmap_rows *rows = NULL;
+    size_t n_row[RMAP_TABLE_COUNT];
+    RMAP_TRY(enter_rows(self, info, rmap_compact_selection_streams(), &in_hand, err));
+    if (!space->decoder)
+        RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
+    if (!space->selection)
+        RMAP_TRY(rmap_compact_selection_create(in_hand.model, &space->selection, err));
+    if (!space->selected)
+        RMAP_TRY(rmap_portion_create(0, self->portion->n_channel, &space->selected, err));
+    st = rmap_compact_select(space->selection, self->paths, &in_hand.rows, in_hand.n_row,
+                             self->some, n, &rows, n_row, err);
+    if (st == RMAP_OK)
+        st = rmap_compact_decode(space->decoder, self->paths, rows, n_row, columns, 0,
+                                 space->selected, err);
+    if (st != RMAP_OK)
+        say_where(self, info, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
+                                    rmap_column_set columns,
+                                    const struct rmap_portion **selected_ret,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    size_t n = 0;
+    *selected_ret = NULL;
+    if (!rmap_map_selects(self->map, self->in_hand, columns) ||
+        !rmap_compact_retraces(columns & ~self->present))
+        return RMAP_OK;
+    RMAP_TRY(list_marked(self, mark, wanted, &n, err));
+    if (n == 0 || n * SELECTED_SHARE > info->n_row[RMAP_TABLE_RAY])
+        goto out;
+    RMAP_TRY(decode_selected(self, info, n, columns, err));
+    const struct rmap_portion *rows = self->space[info->space].selected;
+    self->selected =
+        (struct rmap_portion){.n_channel = rows->n_channel, .first_ray = rows->first_ray};
+    memcpy(self->selected.n_row, rows->n_row, sizeof rows->n_row);
+    show_columns(rows, columns, &self->selected);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (columns & RMAP_COLUMN_BIT(c))
+            RMAP_TRY(cursor_check_limits(self, &self->selected, (enum rmap_column)c, info, err));
+    if ((columns & CELL_COLUMNS) == CELL_COLUMNS)
+        RMAP_TRY(check_cells(self, &self->selected, err));
+    *selected_ret = &self->selected;
+out:
+    return st;
 }

@@ -34,6 +34,19 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
 enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* Rays of the portion in hand alone, side by side, with those columns: those with mark[i] ==
+ * wanted, mark [n_ray]. Only these are traced again. *selected_ret: NULL where that would not be of
+ * use (a plain piece; nothing need be traced again; there are none, or too many of them; a reader
+ * keeps columns; points of curved segments are asked for), and what `fetch` gives must do. Errors
+ * as of fetch. */
+enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *mark, uint8_t wanted,
+                                    rmap_column_set columns,
+                                    const struct rmap_portion **selected_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether that may be of use for a portion at all. */
+bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns);
+
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
  * false says nothing. Errors as of fetch. */
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,

@@ -220,6 +220,7 @@ static enum rmap_status sum_spot(const struct rmap_context *context, struct rmap
                                    .criterion = choice->criterion,
                                    .which = choice->which,
                                    .columns = rmap_spot_sums_columns(ask),
+                                   .only_detector = 1 + ask->detector,
                                    .overlay = ask->overlay};
     void *state = NULL;
     enum rmap_status st = rmap_fold_run(context, &fold, &state, err);

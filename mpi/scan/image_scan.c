@@ -17,6 +17,7 @@ enum rmap_status rmap_image_scan(const struct rmap_context *context, const struc
                                    .criterion = choice->criterion,
                                    .which = choice->which,
                                    .columns = rmap_detector_sums_columns(&sums->ask),
+                                   .only_detector = 1 + sums->ask.detector,
                                    .overlay = sums->ask.overlay};
     void *state = NULL;
     enum rmap_status st = rmap_fold_run(context, &fold, &state, err);

@@ -318,16 +318,6 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
     return k == n_triangle ? RMAP_OK : rmap_portion_damaged("it has too many triangles", err);
 }
 
-static void fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
-{
-    bool right = lane->next >= n;
-    uint64_t id = first;
-    for (size_t i = 0; i < n && right; i++)
-        out[i] = first + i;
-    for (size_t i = 0; i < n && !right; i++, id++)
-        (void)rmap_lane_offer(lane, i, 1, sizeof id, &id);
-}
-
 /* Lanes that need no segment. */
 static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_rows *rows,
                         uint64_t first, rmap_column_set columns, struct rmap_portion *out)
@@ -336,7 +326,7 @@ static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_
     const uint8_t *channel = rows->data[RMAP_STREAM_ray_channel];
     size_t n = out->n_row[RMAP_TABLE_RAY];
     if (columns & BIT(RMAP_RAY_id))
-        fill_ids(&lane[RMAP_LANE_RAY_id], first, n, out->ray.id);
+        rmap_lane_fill_ids(&lane[RMAP_LANE_RAY_id], first, n, out->ray.id);
     for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_weight)); i++)
         out->ray.weight[i] = 1.0;
     for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_wavelength)); i++)
@@ -392,15 +382,7 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_lane *lane = decoder->lane;
-    const struct rmap_lane_store store = {.pool16 = rows->data[RMAP_STREAM_pool16],
-                                          .pool32 = rows->data[RMAP_STREAM_pool32],
-                                          .pool64 = rows->data[RMAP_STREAM_pool64],
-                                          .skip = rows->data[RMAP_STREAM_patch_skip],
-                                          .value = rows->data[RMAP_STREAM_patch_value],
-                                          .n16 = rows->n_row[RMAP_COMPACT_POOL16],
-                                          .n32 = rows->n_row[RMAP_COMPACT_POOL32],
-                                          .n64 = rows->n_row[RMAP_COMPACT_POOL64],
-                                          .n_patch = rows->n_row[RMAP_COMPACT_PATCH]};
+    const struct rmap_lane_store store = rmap_lane_store_of(rows);
     RMAP_TRY(rmap_lanes_load(lane, &store, columns, out, err));
     out->first_ray = store.pool64[RMAP_HEADER_FIRST];
     fill_simple(decoder, rows, out->first_ray, columns, out);

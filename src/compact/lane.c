@@ -346,6 +346,19 @@ void rmap_lane_store_fini(struct rmap_lane_store *store)
 
 /* ---- decoding ---- */
 
+struct rmap_lane_store rmap_lane_store_of(const struct rmap_rows *rows)
+{
+    return (struct rmap_lane_store){.pool16 = rows->data[RMAP_STREAM_pool16],
+                                    .pool32 = rows->data[RMAP_STREAM_pool32],
+                                    .pool64 = rows->data[RMAP_STREAM_pool64],
+                                    .skip = rows->data[RMAP_STREAM_patch_skip],
+                                    .value = rows->data[RMAP_STREAM_patch_value],
+                                    .n16 = rows->n_row[RMAP_COMPACT_POOL16],
+                                    .n32 = rows->n_row[RMAP_COMPACT_POOL32],
+                                    .n64 = rows->n_row[RMAP_COMPACT_POOL64],
+                                    .n_patch = rows->n_row[RMAP_COMPACT_PATCH]};
+}
+
 /* What has been taken of the store so far. */
 struct taken {
     size_t n16, n32, n64, n_patch, n_header;
@@ -426,4 +439,14 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
         return rmap_portion_damaged("it has more rows than its header says", err);
 out:
     return st;
+}
+
+void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
+{
+    bool right = lane->next >= n;
+    uint64_t id = first;
+    for (size_t i = 0; i < n && right; i++)
+        out[i] = first + i;
+    for (size_t i = 0; i < n && !right; i++, id++)
+        (void)rmap_lane_offer(lane, i, 1, sizeof id, &id);
 }

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "base/status.h"
+#include "compact/layout.h"
 #include "portion/portion.h"
 
 /* Columns and roles, in the order in which the header and the pools have them. */
@@ -175,10 +176,16 @@ enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lane_store_fini(struct rmap_lane_store *store);
 
+/* Decoding: the streams of a portion's rows, borrowed. */
+struct rmap_lane_store rmap_lane_store_of(const struct rmap_rows *rows);
+
 /* Decoding: lanes from the stores' rows (borrowed), for columns with n numbers each; verbatim
  * columns are copied. RMAP_FORMAT when the rows are not exactly what the header says. */
 enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_store *store,
                                  rmap_column_set columns, struct rmap_portion *portion,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Decoding: the true ids of n rays, of a portion whose header says `first`. */
+void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out);
 
 #endif

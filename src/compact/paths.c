@@ -11,6 +11,7 @@
 #include "compact/decode_paths.h"
 #include "compact/lane.h"
 #include "compact/paths.h"
+#include "compact/primitives.h"
 
 /* Which paths stand in the dictionary of a piece. A path is entered when its hash is met for the
  * second time; hashes met once are kept in a table of fixed size, where a new one takes an old
@@ -255,7 +256,6 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                                                   .n_registration = n_registration[i],
                                                   .segment = segment,
                                                   .registration = registration};
-        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i]};
         const struct rmap_folded_path folded = {.source = source[i],
                                                 .stop = stop[i],
                                                 .n = n_segment[i],
@@ -265,6 +265,9 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                          &(struct rmap_path_columns){.object = table->object + segment,
                                                      .event = table->event + segment,
                                                      .medium = table->medium + segment});
+        table->count[i + 1] = (struct rmap_path_count){
+            n_segment[i], n_registration[i],
+            (uint32_t)rmap_primitives_listed(model, table->object + segment, n_segment[i])};
         segment += n_segment[i];
         registration += n_registration[i];
     }

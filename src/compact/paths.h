@@ -84,6 +84,7 @@ struct rmap_known_path {
 
 struct rmap_path_count {
     uint32_t n_segment, n_registration;
+    uint32_t n_listed; /* segments whose triangle is listed */
 };
 
 struct rmap_path_table {

@@ -14,4 +14,8 @@ size_t rmap_primitives_place(const struct rmap_compact_model *model, const int32
                              size_t n, const uint32_t *triangle, size_t n_triangle,
                              int32_t *primitive);
 
+/* Of n segments that end on these objects, those whose triangle is listed. */
+size_t rmap_primitives_listed(const struct rmap_compact_model *model, const int32_t *object,
+                              size_t n);
+
 #endif

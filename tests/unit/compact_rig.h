@@ -24,6 +24,7 @@
 #include "compact/encoder.h"
 #include "compact/model.h"
 #include "compact/paths.h"
+#include "compact/ray_selection.h"
 #include "compact/streams.h"
 #include "io/codec/codec.h"
 #include "io/mesh/bundle.h"
@@ -200,7 +201,43 @@ static inline void assert_columns_equal(const struct rmap_portion *a, const stru
     }
 }
 
-/* There and back: all columns, and some sets of them. */
+/* Rays that are decoded alone are those of the portion: one in `stride`, from the last on. */
+static inline void rig_select(struct rig *rig, const struct rmap_rows *own,
+                              const struct rmap_portion *portion, size_t stride)
+{
+    struct rmap_error err = {0};
+    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const rmap_column_set columns = RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE;
+    uint32_t *ray = rmap_alloc(n_ray + 1, sizeof *ray);
+    size_t n = 0, segment = 0, registration = 0, n_row[RMAP_TABLE_COUNT];
+    struct rmap_portion *some = NULL;
+    struct rmap_path_table *table = NULL;
+    struct rmap_compact_selection *selection = NULL;
+    const struct rmap_rows *rows;
+    rig_ok(rmap_portion_create(1, portion->n_channel, &some, &err), &err);
+    for (size_t i = 0; i < n_ray; i++) {
+        if ((n_ray - 1 - i) % stride == 0) {
+            ray[n++] = (uint32_t)i;
+            rig_ok(rmap_portion_append_ray(some, portion, i, segment, registration, &err), &err);
+        }
+        segment += portion->ray.segment_count[i];
+        registration += portion->ray.registration_count[i];
+    }
+    rig_ok(rmap_path_table_create(rig->model, &rig->whole, &table, &err), &err);
+    rig_ok(rmap_compact_selection_create(rig->model, &selection, &err), &err);
+    rig_ok(rmap_compact_select(selection, table, own, portion->n_row, ray, n, &rows, n_row, &err),
+           &err);
+    rig_ok(rmap_compact_decode(rig->decoder, table, rows, n_row, columns, 0, rig->decoded, &err),
+           &err);
+    assert_memory_equal(rig->decoded->n_row, some->n_row, RMAP_TABLE_HISTORY_COUNT * sizeof *n_row);
+    assert_columns_equal(some, rig->decoded, columns);
+    rmap_compact_selection_destroy(selection);
+    rmap_path_table_destroy(table);
+    rmap_portion_destroy(some);
+    rmap_free(ray);
+}
+
+/* There and back: all columns, some sets of them, and some rays. */
 static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rmap_portion *portion)
 {
     const rmap_column_set some[] = {
@@ -228,6 +265,8 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
     rig_decode(rig, &own, portion, RMAP_COLUMNS_ALL);
     struct rmap_digest a = rmap_portion_digest(portion), b = rmap_portion_digest(rig->decoded);
     assert_true(a.low == b.low && a.high == b.high);
+    for (size_t stride = 1; stride <= 64 && portion->n_row[RMAP_TABLE_RAY] > 0; stride *= 8)
+        rig_select(rig, &own, portion, stride);
     rows_free(&own);
 }
 

@@ -181,12 +181,35 @@ static void test_cost(void **state)
     rig_close(&rig);
 }
 
+/* One ray in three of rows that may be damaged, alone: refused, or decoded to something. */
+static void select_some(struct rig *rig, const struct rmap_path_table *table,
+                        const struct rmap_rows *own, const size_t *n_row)
+{
+    struct rmap_error err = {0};
+    struct rmap_compact_selection *selection = NULL;
+    const struct rmap_rows *rows = NULL;
+    uint32_t ray[100];
+    size_t n = 0, some_row[RMAP_TABLE_COUNT];
+    for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i += 3)
+        ray[n++] = (uint32_t)i;
+    rig_ok(rmap_compact_selection_create(rig->model, &selection, &err), &err);
+    enum rmap_status st =
+        rmap_compact_select(selection, table, own, n_row, ray, n, &rows, some_row, &err);
+    if (st == RMAP_OK)
+        st = rmap_compact_decode(rig->decoder, table, rows, some_row,
+                                 RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE, 0, rig->decoded, &err);
+    assert_true(st == RMAP_OK || st == RMAP_FORMAT);
+    rmap_compact_selection_destroy(selection);
+}
+
 /* Decodes rows that may be damaged: refused as such, or decoded to something. */
 static bool survives(struct rig *rig, const struct rmap_rows *own, const size_t *n_row)
 {
     struct rmap_error err = {0};
     struct rmap_path_table *table = NULL;
     enum rmap_status st = rmap_path_table_create(rig->model, &rig->whole, &table, &err);
+    if (st == RMAP_OK)
+        select_some(rig, table, own, n_row);
     if (st == RMAP_OK)
         st = rmap_compact_decode(rig->decoder, table, own, n_row, RMAP_COLUMNS_ALL, 0, rig->decoded,
                                  &err);

@@ -1,0 +1,305 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Some rays of a portion as the rows of a portion of those alone.
+ */
+#include "compact/ray_selection.h"
+
+#include "base/alloc.h"
+#include "compact/compact.h"
+#include "compact/damaged.h"
+#include "compact/decode_paths.h"
+#include "compact/lane.h"
+#include "compact/primitives.h"
+#include "compact/streams.h"
+
+/* Rows of a table that belong to one ray. */
+struct span {
+    size_t first, n;
+};
+
+struct rmap_compact_selection {
+    const struct rmap_compact_model *model;
+    struct rmap_lane lane[RMAP_LANE_COUNT]; /* of the whole portion */
+    struct rmap_portion *ids;               /* of the whole portion: its ids, and counts of rows */
+    struct span *span[RMAP_TABLE_HISTORY_COUNT]; /* [rays that are selected] */
+    size_t span_cap[RMAP_TABLE_HISTORY_COUNT];
+    struct rmap_rows rows; /* data: the selection's, [cap] bytes each */
+    size_t n[RMAP_STREAM_MAX], cap[RMAP_STREAM_MAX];
+    int32_t *object; /* of a path of its own */
+    size_t object_cap;
+};
+
+enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *model,
+                                               struct rmap_compact_selection **selection_ret,
+                                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compact_selection *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoder");
+    self->model = model;
+    self->rows.layout = &rmap_compact_layout;
+    self->rows.n_channel = model->n_channel;
+    rmap_lanes_init(self->lane);
+    RMAP_TRY(rmap_portion_create(0, model->n_channel, &self->ids, err));
+    *selection_ret = self;
+    self = NULL;
+out:
+    rmap_compact_selection_destroy(self);
+    return st;
+}
+
+void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
+{
+    if (!self)
+        return;
+    rmap_portion_destroy(self->ids);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        rmap_free(self->span[t]);
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_free(self->rows.data[s]);
+    rmap_free(self->object);
+    rmap_free(self);
+}
+
+uint64_t rmap_compact_selection_streams(void)
+{
+    return rmap_compact_streams(RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE);
+}
+
+/* Rows [first, first + n) of `from`, which is a stream's. */
+static enum rmap_status append(struct rmap_compact_selection *self, int stream, const void *from,
+                               size_t first, size_t n, struct rmap_error *err)
+{
+    const size_t nbytes =
+        rmap_stream_row_nbytes(&self->rows.layout->stream[stream], self->rows.n_channel);
+    const enum rmap_status st = rmap_reserve(&self->rows.data[stream], &self->cap[stream],
+                                             (self->n[stream] + n) * nbytes + 1, 1, err);
+    if (st == RMAP_OK && n > 0)
+        memcpy((uint8_t *)self->rows.data[stream] + self->n[stream] * nbytes,
+               (const uint8_t *)from + first * nbytes, n * nbytes);
+    self->n[stream] += n;
+    return st;
+}
+
+/* Streams that lie side by side in the tables of paths that rays have of their own. */
+static enum rmap_status append_own(struct rmap_compact_selection *self,
+                                   const struct rmap_rows *rows, int table, size_t first, size_t n,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (int s = RMAP_STREAM_OWN_source; s <= RMAP_STREAM_OWN_registered; s++)
+        if (rows->layout->stream[s].table == table)
+            RMAP_TRY(append(self, s, rows->data[s], first, n, err));
+out:
+    return st;
+}
+
+/* Where a ray's rows begin. */
+struct place {
+    size_t own, own_segment, own_registration, segment, registration, triangle;
+};
+
+/* How many of each the ray has in that place; its triangles only where the portion lists any. */
+static enum rmap_status measure(struct rmap_compact_selection *self,
+                                const struct rmap_path_table *table,
+                                const struct rmap_own_paths *own, uint32_t path, bool listed,
+                                const struct place *at, struct place *n_ret, struct rmap_error *err)
+{
+    const struct rmap_path_count *count = &table->count[path];
+    *n_ret = (struct place){.segment = count->n_segment,
+                            .registration = count->n_registration,
+                            .triangle = count->n_listed};
+    if (path > 0)
+        return RMAP_OK;
+    const size_t n = own->segment_count[at->own];
+    *n_ret = (struct place){.own = 1,
+                            .own_segment = n,
+                            .own_registration = own->registration_count[at->own],
+                            .segment = n,
+                            .registration = own->registration_count[at->own]};
+    if (!listed)
+        return RMAP_OK;
+    const enum rmap_status st = RMAP_RESERVE(self->object, self->object_cap, n + 1, err);
+    if (st != RMAP_OK)
+        return st;
+    const struct rmap_folded_path folded = {.source = own->source[at->own],
+                                            .stop = own->stop[at->own],
+                                            .n = n,
+                                            .object = own->object + at->own_segment,
+                                            .event = own->event + at->own_segment};
+    rmap_path_unfold(own->model, &folded, &(struct rmap_path_columns){.object = self->object});
+    n_ret->triangle = rmap_primitives_listed(own->model, self->object, n);
+    return RMAP_OK;
+}
+
+static void go_on(struct place *at, const struct place *n)
+{
+    at->own += n->own;
+    at->own_segment += n->own_segment;
+    at->own_registration += n->own_registration;
+    at->segment += n->segment;
+    at->registration += n->registration;
+    at->triangle += n->triangle;
+}
+
+/* Paths, channels and triangles of the rays, and where their rows lie. */
+static enum rmap_status select_paths(struct rmap_compact_selection *self,
+                                     const struct rmap_path_table *table,
+                                     const struct rmap_rows *rows, const uint32_t *ray, size_t n,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_own_paths own = rmap_own_paths(self->model, rows);
+    const size_t n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
+    struct place at = {0}, its;
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
+    for (size_t i = 0, k = 0; k < n; i++, go_on(&at, &its)) {
+        RMAP_TRY(measure(self, table, &own, own.path[i], n_triangle > 0, &at, &its, err));
+        if (ray[k] != i)
+            continue;
+        self->span[RMAP_TABLE_RAY][k] = (struct span){i, 1};
+        self->span[RMAP_TABLE_SEGMENT][k] = (struct span){at.segment, its.segment};
+        self->span[RMAP_TABLE_REGISTRATION][k++] = (struct span){at.registration, its.registration};
+        if (n_triangle > 0 && its.triangle > n_triangle - at.triangle)
+            return rmap_portion_damaged("it has too few triangles", err);
+        RMAP_TRY(append(self, RMAP_STREAM_ray_path, own.path, i, 1, err));
+        RMAP_TRY(
+            append(self, RMAP_STREAM_ray_channel, rows->data[RMAP_STREAM_ray_channel], i, 1, err));
+        RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN, at.own, its.own, err));
+        RMAP_TRY(
+            append_own(self, rows, RMAP_COMPACT_OWN_SEGMENT, at.own_segment, its.own_segment, err));
+        RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN_REGISTRATION, at.own_registration,
+                            its.own_registration, err));
+        if (n_triangle > 0)
+            RMAP_TRY(append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle],
+                            at.triangle, its.triangle, err));
+    }
+out:
+    return st;
+}
+
+/* Numbers of a lane that belong to the k-th of the rays. */
+static struct span numbers_of(const struct rmap_compact_selection *self,
+                              const struct rmap_lane *lane, size_t k)
+{
+    const struct span *rows = &self->span[rmap_column_info(lane->column)->table][k];
+    const size_t width = rmap_portion_row_nbytes(self->ids, lane->column) / lane->element_nbytes;
+    return (struct span){rows->first * width, rows->n * width};
+}
+
+/* Patches of a lane that lie on numbers of the n rays; *n_ret: how many. */
+static enum rmap_status select_patches(struct rmap_compact_selection *self,
+                                       const struct rmap_lane *lane, size_t n, uint64_t *n_ret,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t at = 0, to = 0, after_last = 0, k = 0;
+    struct span its = numbers_of(self, lane, 0);
+    *n_ret = 0;
+    for (size_t p = 0; p < lane->patches_left; p++, at++) {
+        at += lane->patch_skip[p];
+        while (at >= its.first + its.n) {
+            to += its.n;
+            if (++k == n)
+                return RMAP_OK;
+            its = numbers_of(self, lane, k);
+        }
+        if (at < its.first)
+            continue;
+        const size_t now = to + (at - its.first);
+        const uint32_t skip = (uint32_t)(now - after_last);
+        RMAP_TRY(append(self, RMAP_STREAM_patch_skip, &skip, 0, 1, err));
+        RMAP_TRY(append(self, RMAP_STREAM_patch_value, &lane->patch_value[p], 0, 1, err));
+        after_last = now + 1;
+        ++*n_ret;
+    }
+out:
+    return st;
+}
+
+/* Numbers of a lane that is stored whole. */
+static enum rmap_status select_dense(struct rmap_compact_selection *self,
+                                     const struct rmap_lane *lane, size_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const int pool = lane->element_nbytes == 2   ? RMAP_STREAM_pool16
+                     : lane->element_nbytes == 4 ? RMAP_STREAM_pool32
+                                                 : RMAP_STREAM_pool64;
+    for (size_t k = 0; k < n; k++) {
+        const struct span its = numbers_of(self, lane, k);
+        RMAP_TRY(append(self, pool, lane->dense, its.first, its.n, err));
+    }
+out:
+    return st;
+}
+
+/* Each ray's id follows from that before it: they are stored whole. */
+static void show_ids(struct rmap_compact_selection *self, uint64_t first)
+{
+    struct rmap_lane *lane = &self->lane[RMAP_LANE_RAY_id];
+    rmap_lane_fill_ids(lane, first, lane->n, self->ids->ray.id);
+    lane->mode = RMAP_LANE_VERBATIM;
+    lane->dense = (const uint8_t *)self->ids->ray.id;
+}
+
+/* Lanes and header. */
+static enum rmap_status select_lanes(struct rmap_compact_selection *self,
+                                     const struct rmap_rows *rows, size_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_lane_store store = rmap_lane_store_of(rows);
+    uint64_t header[RMAP_HEADER_COUNT + RMAP_LANE_COUNT], modes;
+    size_t n_header = RMAP_HEADER_COUNT;
+    RMAP_TRY(rmap_lanes_load(self->lane, &store, RMAP_COLUMN_BIT(RMAP_RAY_id), self->ids, err));
+    memcpy(header, store.pool64, RMAP_HEADER_COUNT * sizeof *header);
+    modes = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
+    show_ids(self, header[RMAP_HEADER_FIRST]);
+    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+        struct rmap_lane *lane = &self->lane[i];
+        uint64_t n_patch = 0;
+        if (lane->mode == RMAP_LANE_PATCHED) {
+            RMAP_TRY(select_patches(self, lane, n, &n_patch, err));
+            lane->mode = n_patch > 0 ? RMAP_LANE_PATCHED : RMAP_LANE_PREDICTED;
+        }
+        if (n_patch > 0)
+            header[n_header++] = n_patch;
+        modes |= (uint64_t)lane->mode << (2 * i);
+    }
+    header[RMAP_HEADER_MODES] = modes;
+    RMAP_TRY(append(self, RMAP_STREAM_pool64, header, 0, n_header, err));
+    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+        if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
+            RMAP_TRY(select_dense(self, &self->lane[i], n, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
+                                     const struct rmap_path_table *table,
+                                     const struct rmap_rows *rows,
+                                     const size_t n_row[RMAP_TABLE_COUNT], const uint32_t *ray,
+                                     size_t n, const struct rmap_rows **selected_ret,
+                                     size_t selected_row[RMAP_TABLE_COUNT], struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compact_summary summary;
+    RMAP_TRY(rmap_compact_summarise(self->model, table, rows, n_row, &summary, err));
+    memset(self->n, 0, sizeof self->n);
+    self->ids->n_row[RMAP_TABLE_RAY] = 0;
+    RMAP_TRY(rmap_portion_reserve(self->ids, RMAP_TABLE_RAY, n_row[RMAP_TABLE_RAY],
+                                  RMAP_COLUMN_BIT(RMAP_RAY_id), err));
+    memcpy(self->ids->n_row, n_row, sizeof self->ids->n_row);
+    RMAP_TRY(select_paths(self, table, rows, ray, n, err));
+    RMAP_TRY(select_lanes(self, rows, n, err));
+    for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++)
+        self->rows.n_row[self->rows.layout->stream[s].table] = self->n[s];
+    memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        for (size_t k = 0; k < n; k++)
+            selected_row[t] += self->span[t][k].n;
+    *selected_ret = &self->rows;
+out:
+    return st;
+}
