@@ -76,10 +76,12 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
     struct rmap_vec3 origin = widened(p[0]);
     double area =
         rmap_length(rmap_cross(rmap_sub(widened(p[1]), origin), rmap_sub(widened(p[2]), origin)));
-    if (!(area > 0) || !isfinite(area)) {
-        b->n_degenerate++;
+    if (!isfinite(area) && b->left_out.undefined++ == 0)
+        b->left_out.first = b->n_triangle + b->left_out.degenerate + 1;
+    else if (!(area > 0) && isfinite(area))
+        b->left_out.degenerate++;
+    if (!(area > 0) || !isfinite(area))
         return RMAP_OK;
-    }
     if (b->n_triangle >= TRIANGLES_MAX || b->n_vertex + 3 >= UINT32_MAX)
         return rmap_error_set(b->err, RMAP_INPUT, "it has more than 2^31 triangles");
     RMAP_TRY(RMAP_RESERVE(b->triangle, b->cap_triangle, b->n_triangle + 1, b->err));
@@ -131,9 +133,9 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh *mesh = NULL;
-    if (!b->n_triangle && b->n_degenerate)
+    if (!b->n_triangle && b->left_out.degenerate + b->left_out.undefined > 0)
         return rmap_error_set(b->err, RMAP_INPUT, "none of its %zu triangles has an area",
-                              b->n_degenerate);
+                              b->left_out.degenerate + b->left_out.undefined);
     if (!b->n_triangle)
         return rmap_error_set(b->err, RMAP_INPUT, "it holds no triangles");
     RMAP_TRY(rmap_mesh_create(b->n_vertex, b->n_triangle, b->n_face, &mesh, b->err));

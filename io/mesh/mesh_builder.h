@@ -8,6 +8,13 @@
 
 #include "geometry/mesh.h"
 
+/* Triangles of a file that a mesh does without. */
+struct rmap_mesh_left_out {
+    size_t degenerate; /* without an area */
+    size_t undefined;  /* with a corner that is no number, or infinite */
+    size_t first;      /* number of the first of these in the file, from 1 */
+};
+
 struct rmap_mesh_builder {
     float (*vertex)[3];
     uint32_t (*triangle)[3];
@@ -16,7 +23,8 @@ struct rmap_mesh_builder {
     size_t n_vertex, n_triangle, n_face;
     size_t cap_vertex, cap_triangle, cap_face, cap_face_name;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
-    size_t n_slot, n_degenerate;
+    size_t n_slot;
+    struct rmap_mesh_left_out left_out;
     struct rmap_error *err;
 };
 

@@ -242,7 +242,7 @@ static bool is_known(const char *path)
 }
 
 enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                size_t *n_degenerate_ret, struct rmap_error *err)
+                                struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err};
@@ -258,7 +258,7 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh
     RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, err));
     RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
-    *n_degenerate_ret = builder.n_degenerate;
+    *left_out_ret = builder.left_out;
 out:
     rmap_free(bytes);
     rmap_mesh_builder_fini(&builder);

@@ -7,9 +7,12 @@
 #define RMAP_MESH_READ_H
 
 #include "io/mesh/bundle.h"
+#include "io/mesh/mesh_builder.h"
 
+/* scale: of the file's lengths. RMAP_INPUT with the path when it is no mesh. */
 enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
+                                struct rmap_mesh_left_out *left_out_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
 
 enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_reader.h"
 
@@ -394,6 +395,10 @@ void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_nod
         good = read_rgb(reader, node, range, &spectrum);
     } else if (rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value")) {
         read_table(reader, node, range, &spectrum, &good);
+        if (spectrum.table.n > 1) /* one alone is a constant */
+            rmap_reader_warn_outside(reader, node, "table of", key, spectrum.table.wavelength_nm[0],
+                                     spectrum.table.wavelength_nm[spectrum.table.n - 1],
+                                     "its ends stand for the rest");
     } else {
         char what[120];
         (void)snprintf(what, sizeof what, "'%s' (a number, {wavelength, value} or {rgb})", key);

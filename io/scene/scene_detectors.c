@@ -375,6 +375,8 @@ static void read_detectors(struct rmap_reader *reader, const struct rmap_yaml_no
         reader->n_receiver += reading_receivers;
         detector->on_object = detector->on_group = -1;
         detector->name = rmap_reader_strdup(reader, rmap_reader_name(reader, node));
+        detector->line = node->line;
+        detector->column = node->column;
         rmap_reader_add_member(reader, detector->name, RMAP_MEMBER_DETECTOR,
                                (int32_t)(scene->n_detector - 1), node);
         int type = rmap_reader_type(reader, node, &rmap_detector_keys);

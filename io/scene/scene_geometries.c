@@ -212,14 +212,19 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
                                    const struct rmap_yaml_node *at, double scale)
 {
     struct rmap_mesh *mesh = NULL;
-    size_t n_degenerate = 0;
+    struct rmap_mesh_left_out left_out = {0};
     char *path = rmap_reader_path(reader, at->text);
     if (!path)
         return NULL;
-    enum rmap_status st = rmap_mesh_read(path, scale, &mesh, &n_degenerate, &reader->failure);
-    if (st == RMAP_OK && n_degenerate)
+    enum rmap_status st = rmap_mesh_read(path, scale, &mesh, &left_out, &reader->failure);
+    if (st == RMAP_OK && left_out.degenerate)
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
-                         n_degenerate);
+                         left_out.degenerate);
+    if (st == RMAP_OK && left_out.undefined)
+        rmap_reader_warn(reader, at,
+                         "mesh '%.60s': %zu triangles have corners that are no numbers (NaN or "
+                         "infinite), triangle %zu first; they are left out and leave a hole",
+                         name, left_out.undefined, left_out.first);
     rmap_reader_made(reader, at, st);
     return keep_mesh(reader, name, mesh);
 }

@@ -233,27 +233,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
 
 void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
 {
-    const struct rmap_scene *scene = reader->scene;
-    const struct rmap_name *name = rmap_names_find(&reader->media, "air");
-    if (!name)
-        name = rmap_names_find(&reader->media, "vacuum");
-    if (name) {
-        *medium_ret = name->index;
-        return;
-    }
-    size_t *count = rmap_reader_alloc(reader, scene->n_medium, sizeof *count), most = 0;
-    if (!count)
-        return;
-    *medium_ret = -1;
-    for (size_t i = 0; i < scene->n_object; i++)
-        if (scene->object[i].medium_front >= 0)
-            count[scene->object[i].medium_front]++;
-    for (size_t i = 0; i < scene->n_medium; i++) {
-        if (count[i] <= most)
-            continue;
-        most = count[i];
-        *medium_ret = (int32_t)i;
-    }
+    *medium_ret = rmap_scene_surrounding_medium(reader->scene);
     if (*medium_ret < 0)
         rmap_reader_vacuum(reader, medium_ret);
 }
@@ -303,6 +283,8 @@ void rmap_reader_read_sources(struct rmap_reader *reader)
         if (!source)
             return;
         source->name = rmap_reader_strdup(reader, rmap_reader_name(reader, node));
+        source->line = node->line;
+        source->column = node->column;
         light[n].source = (int32_t)(scene->n_source - 1);
         rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[n].source, node);
         read_source(reader, node, source, &light[n++]);

@@ -7,6 +7,7 @@
 #include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
 #include "mpi/command/argument_numbers.h"
+#include "mpi/command/body_check.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/mismatch.h"
@@ -105,6 +106,8 @@ static enum rmap_status check_scene(const struct rmap_context *context,
             &checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
             "'background' is light for `raymap render` alone, and there is no camera: "
             "trace sends no ray of it");
+    if (st == RMAP_OK)
+        st = rmap_bodies_check(checked->scene, &checked->diagnostics, err);
     if (st == RMAP_OK && checked->scene->n_source > 0)
         st = probe(context, checked, seed, err);
     if (st != RMAP_OK && (st != RMAP_INPUT || checked->diagnostics.n_error == 0))

@@ -4,6 +4,8 @@
  */
 #include "scene/scene.h"
 
+#include <string.h>
+
 #include "base/alloc.h"
 
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_error *err)
@@ -149,4 +151,26 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene)
     for (size_t i = 0; i < scene->n_medium; i++)
         curved = curved || scene->medium[i].field;
     return curved;
+}
+
+int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)
+{
+    static const char *const name[] = {"air", "vacuum"};
+    int32_t most = -1;
+    size_t n_most = 0;
+    for (size_t k = 0; k < 2; k++)
+        for (size_t m = 0; m < scene->n_medium; m++)
+            if (strcmp(scene->medium[m].name, name[k]) == 0)
+                return (int32_t)m;
+    size_t *count = rmap_alloc(scene->n_medium + 1, sizeof *count);
+    for (size_t i = 0; count && i < scene->n_object; i++)
+        if (scene->object[i].medium_front >= 0)
+            count[scene->object[i].medium_front]++;
+    for (size_t m = 0; count && m < scene->n_medium; m++)
+        if (count[m] > n_most) {
+            n_most = count[m];
+            most = (int32_t)m;
+        }
+    rmap_free(count);
+    return most;
 }

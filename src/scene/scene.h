@@ -117,6 +117,7 @@ struct rmap_source {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
+    int32_t line, column; /* in the scene file */
 };
 
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
@@ -136,6 +137,7 @@ struct rmap_detector {
     int32_t on_object;    /* object or -1; */
     int32_t on_group;     /* group or -1; both -1: free in space */
     uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
+    int32_t line, column; /* in the scene file */
 };
 
 enum rmap_camera_type { RMAP_CAMERA_PINHOLE, RMAP_CAMERA_THIN_LENS };
@@ -252,6 +254,10 @@ static inline bool rmap_detector_lies_on(const struct rmap_detector *detector)
 }
 bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_detector *detector,
                            size_t object);
+
+/* What fills the space about the bodies, where a scene does not say: the medium 'air', else
+ * 'vacuum', else that in front of most objects; -1: there is none. */
+int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene);
 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);

@@ -236,12 +236,12 @@ static size_t binary_ply(char *to)
 static enum rmap_status read_mesh(const char *name, const char *bytes, size_t n, size_t *n_triangle)
 {
     struct rmap_mesh *mesh = NULL;
-    size_t n_degenerate = 0;
+    struct rmap_mesh_left_out left_out;
     FILE *out = fopen(name, "wb");
     assert_non_null(out);
     assert_int_equal(fwrite(bytes, 1, n, out), n);
     assert_int_equal(fclose(out), 0);
-    enum rmap_status st = rmap_mesh_read(name, 1, &mesh, &n_degenerate, NULL);
+    enum rmap_status st = rmap_mesh_read(name, 1, &mesh, &left_out, NULL);
     *n_triangle = st == RMAP_OK ? mesh->n_triangle : 0;
     if (st == RMAP_OK)
         rmap_mesh_destroy(mesh);

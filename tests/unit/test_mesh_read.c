@@ -31,13 +31,14 @@ static void write_file(const char *path, const void *bytes, size_t n)
 }
 
 static enum rmap_status read_bytes(const char *name, const void *bytes, size_t n, double scale,
-                                   struct rmap_mesh **mesh, size_t *n_degenerate, char told[1024])
+                                   struct rmap_mesh **mesh, struct rmap_mesh_left_out *left_out,
+                                   char told[1024])
 {
     struct rmap_error err = {0};
     write_file(name, bytes, n);
     *mesh = NULL;
-    *n_degenerate = 0;
-    enum rmap_status st = rmap_mesh_read(name, scale, mesh, n_degenerate, &err);
+    *left_out = (struct rmap_mesh_left_out){0};
+    enum rmap_status st = rmap_mesh_read(name, scale, mesh, left_out, &err);
     memcpy(told, err.text, 1024);
     assert_int_equal(unlink(name), 0);
     return st;
@@ -46,22 +47,22 @@ static enum rmap_status read_bytes(const char *name, const void *bytes, size_t n
 static struct rmap_mesh *must_read(const char *name, const void *bytes, size_t n, double scale)
 {
     struct rmap_mesh *mesh;
-    size_t n_degenerate;
+    struct rmap_mesh_left_out left_out;
     char told[1024];
-    enum rmap_status st = read_bytes(name, bytes, n, scale, &mesh, &n_degenerate, told);
+    enum rmap_status st = read_bytes(name, bytes, n, scale, &mesh, &left_out, told);
     if (st != RMAP_OK)
         print_error("%s\n", told);
     assert_int_equal(st, RMAP_OK);
-    assert_int_equal(n_degenerate, 0);
+    assert_int_equal(left_out.degenerate, 0);
     return mesh;
 }
 
 static void must_refuse(const char *name, const void *bytes, size_t n, const char *expected)
 {
     struct rmap_mesh *mesh;
-    size_t n_degenerate;
+    struct rmap_mesh_left_out left_out;
     char told[1024];
-    assert_int_equal(read_bytes(name, bytes, n, 1, &mesh, &n_degenerate, told), RMAP_INPUT);
+    assert_int_equal(read_bytes(name, bytes, n, 1, &mesh, &left_out, told), RMAP_INPUT);
     if (!strstr(told, expected))
         fail_msg("'%s' does not say '%s'", told, expected);
     assert_int_equal(rmap_alloc_live(), 0);
@@ -204,12 +205,11 @@ static void test_degenerate_triangles_are_dropped(void **state)
     const char *text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nv 0 0 0\nv -0 0 0\nf 1 2 3\nf 1 2 4\n"
                        "f 1 1 2\nf 1 5 2\nf 6 2 3\n";
     struct rmap_mesh *mesh;
-    size_t n_degenerate;
+    struct rmap_mesh_left_out left_out;
     char told[1024];
-    assert_int_equal(read_bytes("a.obj", text, strlen(text), 1, &mesh, &n_degenerate, told),
-                     RMAP_OK);
+    assert_int_equal(read_bytes("a.obj", text, strlen(text), 1, &mesh, &left_out, told), RMAP_OK);
     assert_int_equal(mesh->n_triangle, 2);
-    assert_int_equal(n_degenerate, 3);
+    assert_int_equal(left_out.degenerate, 3);
     assert_int_equal(mesh->n_vertex, 3); /* -0 is 0 */
     rmap_mesh_destroy(mesh);
 
@@ -217,9 +217,10 @@ static void test_degenerate_triangles_are_dropped(void **state)
     size_t n = binary_stl(stl);
     memcpy(stl + 84 + 12, "\0\0\xc0\x7f", 4);      /* NaN */
     memcpy(stl + 84 + 50 + 12, "\0\0\x80\x7f", 4); /* infinity */
-    assert_int_equal(read_bytes("a.stl", stl, n, 1, &mesh, &n_degenerate, told), RMAP_OK);
+    assert_int_equal(read_bytes("a.stl", stl, n, 1, &mesh, &left_out, told), RMAP_OK);
     assert_int_equal(mesh->n_triangle, 2);
-    assert_int_equal(n_degenerate, 2);
+    assert_int_equal(left_out.undefined, 2);
+    assert_int_equal(left_out.first, 1);
     rmap_mesh_destroy(mesh);
     must_refuse("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", 32, "has an area");
 }
@@ -257,18 +258,19 @@ static void test_truncations(void **state)
     uint8_t stl[400];
     char ascii[2000];
     struct rmap_mesh *mesh;
-    size_t n_degenerate, n = binary_stl(stl), n_ascii = ascii_stl(ascii, sizeof ascii);
+    struct rmap_mesh_left_out left_out;
+    size_t n = binary_stl(stl), n_ascii = ascii_stl(ascii, sizeof ascii);
     char told[1024];
     for (size_t cut = 1; cut < n; cut++)
-        assert_int_equal(read_bytes("a.stl", stl, cut, 1, &mesh, &n_degenerate, told), RMAP_INPUT);
+        assert_int_equal(read_bytes("a.stl", stl, cut, 1, &mesh, &left_out, told), RMAP_INPUT);
     for (size_t cut = 1; cut < n_ascii; cut++) {
-        enum rmap_status st = read_bytes("a.stl", ascii, cut, 1, &mesh, &n_degenerate, told);
+        enum rmap_status st = read_bytes("a.stl", ascii, cut, 1, &mesh, &left_out, told);
         assert_true(st == RMAP_OK || st == RMAP_INPUT);
         if (st == RMAP_OK)
             rmap_mesh_destroy(mesh);
     }
     for (size_t cut = 1; cut < strlen(tetra_obj); cut++) {
-        enum rmap_status st = read_bytes("a.obj", tetra_obj, cut, 1, &mesh, &n_degenerate, told);
+        enum rmap_status st = read_bytes("a.obj", tetra_obj, cut, 1, &mesh, &left_out, told);
         assert_true(st == RMAP_OK || st == RMAP_INPUT);
         if (st == RMAP_OK)
             rmap_mesh_destroy(mesh);
@@ -281,10 +283,10 @@ static void test_what_is_no_file(void **state)
     (void)state;
     struct rmap_mesh *mesh = NULL;
     struct rmap_error err = {0};
-    size_t n_degenerate;
-    assert_int_equal(rmap_mesh_read("missing.stl", 1, &mesh, &n_degenerate, &err), RMAP_INPUT);
+    struct rmap_mesh_left_out left_out;
+    assert_int_equal(rmap_mesh_read("missing.stl", 1, &mesh, &left_out, &err), RMAP_INPUT);
     assert_non_null(strstr(err.text, "No such file"));
-    assert_int_equal(rmap_mesh_read("/tmp/.", 1, &mesh, &n_degenerate, &err), RMAP_INPUT);
+    assert_int_equal(rmap_mesh_read("/tmp/.", 1, &mesh, &left_out, &err), RMAP_INPUT);
 }
 
 static void test_short_memory(void **state)
@@ -294,9 +296,9 @@ static void test_short_memory(void **state)
     enum rmap_status st = RMAP_SYSTEM;
     for (int n = 1; st != RMAP_OK; n++) {
         struct rmap_mesh *mesh = NULL;
-        size_t n_degenerate;
+        struct rmap_mesh_left_out left_out;
         rmap_alloc_fail_at(n);
-        st = rmap_mesh_read("b.obj", 1, &mesh, &n_degenerate, NULL);
+        st = rmap_mesh_read("b.obj", 1, &mesh, &left_out, NULL);
         rmap_alloc_fail_at(0);
         assert_true(st == RMAP_OK || st == RMAP_SYSTEM);
         if (st == RMAP_OK) {
