@@ -44,7 +44,10 @@ show raymap info "$map"
 say "Ghosts and stray light on the sensor"
 show mpirun -np 2 raymap query "$map" "$ghost" "$lens_ghost" "$stray" --count
 
-say "One of the lens's ghost rays, leg by leg"
+say "Which pairs of surfaces make the star's ghosts"
+show raymap ghosts "$map" sensor --where "source(star)"
+
+say "One of the lens's ghost rays, segment by segment"
 raymap query "$map" "$lens_ghost" --limit 1 -o out/ghost.csv --force --quiet
 show raymap report "$map" "$(sed -n '2s/,.*//p' out/ghost.csv)"
 
