@@ -76,6 +76,9 @@ rmap_column_set rmap_registration_number_columns(enum rmap_registration_number n
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
     case RMAP_REGISTRATION_X:
     case RMAP_REGISTRATION_Y:
+    case RMAP_REGISTRATION_WORLD_X:
+    case RMAP_REGISTRATION_WORLD_Y:
+    case RMAP_REGISTRATION_WORLD_Z:
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     case RMAP_REGISTRATION_TIME:
     case RMAP_REGISTRATION_OPTICAL_PATH:

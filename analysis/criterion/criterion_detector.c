@@ -22,6 +22,9 @@ enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
     case RMAP_REGISTRATION_TIME:
         return RMAP_DIMENSION_TIME;
     case RMAP_REGISTRATION_OPTICAL_PATH:
+    case RMAP_REGISTRATION_WORLD_X:
+    case RMAP_REGISTRATION_WORLD_Y:
+    case RMAP_REGISTRATION_WORLD_Z:
         return RMAP_DIMENSION_LENGTH;
     case RMAP_REGISTRATION_X:
     case RMAP_REGISTRATION_Y:

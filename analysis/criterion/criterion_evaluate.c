@@ -33,11 +33,10 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
         return;
     }
     for (size_t i = 0; i < ev->n_ray; i++) {
-        double number = (double)NAN;
-        if (!is_flux)
-            number = ray->segment_count[i];
-        else if ((size_t)ray->source[i] < n_source)
-            number = ray->weight[i] * ev->input->flux_per_weight[ray->source[i]];
+        const double number =
+            is_flux && (size_t)ray->source[i] >= n_source
+                ? (double)NAN
+                : rmap_ray_number_at(node->ray_number, ray, i, ev->input->flux_per_weight);
         outcome[i] =
             rmap_interval_holds(&node->interval, number) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
     }

@@ -188,6 +188,18 @@ double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t s
     return (r - 0.5) * detector->size[axis];
 }
 
+static double world_coordinate(const struct rmap_detector *detector, const uint16_t relative[2],
+                               int axis)
+{
+    if (detector->type == RMAP_DETECTOR_INTENSITY)
+        return (double)NAN;
+    const struct rmap_vec3 p =
+        rmap_axpy(rmap_detector_coordinate(detector, relative[0], 0, false), detector->x,
+                  rmap_axpy(rmap_detector_coordinate(detector, relative[1], 1, false), detector->y,
+                            detector->origin));
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
 double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
                                 size_t row, enum rmap_registration_number number)
 {
@@ -201,6 +213,11 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
         return rmap_detector_coordinate(detector, registration->relative[2 * row], 0, false);
     case RMAP_REGISTRATION_Y:
         return rmap_detector_coordinate(detector, registration->relative[2 * row + 1], 1, false);
+    case RMAP_REGISTRATION_WORLD_X:
+    case RMAP_REGISTRATION_WORLD_Y:
+    case RMAP_REGISTRATION_WORLD_Z:
+        return world_coordinate(detector, registration->relative + 2 * row,
+                                (int)(number - RMAP_REGISTRATION_WORLD_X));
     case RMAP_REGISTRATION_TIME:
         return registration->optical_path[row] * scene->unit_m / light_speed_m_per_s;
     case RMAP_REGISTRATION_OPTICAL_PATH:

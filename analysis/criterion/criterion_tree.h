@@ -62,6 +62,9 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_ANGLE, /* degrees */
     RMAP_REGISTRATION_X,     /* scene's length unit, or degrees on an intensity grid */
     RMAP_REGISTRATION_Y,
+    RMAP_REGISTRATION_WORLD_X, /* the scene's length unit; of planes alone, else NaN */
+    RMAP_REGISTRATION_WORLD_Y,
+    RMAP_REGISTRATION_WORLD_Z,
     RMAP_REGISTRATION_TIME,        /* s */
     RMAP_REGISTRATION_OPTICAL_PATH /* scene's length unit, from emission */
 };

@@ -8,14 +8,18 @@
 #include "portion/portion.h"
 
 /* Columns: symbol, the columns it is made of, and that in which it stands as it is, or NULL. Units:
- * WAVELENGTH nm; FLUX the scene's flux unit; paths the scene's length unit. */
+ * WAVELENGTH nm; FLUX the scene's flux unit; paths, and START in the world, the scene's length
+ * unit. */
 #define RMAP_RAY_NUMBERS(X)                                                                        \
     X(ID, RMAP_COLUMN_BIT(RMAP_RAY_id), NULL)                                                      \
     X(SEGMENTS, RMAP_COLUMN_BIT(RMAP_RAY_segment_count), NULL)                                     \
     X(WAVELENGTH, RMAP_COLUMN_BIT(RMAP_RAY_wavelength), ray->wavelength)                           \
     X(FLUX, RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source), NULL)             \
     X(PATH_LENGTH, RMAP_COLUMN_BIT(RMAP_RAY_path_length), ray->path_length)                        \
-    X(OPTICAL_PATH, RMAP_COLUMN_BIT(RMAP_RAY_optical_path), ray->optical_path)
+    X(OPTICAL_PATH, RMAP_COLUMN_BIT(RMAP_RAY_optical_path), ray->optical_path)                     \
+    X(START_X, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
+    X(START_Y, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
+    X(START_Z, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)
 
 enum rmap_ray_number {
 #define RMAP_RAY_NUMBER_ENUM(symbol, columns, stored) RMAP_RAY_NUMBER_##symbol,
@@ -43,6 +47,23 @@ static inline const double *rmap_ray_number_stored(enum rmap_ray_number number,
 #undef RMAP_RAY_NUMBER_STORED
     };
     return of[number];
+}
+
+/* Of ray i, whatever it is made of. flux_per_weight: [n_source]. */
+static inline double rmap_ray_number_at(enum rmap_ray_number number,
+                                        const struct rmap_ray_columns *ray, size_t i,
+                                        const double *flux_per_weight)
+{
+    const double *stored = rmap_ray_number_stored(number, ray);
+    if (stored)
+        return stored[i];
+    if (number == RMAP_RAY_NUMBER_ID)
+        return (double)ray->id[i];
+    if (number == RMAP_RAY_NUMBER_SEGMENTS)
+        return ray->segment_count[i];
+    if (number == RMAP_RAY_NUMBER_FLUX)
+        return ray->weight[i] * flux_per_weight[ray->source[i]];
+    return (double)ray->start[3 * i + (size_t)(number - RMAP_RAY_NUMBER_START_X)];
 }
 
 #endif

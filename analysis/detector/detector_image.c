@@ -12,21 +12,18 @@
 #include "io/export/json_number.h"
 #include "optics/spectrum.h"
 
-static void name_units(struct rmap_detector_image *image, bool luminous)
+static void name_units(struct rmap_detector_image *image, const struct rmap_detector_ask *ask)
 {
     static const char *const name[][2] = {
         [RMAP_PER_AREA] = {"irradiance", "illuminance"},
         [RMAP_PER_SOLID_ANGLE] = {"radiant intensity", "luminous intensity"},
         [RMAP_PER_AREA_AND_ANGLE] = {"radiance", "luminance"},
         [RMAP_PER_CELL] = {"flux per cell", "flux per cell"}};
-    static const char *const unit[][2] = {[RMAP_PER_AREA] = {"W/m2", "lx"},
-                                          [RMAP_PER_SOLID_ANGLE] = {"W/sr", "cd"},
-                                          [RMAP_PER_AREA_AND_ANGLE] = {"W/(m2 sr)", "cd/m2"},
-                                          [RMAP_PER_CELL] = {"W", "lm"}};
-    const int lumens = luminous || image->scene->flux_unit == RMAP_FLUX_LM;
-    image->flux_unit = unit[RMAP_PER_CELL][lumens];
+    const bool lumens = ask->luminous || image->scene->flux_unit == RMAP_FLUX_LM;
+    image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, lumens)->name;
     image->quantity = name[image->bins.quantity][lumens];
-    image->unit = unit[image->bins.quantity][lumens];
+    image->unit =
+        (ask->unit ? ask->unit : rmap_image_unit_usual(image->bins.quantity, lumens))->name;
 }
 
 /* Flux of one source's sums, and its part of the variance. */
@@ -178,6 +175,26 @@ static enum rmap_status fill_channels(struct rmap_detector_image *image, const s
     return RMAP_OK;
 }
 
+static void divide(double *value, size_t n, double by)
+{
+    for (size_t i = 0; value && i < n; i++)
+        value[i] /= by;
+}
+
+/* Values, not fluxes. */
+static void change_unit(struct rmap_detector_image *image, double size, size_t n_colour)
+{
+    const size_t n = (size_t)image->n[0] * image->n[1];
+    divide(image->value, n, size);
+    divide(image->standard_error, n, size);
+    divide(image->rgb, n_colour, size);
+    divide(image->cube, n * image->n_channel, size);
+    divide(image->cube_error, n * image->n_channel, size);
+    divide(&image->mean, 1, size);
+    divide(&image->mean_error, 1, size);
+    divide(&image->peak, 1, size);
+}
+
 enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
                                             const struct rmap_detector_sums *sums,
                                             struct rmap_detector_image **image_ret,
@@ -204,10 +221,12 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an image of %zu cells",
                               sums->n_cell);
     }
-    name_units(image, sums->ask.luminous);
+    name_units(image, &sums->ask);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
     RMAP_TRY(fill_channels(image, map, sums, err));
+    if (sums->ask.unit)
+        change_unit(image, sums->ask.unit->size, sums->n_colour);
     *image_ret = image;
     image = NULL;
 out:
@@ -249,6 +268,13 @@ void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_
     rmap_detector_bins_centre(&image->bins, i, j, x, y);
 }
 
+struct rmap_vec3 rmap_detector_image_place(const struct rmap_detector_image *image, double x,
+                                           double y)
+{
+    const struct rmap_detector *detector = image->detector;
+    return rmap_axpy(x, detector->x, rmap_axpy(y, detector->y, detector->origin));
+}
+
 /* A detector's image as text: CSV, sums for people, JSON. */
 
 const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image)
@@ -273,12 +299,18 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
     bool plane = !image->bins.directions;
     fprintf(out, "# detector: %s\n# quantity: %s, %s\n", image->detector->name, image->quantity,
             image->unit);
-    fprintf(out, "# %s, %s: cell centres, %s\n", plane ? "x" : "theta", plane ? "y" : "phi",
-            rmap_detector_image_coordinate_unit(image));
+    fprintf(out, "# %s: cell centres%s, %s\n",
+            image->world ? "x, y, z"
+            : plane      ? "x, y"
+                         : "theta, phi",
+            image->world ? " in the world" : "", rmap_detector_image_coordinate_unit(image));
     fprintf(out, "# criterion: %s\n", criterion ? criterion : "all");
     rmap_which_csv(image->which, out);
     fprintf(out, "# flux: %.17g %s\n", image->flux, image->flux_unit);
-    fprintf(out, "i,j,%s,value,standard_error,rays", plane ? "x,y" : "theta,phi");
+    fprintf(out, "i,j,%s,value,standard_error,rays",
+            image->world ? "x,y,z"
+            : plane      ? "x,y"
+                         : "theta,phi");
     for (size_t k = 0; k < image->n_channel; k++) {
         char channel[32];
         rmap_detector_image_channel(image, k, channel);
@@ -290,9 +322,12 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
             size_t c = i + (size_t)j * image->n[0];
             double x, y;
             rmap_detector_image_centre(image, i, j, &x, &y);
+            const struct rmap_vec3 p = rmap_detector_image_place(image, x, y);
             fprintf(out, "%u,%u", i, j);
-            rmap_csv_put_number(x, out);
-            rmap_csv_put_number(y, out);
+            rmap_csv_put_number(image->world ? p.x : x, out);
+            rmap_csv_put_number(image->world ? p.y : y, out);
+            if (image->world)
+                rmap_csv_put_number(p.z, out);
             rmap_csv_put_estimate(image->value[c], image->standard_error[c], out);
             rmap_csv_put_number(image->rays[c], out);
             for (size_t k = 0; k < image->n_channel; k++) {
@@ -356,7 +391,11 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
     print_sum("mean", image->mean, image->mean_error, image->unit, out);
     size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
     print_sum("peak", image->peak, image->standard_error[c], image->unit, out);
-    if (isfinite(image->peak_x))
+    const struct rmap_vec3 p = rmap_detector_image_place(image, image->peak_x, image->peak_y);
+    if (isfinite(image->peak_x) && image->world)
+        fprintf(out, "%-14s x %.6g, y %.6g, z %.6g %s in the world (cell %u %u)\n", "peak at", p.x,
+                p.y, p.z, image->scene->unit, image->peak_cell[0], image->peak_cell[1]);
+    else if (isfinite(image->peak_x))
         fprintf(out, "%-14s %s %.6g, %s %.6g %s (cell %u %u)\n", "peak at", plane ? "x" : "theta",
                 image->peak_x, plane ? "y" : "phi", image->peak_y,
                 rmap_detector_image_coordinate_unit(image), image->peak_cell[0],
@@ -472,11 +511,15 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
 {
     size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
     json_t *peak = json_null();
+    const struct rmap_vec3 p = rmap_detector_image_place(image, image->peak_x, image->peak_y);
     if (isfinite(image->peak_x))
         peak = json_pack("{s:o, s:o, s:o, s:o, s:[i, i]}", "value", rmap_json_number(image->peak),
                          "standard_error", rmap_json_number(image->standard_error[c]), "x",
-                         rmap_json_number(image->peak_x), "y", rmap_json_number(image->peak_y),
-                         "cell", (int)image->peak_cell[0], (int)image->peak_cell[1]);
+                         rmap_json_number(image->world ? p.x : image->peak_x), "y",
+                         rmap_json_number(image->world ? p.y : image->peak_y), "cell",
+                         (int)image->peak_cell[0], (int)image->peak_cell[1]);
+    if (image->world && peak && !json_is_null(peak))
+        (void)json_object_set_new(peak, "z", rmap_json_number(p.z));
     bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
     json_t *document = json_pack(
         "{s:s, s:s, s:[i, i], s:s, s:o, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
@@ -489,6 +532,8 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
         rmap_json_number(image->mean_error), "peak", peak);
     if (!document)
         return NULL;
+    if (image->world)
+        (void)json_object_set_new(document, "frame", json_string("world"));
     if (image->uniformity)
         describe_uniformity(image->uniformity, document);
     describe_sources(image, document);

@@ -24,6 +24,7 @@ struct rmap_detector_image {
     const struct rmap_detector *detector;
     const struct rmap_which *which; /* registrations that were counted, borrowed; NULL: all */
     struct rmap_detector_bins bins;
+    bool world; /* places are told in the world; of planes alone */
     uint32_t n[2];
     double *value;          /* [n[1]][n[0]], least y first */
     double *standard_error; /* same layout */
@@ -62,6 +63,10 @@ enum rmap_status rmap_detector_image_find_uniformity(struct rmap_detector_image 
  * directions theta and phi in degrees. */
 void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_t i, uint32_t j,
                                 double *x, double *y);
+
+/* A place on a plane, in the world. */
+struct rmap_vec3 rmap_detector_image_place(const struct rmap_detector_image *image, double x,
+                                           double y);
 
 /* "mm" or "deg"; "656.27 nm" or "red" of a channel. */
 const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image);

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "analysis/detector/detector_bins.h"
+#include "analysis/detector/image_unit.h"
 #include "analysis/query/fold.h"
 #include "base/exact_sum.h"
 
@@ -23,8 +24,9 @@ struct rmap_detector_ask {
     const struct rmap_overlay *overlay; /* receivers, or NULL */
     int32_t detector;                   /* in rmap_scene_with(map, overlay) */
     struct rmap_detector_bins bins;
-    bool colour;   /* per cell, as light looks */
-    bool channels; /* per cell and channel of colour space 0 */
+    const struct rmap_image_unit *unit; /* of values, NULL: the usual one */
+    bool colour;                        /* per cell, as light looks */
+    bool channels;                      /* per cell and channel of colour space 0 */
     bool luminous; /* per cell, weighted by V(lambda): of fluxes in W; not with `channels` */
     bool centre;   /* where the light falls, of planes */
 };

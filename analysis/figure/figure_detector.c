@@ -46,6 +46,21 @@ static bool is_plane(const struct rmap_detector_image *image)
     return !image->bins.directions;
 }
 
+/* In the world, where an axis of the detector lies along one of it. */
+static void move_to_world(const struct rmap_detector *detector, struct rmap_vec3 along,
+                          double range[2], const char **label)
+{
+    static const char *const name[] = {"x", "y", "z"};
+    const double part[] = {along.x, along.y, along.z};
+    const double from[] = {detector->origin.x, detector->origin.y, detector->origin.z};
+    for (int k = 0; k < 3; k++)
+        if (fabs(part[k]) > 1.0 - 1e-12) {
+            *label = name[k];
+            range[0] = from[k] + part[k] * range[0];
+            range[1] = from[k] + part[k] * range[1];
+        }
+}
+
 static void lay_out(struct picture *picture)
 {
     const struct rmap_detector_image *image = picture->image;
@@ -61,6 +76,12 @@ static void lay_out(struct picture *picture)
         axes->x_label = turned ? "x′" : "x";
         axes->y_label = turned ? "y′" : "y";
         axes->x_unit = axes->y_unit = image->scene->unit;
+        if (image->world && !turned) {
+            axes->x_label = "x (detector)";
+            axes->y_label = "y (detector)";
+            move_to_world(image->detector, image->detector->x, axes->x_range, &axes->x_label);
+            move_to_world(image->detector, image->detector->y, axes->y_range, &axes->y_label);
+        }
     } else {
         const struct rmap_detector_bins *bins = &image->bins;
         const double degree = 180.0 / RMAP_PI;
@@ -72,7 +93,8 @@ static void lay_out(struct picture *picture)
         axes->y_label = "θ";
         axes->x_unit = axes->y_unit = "deg";
     }
-    double aspect = (axes->x_range[1] - axes->x_range[0]) / (axes->y_range[1] - axes->y_range[0]);
+    double aspect =
+        fabs((axes->x_range[1] - axes->x_range[0]) / (axes->y_range[1] - axes->y_range[0]));
     if (!is_plane(image)) /* two angles that are not alike */
         aspect = fmin(aspect, 2.0);
     axes->width = fmax(rint(fmin(IMAGE_WIDTH, IMAGE_HEIGHT * aspect)), NARROWEST);

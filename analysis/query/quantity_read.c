@@ -201,13 +201,8 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
     const struct rmap_readings *readings = search->readings;
     const struct rmap_ray_columns *ray = &search->rays->portion->ray;
     const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
-    for (size_t k = 0; k < readings->n; k++) {
-        size_t i = readings->ray[k];
-        value[k] = number == RMAP_RAY_NUMBER_ID ? (double)ray->id[i]
-                   : number == RMAP_RAY_NUMBER_SEGMENTS
-                       ? ray->segment_count[i]
-                       : ray->weight[i] * flux_per_weight[ray->source[i]];
-    }
+    for (size_t k = 0; k < readings->n; k++)
+        value[k] = rmap_ray_number_at(number, ray, readings->ray[k], flux_per_weight);
 }
 
 /* Room for two counts of every row of a table. */

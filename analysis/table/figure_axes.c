@@ -72,13 +72,14 @@ void rmap_ticks_degrees(double low, double high, int most, struct rmap_ticks *ti
 static void axis_ticks(const double range[2], bool powers, const char *unit, double room,
                        struct rmap_ticks *ticks)
 {
-    int most = (int)fmax(room, 2.0);
+    const int most = (int)fmax(room, 2.0);
+    const double low = fmin(range[0], range[1]), high = fmax(range[0], range[1]);
     if (powers)
-        rmap_ticks_powers(pow(10.0, range[0]), pow(10.0, range[1]), most, ticks);
-    else if (strcmp(unit, "deg") == 0 && range[1] - range[0] > 25.0)
-        rmap_ticks_degrees(range[0], range[1], most, ticks);
+        rmap_ticks_powers(pow(10.0, low), pow(10.0, high), most, ticks);
+    else if (strcmp(unit, "deg") == 0 && high - low > 25.0)
+        rmap_ticks_degrees(low, high, most, ticks);
     else
-        rmap_ticks_linear(range[0], range[1], most, ticks);
+        rmap_ticks_linear(low, high, most, ticks);
 }
 
 void rmap_ticks_decades(double low, double high, struct rmap_ticks *ticks)

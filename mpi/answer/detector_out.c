@@ -59,11 +59,11 @@ static enum rmap_status write_exr(const struct rmap_detector_image *image, const
 }
 
 /* What an image has, as arrays. */
-enum { ARRAYS_MAX = 9 };
+enum { ARRAYS_MAX = 10 };
 struct arrays {
     struct rmap_grid_array array[ARRAYS_MAX];
     size_t n;
-    double *x, *y, *wavelength;
+    double *x, *y, *z, *wavelength;
 };
 
 static void add(struct arrays *arrays, const struct rmap_grid_array *array)
@@ -80,12 +80,19 @@ static enum rmap_status list_arrays(const struct rmap_detector_image *image, str
     const char *at = rmap_detector_image_coordinate_unit(image);
     arrays->x = rmap_alloc(w * h, sizeof(double));
     arrays->y = rmap_alloc(w * h, sizeof(double));
+    arrays->z = image->world ? rmap_alloc(w * h, sizeof(double)) : NULL;
     arrays->wavelength = rmap_alloc(n_channel + 1, sizeof(double));
-    if (!arrays->x || !arrays->y || !arrays->wavelength)
+    if (!arrays->x || !arrays->y || (image->world && !arrays->z) || !arrays->wavelength)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an image");
     for (size_t c = 0; c < w * h; c++)
         rmap_detector_image_centre(image, (uint32_t)(c % w), (uint32_t)(c / w), &arrays->x[c],
                                    &arrays->y[c]);
+    for (size_t c = 0; c < w * h && image->world; c++) {
+        const struct rmap_vec3 p = rmap_detector_image_place(image, arrays->x[c], arrays->y[c]);
+        arrays->x[c] = p.x;
+        arrays->y[c] = p.y;
+        arrays->z[c] = p.z;
+    }
     for (size_t k = 0; k < n_channel; k++)
         arrays->wavelength[k] = image->scene->channels.wavelength_nm[k];
     const struct rmap_grid_array list[] = {
@@ -99,6 +106,7 @@ static enum rmap_status list_arrays(const struct rmap_detector_image *image, str
         {"rays", "1", "registrations, sum of weights", 2, {h, w}, image->rays},
         {area ? "x" : "theta", at, "centre of the cell", 2, {h, w}, arrays->x},
         {area ? "y" : "phi", at, "centre of the cell", 2, {h, w}, arrays->y},
+        {"z", at, "centre of the cell, as x and y in the world", 2, {h, w}, arrays->z},
         {"rgb", image->unit, "linear sRGB", 3, {h, w, 3}, image->rgb},
         {"spectral", image->unit, "part of value per channel", 3, {n_channel, h, w}, image->cube},
         {"spectral_standard_error",
@@ -154,6 +162,7 @@ static enum rmap_status write_arrays(const struct rmap_detector_image *image, co
 out:
     rmap_free(arrays.x);
     rmap_free(arrays.y);
+    rmap_free(arrays.z);
     rmap_free(arrays.wavelength);
     return st;
 }

@@ -35,6 +35,8 @@ static const struct rmap_option options[] = {
      "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},
     {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
     {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral"},
+    {"unit", 0, "U", "of the values, as mW/cm2, klx, fc, mcd"},
+    {"frame", 0, "WHERE", "of coordinates: detector (default), or world"},
     {"over", 0, "WHAT", "cells over the area or over the direction of the light"},
     {"spot", 0, NULL, "centroid, RMS radius and encircled energy of the light on a plane"},
     {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
@@ -55,11 +57,11 @@ static const struct rmap_option options[] = {
     {NULL}};
 
 struct request {
-    const char *map_path, *detector, *where;
+    const char *map_path, *detector, *where, *unit;
     char **output; /* [n_output] */
     size_t n_output;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels, force, by_source;
+    bool tally, channels, force, by_source, world;
     bool spot, mtf;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
@@ -130,13 +132,16 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                                      struct rmap_error *err)
 {
     const char *color = rmap_argument(given, "color"), *by = rmap_argument(given, "by");
+    const char *frame = rmap_argument(given, "frame");
     *request = (struct request){
         .map_path = given->operand[0],
         .detector = given->operand[1],
         .where = rmap_argument(given, "where"),
+        .unit = rmap_argument(given, "unit"),
         .tally = rmap_argument(given, "tally") != NULL,
         .force = rmap_argument(given, "force") != NULL,
         .by_source = by != NULL,
+        .world = frame && strcmp(frame, "world") == 0,
     };
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
@@ -149,6 +154,8 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE, "say --log or --linear, not both");
     if (color && !request->figure.true_colour && strcmp(color, "false") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--color '%s': say false or true", color);
+    if (frame && !request->world && strcmp(frame, "detector") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--frame '%.40s': say detector or world", frame);
     enum rmap_status st = read_bins(given, request, err);
     if (st == RMAP_OK)
         st = read_spot(given, request, err);
@@ -366,6 +373,12 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
+    if (request->world && ask->bins.directions)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--frame world: cells over directions have no place in the world");
+    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity,
+                                  ask->luminous || scene->flux_unit == RMAP_FLUX_LM, request->unit,
+                                  &ask->unit, err));
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
         strcmp(request->bins.quantity, "luminance") == 0)
         fputs("raymap: --quantity luminance: the sources are in W: this is the radiance\n", stderr);
@@ -428,8 +441,10 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     if (st == RMAP_OK && context->rank == 0)
         st = rmap_detector_image_find_uniformity(answer.image, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (answer.image)
+    if (answer.image) {
         answer.image->which = selected.which;
+        answer.image->world = request.world;
+    }
     if (request.spot)
         RMAP_TRY(find_spot(context, &request, &ask, &choice, &answer, err));
     if (context->rank == 0) {

@@ -51,6 +51,25 @@ total = sum(float(row["value"]) for row in rows) / len(rows)
 check(abs(total - image["mean"]["value"]) < 1e-6 * image["mean"]["standard_error"], f"sum of CSV {total} {image['mean']}")
 check(all(len(row["value"]) <= 12 for row in rows), f"digits: {[row['value'] for row in rows]}")
 
+# in other units, and in the world: the sensor looks along -z, with its x axis along that of the world
+other = json.loads(run("detector", "lens.raymap", "sensor", "--cells", "6x4", "--unit", "mW/cm2", "--frame", "world", "--json"))
+check(other["unit"] == "mW/cm2" and abs(other["mean"]["value"] / image["mean"]["value"] - 0.1) < 1e-9, f"{other['mean']} {image['mean']}")
+check(other["frame"] == "world" and abs(other["peak"]["z"] - 139.5658) < 1e-4 and other["peak"]["x"] == image["peak"]["x"], f"{other['peak']}")
+run("detector", "lens.raymap", "sensor", "--unit", "lx", status=2)
+run("detector", "lens.raymap", "sensor", "--frame", "wolrd", status=2)
+with open("wall.yaml", "w", encoding="utf-8") as file:
+    file.write("raymap: 1\nmedia: {air: {index: 1}}\nsurfaces: {black: {type: absorber}}\ngeometries: {wall: {type: rectangle, size: [4, 2]}}\n"
+               "objects: [{name: wall, geometry: wall, at: [10, 0, 5], surface: black}]\n"
+               "sources: [{name: s, type: collimated, at: [10.5, 0.3, 4], shape: {disc: 0.1}, medium: air}]\ndetectors:\n"
+               " - {name: d, type: plane, on: wall, at: [10, 0, 5], rotate: [180, 180, 0], size: [4, 2], cells: [40, 20]}\n")
+run("trace", "wall.yaml", "-n", "2000", "-o", "wall.raymap", "-q")
+run("detector", "wall.raymap", "d", "--frame", "world", "-o", "wall.csv", "-o", "wall.svg", "-o", "wall.npz")
+with open("wall.csv", encoding="utf-8") as file:
+    lit = [row for row in csv.DictReader(line for line in file if not line.startswith("#")) if float(row["value"]) > 0]
+check(lit and all(10.3 < float(r["x"]) < 10.7 and 0.1 < float(r["y"]) < 0.5 and float(r["z"]) == 5 for r in lit), f"{lit[:3]}")
+place = json.loads(run("query", "wall.raymap", "registered(d where world_x in 10.35..10.65 and world_y in 0.15..0.45) and start_x > 10.35 and start_z == 4", "--json"))
+check(place["rays"]["matched"] == 2000, f"{place['rays']}")
+
 # of few rays and of many: within the errors, once the noise is taken off
 found = []
 for rays in (100000, 1600000):
