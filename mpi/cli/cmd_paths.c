@@ -37,6 +37,7 @@ static const struct rmap_option options[] = {
     {"no-events", 0, NULL, "tell paths apart by where they went, not by what happened there"},
     {"collapse", 0, NULL, "equal steps in a row count as one"},
     {"detector", 'd', "NAME", "only rays registered there, and their paths until then"},
+    {"first", 0, NULL, "of a ray registered there several times, the first time alone", "detector"},
     {"top", 0, "N", "so many classes (default 20); all: every one"},
     {"sort", 0, "BY", "flux (default), share, rays or length (segments per ray)"},
     {"exact", 0, "N", "count up to N classes exactly (default 786432), the largest beyond"},
@@ -241,6 +242,48 @@ out:
     return st;
 }
 
+struct chosen {
+    struct rmap_which *asked, *first, *both; /* both: of these two */
+    const struct rmap_which *which;
+};
+
+static void chosen_fini(struct chosen *chosen)
+{
+    rmap_which_destroy(chosen->both);
+    rmap_which_destroy(chosen->first);
+    rmap_which_destroy(chosen->asked);
+}
+
+/* A registration before which there is none on the detector. */
+static enum rmap_status choose_first(const struct rmap_scene *scene,
+                                     const struct rmap_index_set *detector,
+                                     const struct rmap_criterion *criterion, struct chosen *chosen,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *name = scene->detector[detector->low].name;
+    const size_t nbytes = 2 * strlen(name) + 40;
+    char *text = rmap_alloc(nbytes, 1);
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a choice");
+    size_t n = (size_t)snprintf(text, nbytes, "not path(\".* V@'");
+    for (; *name; name++) { /* a quote is doubled */
+        text[n++] = *name;
+        if (*name == '\'')
+            text[n++] = *name;
+    }
+    (void)snprintf(text + n, nbytes - n, "' .+\")");
+    RMAP_TRY(rmap_which_create(scene, detector, text, NULL, criterion, &chosen->first, err));
+    chosen->which = chosen->first;
+    if (!rmap_which_chooses(chosen->asked))
+        goto out;
+    RMAP_TRY(rmap_which_create_with(chosen->asked, chosen->first, true, &chosen->both, err));
+    chosen->which = chosen->both;
+out:
+    rmap_free(text);
+    return st;
+}
+
 /* Collective. Another fold, over what was registered. */
 static enum rmap_status sum_matrix(const struct rmap_context *context, struct request *request,
                                    struct answer *answer, struct rmap_error *err)
@@ -281,7 +324,7 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     struct rmap_overlay *overlay = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
-    struct rmap_which *which = NULL;
+    struct chosen chosen = {NULL};
     struct rmap_path_keys *keys = NULL;
     struct answer answer = {0};
     struct rmap_path_request *paths = &request.paths;
@@ -297,7 +340,10 @@ static enum rmap_status run_paths(const struct rmap_context *context,
         st = rmap_asked_compile(context, &asked, 0, scene, &criterion, err);
     if (st == RMAP_OK && request.detector) {
         const struct rmap_index_set only = {.low = paths->view.detector, .span = 1};
-        st = rmap_asked_which(context, given, &asked, scene, &only, criterion, &which, err);
+        st = rmap_asked_which(context, given, &asked, scene, &only, criterion, &chosen.asked, err);
+        chosen.which = chosen.asked;
+        if (st == RMAP_OK && rmap_argument(given, "first"))
+            st = choose_first(scene, &only, criterion, &chosen, err);
     }
     if (st == RMAP_OK)
         st = rmap_path_keys_create(scene, &paths->view, &keys, err);
@@ -305,13 +351,13 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     paths->map = map;
     paths->overlay = overlay;
     paths->criterion = criterion;
-    paths->which = which;
+    paths->which = chosen.which;
     paths->keys = keys;
     RMAP_TRY(rmap_path_run(context, paths, &answer.report, err));
     if (request.matrix.parts)
         RMAP_TRY(sum_matrix(context, &request, &answer, err));
     if (context->rank == 0) {
-        rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
+        rmap_tell_hint(context, map, &(struct rmap_choice){criterion, chosen.which},
                        answer.report->total.rays);
         st = show(context, &request, &answer, err);
     }
@@ -321,7 +367,7 @@ out:
     rmap_free(answer.sum);
     rmap_path_order_fini(&request.order);
     rmap_path_keys_destroy(keys);
-    rmap_which_destroy(which);
+    chosen_fini(&chosen);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);
     rmap_overlay_destroy(overlay);

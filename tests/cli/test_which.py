@@ -116,6 +116,18 @@ def check_rule(file):
     assert "--which 'where x > 1'" in told, told
 
 
+def check_first(file, detector):
+    """paths --first: every ray once, and a row's criterion has the row's flux."""
+    every = ask("paths", file, "--detector", detector, "--top", "all")
+    first = ask("paths", file, "--detector", detector, "--first", "--top", "5")
+    arrived = ask("query", file, f"registered({detector})")
+    assert first["rays"]["matched"] == arrived["rays"]["matched"] and first["flux"]["value"] == arrived["flux"]["matched"]
+    assert first["flux"]["value"] < every["flux"]["value"] and len(first["classes"]) == 5
+    for row in first["classes"][:2]:
+        image = ask("detector", file, detector, "--where", row["criterion"])
+        assert image["flux"]["total"] == row["flux"], (row, image["flux"])
+
+
 def check_refused(file):
     for arguments, word in ((["detector", file, "sensor", "--which", "x > 1", "--tally"], "--which"),
                             (["paths", file, "--which", "where x > 1"], "--detector"),
@@ -199,6 +211,7 @@ def main():
                                       ("luneburg", "focus", "hit(*) > 2"), ("selfoc", "image", "x > 0"),
                                       ("room", "floor_map", "hit(*, reflect_diffuse) == 0")):
         check_law(trace(name, 2000, "compact"), detector, [condition], ["all"], 1)
+    check_first("room-compact.raymap", "floor_map")
 
 
 if __name__ == "__main__":
