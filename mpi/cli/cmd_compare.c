@@ -32,7 +32,7 @@ static const struct rmap_option options[] = {
     {"bins", 'b', "N",
      "equal ones of a number (default: 50 with as many rays each, or one per whole number)", "of"},
     {"range", 0, "A..B", "that the bins of a number span (default: all values)", "of"},
-    {"detector", 'd', "NAME", "of the detectors this one alone"},
+    {"detector", 'd', "NAME", "of the detectors this one alone", .words = "@detectors"},
     {"output", 'o', "OUT",
      "what differs where, of the detector or the number: OUT.csv, .h5, .npz, a picture .png, .svg; "
      "OUT.json with all tests"},

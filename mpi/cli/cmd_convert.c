@@ -23,7 +23,8 @@
 
 static const struct rmap_option options[] = {
     {"output", 'o', "MAP2", "directory of the ray map to make, by custom NAME.raymap"},
-    {"encoding", 0, "E", "plain or compact (default: that of MAP's first piece)"},
+    {"encoding", 0, "E", "plain or compact (default: that of MAP's first piece)",
+     .words = "plain compact"},
     {"piece-size", 0, "BYTES",
      "close a file of the map that has so much to compress (default 512Mi)"},
     {"force", 'f', NULL, "replace a ray map that stands there", "output"},

@@ -34,22 +34,25 @@ static const struct rmap_option options[] = {
     {"region", 0, "X0,Y0,X1,Y1",
      "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},
     {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
-    {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral"},
+    {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral",
+     .words = "irradiance illuminance intensity radiance luminance flux spectral"},
     {"unit", 0, "U", "of the values, as mW/cm2, klx, fc, mcd"},
-    {"frame", 0, "WHERE", "of coordinates: detector (default), or world"},
-    {"over", 0, "WHAT", "cells over the area or over the direction of the light"},
+    {"frame", 0, "WHERE", "of coordinates: detector (default), or world",
+     .words = "detector world"},
+    {"over", 0, "WHAT", "cells over the area or over the direction of the light",
+     .words = "area direction"},
     {"spot", 0, NULL, "centroid, RMS radius and encircled energy of the light on a plane"},
     {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
     {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene",
      "mtf"},
     {"plot", 0, "OUT", "the curves of --spot and --mtf: OUT.png, OUT.svg or OUT.csv"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
-    {"by", 0, "source", "registrations and flux of each source"},
+    {"by", 0, "source", "registrations and flux of each source", .words = "source"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; again for "
      "more"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour",
-     "output"},
+     "output", .words = "false true"},
     {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)",
      "output"},
     {"linear", 0, NULL, "linear scale in the picture", "output"},
@@ -473,7 +476,7 @@ const struct rmap_command rmap_command_detector = {
         "Prints what detector NAME caught: flux, mean, peak and where it lies, the least cell,\n"
         "percentiles and uniformities, with standard errors; with --where, of the matching rays "
         "alone, as\n\n"
-        "  raymap detector lens.raymap sensor --where 'hit(*, reflect) >= 2' -o ghosts.png\n\n"
+        "  raymap detector lens.raymap sensor --where 'hit(*, reflect) >= 2' -o part.png\n\n"
         "Values are in W/m2 or lx for a plane, W/sr or cd for an intensity grid; --quantity\n"
         "and --over choose others, --cells, --region and --rotate other cells. FILE lists\n"
         "receivers that the scene did not have, with the keys of `detectors:` in a scene file:\n"

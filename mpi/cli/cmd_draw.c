@@ -41,7 +41,8 @@ static const struct rmap_option options[] = {
      "(default 300, fewer of very many segments; in a page 2000)"},
     {"view", 'v', "VIEW",
      "section yz, xz or xy, or 3d (default: 3d for scenes of meshes, else the section along the "
-     "rays)"},
+     "rays)",
+     .words = "yz xz xy 3d"},
     {"cut", 0, "PLACE",
      "where the section's plane lies along its axis (default: the axis of most "
      "surfaces)"},
@@ -49,10 +50,12 @@ static const struct rmap_option options[] = {
     {"camera", 0, "NAME", "as this camera of the scene sees it, in perspective"},
     {"color", 0, "MODE",
      "natural: the colour of the light (default); path: classes of paths; criterion: several "
-     "--where, or all of --criteria; order: of ghosts and scatter"},
+     "--where, or all of --criteria; order: of ghosts and scatter",
+     .words = "natural path criterion order"},
     {"by", 0, "LEVEL",
      "whose names tell paths apart: surface, object or group (default: object for --color path, "
-     "surface in a page)"},
+     "surface in a page)",
+     .words = "surface object group"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
@@ -377,7 +380,7 @@ const struct rmap_command rmap_command_draw = {
             "Rays are projected on the plane of a section. OUT.svg has lines and text, OUT.png is\n"
             "the same picture in pixels. With no matching ray the scene is drawn alone. In a view\n"
             "from above what bodies hide of a ray is faint; glass hides nothing.\n\n"
-            "  raymap draw lens.raymap --where 'registered(sensor)' --color order -o ghosts.svg\n\n"
+            "  raymap draw lens.raymap --where 'registered(sensor)' --color order -o rays.svg\n\n"
             "gives each order of ghosts its colour; rays of more flux are more opaque.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' -o lens.html\n\n"
             "writes one page that any browser opens, without a network: the scene and the rays in\n"

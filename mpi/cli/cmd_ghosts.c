@@ -30,7 +30,8 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_OPTIONS,
     {"cells", 0, "NXxNY", "in which the brightest is sought (default: the detector's own)"},
     {"top", 0, "N", "so many pairs of surfaces (default 10)"},
-    {"by", 0, "LEVEL", "whose names count: surface (default), object or group"},
+    {"by", 0, "LEVEL", "whose names count: surface (default), object or group",
+     .words = "surface object group"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.csv: the table; OUT.png or .svg: OUT-0 the direct image, OUT-1 the first ghost ..."},
     {"force", 'f', NULL, "replace OUT", "output"},
@@ -209,7 +210,7 @@ out:
 const struct rmap_command rmap_command_ghosts = {
     .name = "ghosts",
     .summary = "the ghosts on a detector, by the surfaces that make them",
-    .operands = "MAP DETECTOR [--top N] [-o OUT]",
+    .operands = "MAP NAME [--top N] [-o OUT]",
     .help =
         "Lists the pairs of surfaces between which light was reflected on its way to the\n"
         "detector, those with most flux first, and what came by more reflections: flux, ratio to\n"

@@ -325,7 +325,7 @@ static enum rmap_status run_info(const struct rmap_context *context,
 
 const struct rmap_command rmap_command_info = {
     .name = "info",
-    .summary = "say what a ray map holds, where it comes from, and if it is complete",
+    .summary = "say what a ray map holds, where it comes from, if it is complete",
     .operands = "MAP",
     .help = "Rays, segments, registrations, bytes, names, shards, provenance, digest and the\n"
             "energy balance of each source.",

@@ -33,17 +33,20 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
-    {"by", 0, "LEVEL", "whose names count: surface (default), object or group"},
+    {"by", 0, "LEVEL", "whose names count: surface (default), object or group",
+     .words = "surface object group"},
     {"no-events", 0, NULL, "tell paths apart by where they went, not by what happened there"},
     {"collapse", 0, NULL, "equal steps in a row count as one"},
-    {"detector", 'd', "NAME", "only rays registered there, and their paths until then"},
+    {"detector", 'd', "NAME", "only rays registered there, and their paths until then",
+     .words = "@detectors"},
     {"first", 0, NULL, "of a ray registered there several times, the first time alone", "detector"},
     {"top", 0, "N", "so many classes (default 20); all: every one"},
-    {"sort", 0, "BY", "flux (default), share, rays or length (segments per ray)"},
+    {"sort", 0, "BY", "flux (default), share, rays or length (segments per ray)",
+     .words = "flux share rays length"},
     {"exact", 0, "N", "count up to N classes exactly (default 786432), the largest beyond"},
     {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
-    {"matrix", 0, "LIST",
-     "what detectors saw, by orders, ghosts or contribution; all: these three"},
+    {"matrix", 0, "LIST", "what detectors saw, by orders, ghosts or contribution; all: these three",
+     .words = "orders ghosts contribution all"},
     {"output", 'o', "OUT",
      "OUT.csv or OUT.json: all columns of those classes; CSV with --matrix: that matrix"},
     {"force", 'f', NULL, "replace OUT", "output"},
@@ -383,8 +386,8 @@ const struct rmap_command rmap_command_paths = {
             "are one class. Prints the classes with most flux: their share, standard error, rays,\n"
             "brightest cell on a detector, a ray to look at, and the criterion that selects\n"
             "exactly this class, to go on with in query, draw, detector or report:\n\n"
-            "  raymap paths lens.raymap --detector sensor --where "
-            "'registered(sensor where ghost_order >= 1)'",
+            "  raymap paths lens.raymap --detector sensor \\\n"
+            "      --where 'registered(sensor where ghost_order >= 1)'",
     .options = options,
     .min_operands = 1,
     .max_operands = 1,

@@ -318,7 +318,7 @@ const struct rmap_command rmap_command_render = {
     .operands = "SCENE [--camera NAME] -o OUT.png [-o OUT.exr]",
     .help = "Traces light backward from a camera of the scene to its sources, through lenses,\n"
             "mirrors and gradient media, as\n\n"
-            "  raymap render scene.yaml --camera front --samples 256 -o front.png -o front.exr\n\n"
+            "  raymap render scene.yaml --camera front --samples 256 -o a.png -o a.exr\n\n"
             "The picture is rewritten after each pass, so it can be watched as it gets clearer.\n"
             "OUT.exr holds linear RGB whose luminance is in cd/m2, or in W/(m2 sr) where sources\n"
             "are given in W. Any number of ranks and threads gives the same picture. A point or a\n"

@@ -234,7 +234,7 @@ static enum rmap_status run_report(const struct rmap_context *context,
 
 const struct rmap_command rmap_command_report = {
     .name = "report",
-    .summary = "everything that happened along one ray; a whole map's energy, or a page",
+    .summary = "all that happened along a ray; a whole map's energy, or a page",
     .operands = "MAP RAY | SCENE --ray N | SCENE --rays A..B | MAP --energy | MAP --html",
     .help =
         "Prints a ray's history, segment by segment: the object met, what happened there, the "
@@ -247,7 +247,7 @@ const struct rmap_command rmap_command_report = {
         "With --energy: emitted = absorbed by each object and in each medium + left the scene\n"
         "+ stopped by limits and errors, per source and in all, in rays (exact) and in flux\n"
         "with its standard error; beside it what each detector registered. As\n\n"
-        "  raymap report lens.raymap --energy --where 'hit(lens.*, reflect) >= 2' -o ghosts.png\n\n"
+        "  raymap report lens.raymap --energy --where 'hit(*, reflect) >= 2' -o flow.png\n\n"
         "With --html: one page without scripts that a mail can carry: the scene with rays,\n"
         "where the light went, every detector's image, the paths that carried most, and where\n"
         "the map comes from. To standard output, or as\n\n"

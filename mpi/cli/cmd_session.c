@@ -13,6 +13,7 @@
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/parallel/interrupt.h"
 #include "mpi/session/session_answer.h"
 #include "mpi/session/session_input.h"
 #include "mpi/session/session_words.h"
@@ -94,6 +95,7 @@ static enum rmap_status converse(struct rmap_session *session, struct rmap_sessi
     for (uint64_t n = 1; st == RMAP_OK && !session->quit; n++) {
         struct rmap_error mistake = {0};
         char *line = NULL;
+        rmap_interrupt_forget();
         st = next_line(context, input, &line, &mistake);
         bool at_end = st == RMAP_OK && !line;
         if (line)

@@ -25,12 +25,13 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
-    {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
+    {"detector", 0, "NAME", "a value for each registration there, instead of each ray",
+     .words = "@detectors"},
     {"unit", 0, "U...", "of the values, as ns, um or mrad; given twice: of both numbers"},
     {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
     {"log", 0, NULL, "bins of equal ratio"},
-    {"by", 0, "WHAT", "source or detector: each by itself"},
+    {"by", 0, "WHAT", "source or detector: each by itself", .words = "source detector"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
@@ -168,7 +169,7 @@ const struct rmap_command rmap_command_stats = {
         "the matching rays or of their registrations, weighted by flux, each with its standard\n"
         "error, as\n\n"
         "  raymap stats lens.raymap --of 'angle(sensor)' --where 'hit(*, reflect) >= 2'\n"
-        "  raymap stats lens.raymap --of 'x(sensor)' --of 'y(sensor)' --bins 200 -o spot.csv\n\n"
+        "  raymap stats lens.raymap --of 'x(sensor)' --of 'y(sensor)' --bins 200 -o a.csv\n\n"
         "kurtosis is the fourth moment over the square of the variance: 3 for a normal\n"
         "distribution. A ray with several wavelengths left counts as a value of `wavelength` for\n"
         "each, with its share of the flux.",

@@ -54,14 +54,35 @@ static void print_option(const struct rmap_option *option, FILE *out)
     print_roff(option->help, out);
 }
 
+static void print_options(const struct rmap_option *option, FILE *out)
+{
+    for (; option && option->name; option++)
+        print_option(option, out);
+}
+
 static void print_command(const struct rmap_command *command, FILE *out)
 {
     fprintf(out, ".SS \"raymap %s\"\n.B raymap %s\n", command->name, command->name);
     print_roff(command->operands, out);
     fputs(".PP\n", out);
     print_roff(command->help, out);
-    for (const struct rmap_option *option = command->options; option && option->name; option++)
-        print_option(option, out);
+    print_options(command->options, out);
+}
+
+void rmap_manual_print_command(const struct rmap_command *command, FILE *out)
+{
+    fprintf(out, ".TH RAYMAP\\-%s 1 \"\" \"raymap %s\" \"User Commands\"\n.nh\n", command->name,
+            RMAP_VERSION);
+    fprintf(out, ".SH NAME\nraymap\\-%s \\- ", command->name);
+    print_roff(command->summary, out);
+    fprintf(out, ".SH SYNOPSIS\n.B raymap %s\n", command->name);
+    print_roff(command->operands, out);
+    fputs(".SH DESCRIPTION\n", out);
+    print_roff(command->help, out);
+    fputs(".SH OPTIONS\n", out);
+    print_options(command->options, out);
+    print_options(rmap_common_options(), out);
+    fputs(".SH SEE ALSO\n.BR raymap (1),\nwhich has the exit status and all commands\n", out);
 }
 
 void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE *out)
@@ -81,8 +102,7 @@ void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE
         print_roff(command[i]->summary, out);
     }
     fputs(".SH OPTIONS OF EVERY COMMAND\n", out);
-    for (const struct rmap_option *option = rmap_common_options(); option->name; option++)
-        print_option(option, out);
+    print_options(rmap_common_options(), out);
     fputs(".SH COMMANDS\n", out);
     for (size_t i = 0; i < n; i++)
         print_command(command[i], out);
@@ -101,8 +121,27 @@ void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE
           "raymap detector lens.raymap sensor \\-o sensor.png\n"
           ".fi\n.SH SEE ALSO\nThe scene file, the criterion language and the format of a map are\n"
           "described in the pages scene.md, criterion.md and map.md of the documentation.\n"
-          ".BR mpirun (1),\n.BR h5dump (1)\n",
+          ".BR mpirun (1),\n.BR h5dump (1)",
           out);
+    for (size_t i = 0; i < n; i++)
+        fprintf(out, ",\n.BR raymap\\-%s (1)", command[i]->name);
+    fputc('\n', out);
+}
+
+/* What the argument of each option may be; of a command that takes MAP NAME, the name, too. */
+static void print_values(const struct rmap_command *command, FILE *out)
+{
+    fputs("            case $before in", out);
+    for (const struct rmap_option *option = command->options; option && option->name; option++)
+        if (option->words) {
+            fprintf(out, "\n                --%s", option->name);
+            if (option->letter)
+                fprintf(out, " | -%c", option->letter);
+            fprintf(out, ") values='%s' ;;", option->words);
+        }
+    if (strncmp(command->operands, "MAP NAME", strlen("MAP NAME")) == 0)
+        fputs("\n                *) ((COMP_CWORD == 3)) && values=@detectors ;;", out);
+    fputs("\n            esac ;;\n", out);
 }
 
 static void print_words(const struct rmap_option *option, FILE *out)
@@ -115,7 +154,8 @@ void rmap_completion_print(const struct rmap_command *const *command, size_t n, 
 {
     fputs("# bash completion of raymap, made from its tables of options\n"
           "_raymap()\n{\n"
-          "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} options=\n"
+          "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} "
+          "options= values=\n"
           "    if ((COMP_CWORD == 1)); then\n"
           "        mapfile -t COMPREPLY < <(compgen -W \"--help --version",
           out);
@@ -125,13 +165,19 @@ void rmap_completion_print(const struct rmap_command *const *command, size_t n, 
     for (size_t i = 0; i < n; i++) {
         fprintf(out, "        %s) options='", command[i]->name);
         print_words(command[i]->options, out);
-        fputs("' ;;\n", out);
+        fputs("'\n", out);
+        print_values(command[i], out);
     }
     fputs("    esac\n    options+='", out);
     print_words(rmap_common_options(), out);
     /* Everything else is left to bash's own completion of file names. */
     fputs("'\n    COMPREPLY=()\n    if [[ $word == -* && $before != -[ow] ]]; then\n"
-          "        mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\")\n    fi\n}\n"
+          "        values=$options\n"
+          "    elif [[ $values == @* ]]; then\n"
+          "        values=$(\"${COMP_WORDS[0]}\" help --names \"${values#@}\" \"${COMP_WORDS[2]}\" "
+          "2>/dev/null)\n    fi\n"
+          "    if [[ $values ]]; then\n"
+          "        mapfile -t COMPREPLY < <(compgen -W \"$values\" -- \"$word\")\n    fi\n}\n"
           "complete -o default -F _raymap raymap\n",
           out);
 }

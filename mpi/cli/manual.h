@@ -13,6 +13,9 @@
 /* raymap(1), for man. */
 void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE *out);
 
+/* raymap-COMMAND(1). */
+void rmap_manual_print_command(const struct rmap_command *command, FILE *out);
+
 /* A file for bash-completion. */
 void rmap_completion_print(const struct rmap_command *const *command, size_t n, FILE *out);
 

@@ -17,12 +17,14 @@
 #include "io/file/diagnostics.h"
 #include "mpi/cli/manual.h"
 #include "mpi/command/argument_numbers.h"
+#include "mpi/command/load.h"
 #include "mpi/command/version_text.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/terminal.h"
 #include "mpi/parallel/threads.h"
 #include "mpi/parallel/watchdog.h"
+#include "mpi/session/session_words.h"
 
 enum { COMMANDS_MAX = 32 };
 
@@ -86,15 +88,32 @@ out:
     return st;
 }
 
-/* `raymap help --man` and `help --completion` are what the build installs. */
-static void print_help(const struct commands *known, const char *form, FILE *out)
+/* `raymap help --man [COMMAND]` and `help --completion` are what the build installs. */
+static void print_help(const struct commands *known, const char *form, const char *name, FILE *out)
 {
+    for (size_t i = 0; name && strcmp(form, "--man") == 0 && i < known->n; i++)
+        if (strcmp(known->list[i]->name, name) == 0) {
+            rmap_manual_print_command(known->list[i], out);
+            return;
+        }
     if (strcmp(form, "--man") == 0)
         rmap_manual_print(known->list, known->n, out);
     else if (strcmp(form, "--completion") == 0)
         rmap_completion_print(known->list, known->n, out);
     else
         print_overview(known, out);
+}
+
+/* Collective. `raymap help --names detectors MAP`, of which the completion is made. */
+static enum rmap_status print_names(const struct rmap_context *context, const char *kind,
+                                    const char *path, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    const enum rmap_status st = rmap_load_map(context, path, &map, err);
+    if (st == RMAP_OK && context->rank == 0)
+        rmap_session_names_list(rmap_map_scene(map), kind, stdout);
+    rmap_map_close(map);
+    return st;
 }
 
 /* Collective. */
@@ -109,10 +128,12 @@ static enum rmap_status dispatch(struct rmap_context *context, const struct comm
             rmap_arguments_help(chosen, stdout);
         return st;
     }
+    if (strcmp(word, "help") == 0 && argc == 5 && strcmp(argv[2], "--names") == 0)
+        return print_names(context, argv[3], argv[4], err);
     bool help = strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
     if (help || strcmp(word, "--version") == 0) {
         if (context->rank == 0 && help)
-            print_help(known, argc > 2 ? argv[2] : "", stdout);
+            print_help(known, argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : NULL, stdout);
         else if (context->rank == 0)
             rmap_version_print(stdout);
         return RMAP_OK;

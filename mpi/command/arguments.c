@@ -418,7 +418,10 @@ static void print_option(const struct rmap_option *option, FILE *out)
 
 void rmap_arguments_help(const struct rmap_command *command, FILE *out)
 {
-    fprintf(out, "usage: raymap %s %s\n\n", command->name, command->operands);
+    const int column = fprintf(out, "usage: raymap %s ", command->name);
+    print_words(command->operands, command->operands + strlen(command->operands), (size_t)column,
+                out);
+    fputc('\n', out);
     print_prose(command->help, out);
     fprintf(out, "\noptions:\n");
     for (const struct rmap_option *option = command->options; option && option->name; option++)

@@ -24,6 +24,8 @@ struct rmap_option {
     const char *argument; /* "FILE", shown in the help; NULL: takes none */
     const char *help;
     const char *goes_with; /* "output plot": means nothing without one of these; NULL: alone */
+    const char *words;     /* "plain compact": what the argument may be, "@detectors": names of that
+                              kind in the map; for completion. NULL: a file, or anything */
 };
 
 struct rmap_arguments {

@@ -19,7 +19,7 @@
         {"set", 0, "KEY=VALUE", "another value for a key of the scene, as limits.steps=100"},      \
         {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},               \
     {                                                                                              \
-        "color", 0, "MODE", "spectral or rgb: how light is described"                              \
+        "color", 0, "MODE", "spectral or rgb: how light is described", .words = "spectral rgb"     \
     }
 
 enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,

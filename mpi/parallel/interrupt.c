@@ -11,7 +11,7 @@ static const int watched[] = {SIGTERM, SIGINT, SIGUSR1};
 
 /* A signal handler can tell nobody but a static: with the flag of
  * io/export/json_memory.c the one piece of global state in the program. */
-static volatile sig_atomic_t caught;
+static volatile sig_atomic_t caught; /* negative: of a question */
 
 static void remember(int number)
 {
@@ -29,7 +29,29 @@ void rmap_interrupt_watch(void)
 
 int rmap_interrupt_caught(void)
 {
-    return caught;
+    return caught > 0 ? caught : 0;
+}
+
+static void remember_question(int number)
+{
+    caught = -number;
+}
+
+void rmap_interrupt_watch_questions(void)
+{
+    struct sigaction action = {.sa_handler = remember_question};
+    (void)sigemptyset(&action.sa_mask);
+    (void)sigaction(SIGINT, &action, NULL);
+}
+
+bool rmap_interrupt_stops_question(void)
+{
+    return caught < 0;
+}
+
+void rmap_interrupt_forget(void)
+{
+    caught = 0;
 }
 
 const char *rmap_interrupt_name(int number)

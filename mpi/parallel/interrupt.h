@@ -5,8 +5,16 @@
 #ifndef RMAP_INTERRUPT_H
 #define RMAP_INTERRUPT_H
 
+#include <stdbool.h>
+
 /* From now on the first of these signals is remembered; a second one of its kind kills, as ever. */
 void rmap_interrupt_watch(void);
+
+/* The same for SIGINT alone, as often as it comes: at a prompt it clears the line, and stops the
+ * question that is being answered. Waiting for input ends with EINTR. */
+void rmap_interrupt_watch_questions(void);
+bool rmap_interrupt_stops_question(void);
+void rmap_interrupt_forget(void); /* for the next question */
 
 /* Number of the signal that came, or 0. */
 int rmap_interrupt_caught(void);

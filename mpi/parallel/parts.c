@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
+#include "mpi/parallel/interrupt.h"
 
 /* Items that a thread has not begun yet. */
 struct stretch {
@@ -60,7 +61,10 @@ static void work(void *context, int thread)
         take(run, thread, &first, &last);
         if (first == last)
             return;
-        st = parts->work(parts->context, thread, first, last, &run->error[thread]);
+        if (rmap_interrupt_stops_question())
+            st = rmap_error_set(&run->error[thread], RMAP_INPUT, "stopped");
+        else
+            st = parts->work(parts->context, thread, first, last, &run->error[thread]);
     }
     if (st != RMAP_OK)
         atomic_store(&parts->abandoned, true);

@@ -5,8 +5,10 @@
  */
 #include "mpi/parallel/progress.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -59,6 +61,14 @@ static void print_duration(double seconds, char *text, size_t nbytes)
         (void)snprintf(text, nbytes, "%lu:%02lu", s / 60, s % 60);
 }
 
+/* Columns of the terminal but the last, in which some wrap. */
+static int columns(void)
+{
+    struct winsize size = {0};
+    const bool told = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+    return told ? size.ws_col - 1 : INT_MAX;
+}
+
 static void print_line(const struct rmap_progress *progress, uint64_t done, double rate)
 {
     char now[RMAP_GROUPED_LEN], total[RMAP_GROUPED_LEN], speed[RMAP_GROUPED_LEN];
@@ -66,10 +76,13 @@ static void print_line(const struct rmap_progress *progress, uint64_t done, doub
     print_duration(rate > 0 ? (double)(progress->total - done) / rate : 0.0, left, sizeof left);
     if (!progress->terminal)
         print_clock(clock, sizeof clock);
-    dprintf(STDERR_FILENO, "%s%s of %s %s (%.0f %%), %s/s, %s left%s", clock,
-            rmap_grouped(done, now), rmap_grouped(progress->total, total), progress->what,
-            100.0 * (double)done / (double)progress->total, rmap_grouped((uint64_t)rate, speed),
-            left, progress->terminal ? "" : "\n");
+    char line[256];
+    (void)snprintf(line, sizeof line, "%s of %s %s (%.0f %%), %s/s, %s left",
+                   rmap_grouped(done, now), rmap_grouped(progress->total, total), progress->what,
+                   100.0 * (double)done / (double)progress->total,
+                   rmap_grouped((uint64_t)rate, speed), left);
+    dprintf(STDERR_FILENO, "%s%.*s%s", clock, progress->terminal ? columns() : INT_MAX, line,
+            progress->terminal ? "" : "\n");
 }
 
 void rmap_progress_show(struct rmap_progress *progress, uint64_t done)

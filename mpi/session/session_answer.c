@@ -30,7 +30,7 @@ static const char help[] =
     "CRITERION                 how many rays, segments and how much flux match\n"
     "list N CRITERION          the N matching rays with the smallest ids\n"
     "let NAME = CRITERION      a name for later lines: @NAME\n"
-    "names                     what the scene's objects, sources, detectors are called\n"
+    "names                     what the scene's objects, sources ... are called\n"
     "status                    how much of the map is kept in memory\n"
     "help, quit\n";
 

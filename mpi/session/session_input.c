@@ -8,12 +8,15 @@
 #include <errno.h>
 #include <histedit.h>
 #include <locale.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <wchar.h>
 
 #include "base/alloc.h"
+#include "mpi/parallel/interrupt.h"
 
 enum { HISTORY_LINES = 1000, PATH_NBYTES = 4096 };
 
@@ -27,6 +30,32 @@ struct rmap_session_input {
     char *line;
     size_t line_cap;
 };
+
+/* One character, for the editor: 1, 0 at the end, -1 when the line is given up. The editor's own
+ * function would wait for a key after a signal that came before it began to wait. */
+static int read_key(EditLine *terminal, wchar_t *key)
+{
+    enum { LOOK_MS = 100 };
+    FILE *in = NULL;
+    mbstate_t state = {0};
+    char byte;
+    if (el_get(terminal, EL_GETFP, 0, &in) != 0)
+        return -1;
+    struct pollfd ready = {.fd = fileno(in), .events = POLLIN};
+    for (;;) {
+        while (poll(&ready, 1, LOOK_MS) <= 0)
+            if (rmap_interrupt_stops_question())
+                return -1;
+        const ssize_t n = read(ready.fd, &byte, 1);
+        if (n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN))
+            return (int)n;
+        const size_t used = n == 1 ? mbrtowc(key, &byte, 1, &state) : (size_t)-2;
+        if (used == (size_t)-1) /* no character: left out */
+            memset(&state, 0, sizeof state);
+        else if (used != (size_t)-2)
+            return 1;
+    }
+}
 
 static char *prompt(EditLine *terminal)
 {
@@ -142,10 +171,12 @@ static enum rmap_status open_terminal(struct rmap_session_input *self, struct rm
     (void)el_set(self->terminal, EL_PROMPT, prompt);
     (void)el_set(self->terminal, EL_EDITOR, "emacs");
     (void)el_set(self->terminal, EL_SIGNAL, 1);
+    (void)el_set(self->terminal, EL_GETCFN, read_key);
     (void)el_set(self->terminal, EL_HIST, history, self->history);
     (void)el_set(self->terminal, EL_ADDFN, "complete", "complete a name", complete);
     (void)el_set(self->terminal, EL_BIND, "^I", "complete", NULL);
     (void)el_source(self->terminal, NULL); /* the user's own keys */
+    rmap_interrupt_watch_questions();
     return RMAP_OK;
 }
 
@@ -193,8 +224,14 @@ static enum rmap_status next_typed(struct rmap_session_input *self, const char *
     int len = 0;
     const char *typed = el_gets(self->terminal, &len);
     *line_ret = NULL;
-    if (!typed || len <= 0)
+    if (!typed || len <= 0) {
+        const bool stopped = rmap_interrupt_stops_question(); /* or the input has ended */
+        fprintf(self->out, "%s\n", stopped ? "^C" : "");
+        fflush(self->out);
+        el_reset(self->terminal);
+        *line_ret = stopped ? "" : NULL;
         return RMAP_OK;
+    }
     if (self->line_cap < (size_t)len + 1) {
         char *grown = realloc(self->line, (size_t)len + 1);
         if (!grown)

@@ -5,6 +5,8 @@
  */
 #include "mpi/session/session_words.h"
 
+#include <string.h>
+
 #include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 
@@ -69,6 +71,13 @@ json_t *rmap_session_names_json(const struct rmap_scene *scene)
         (void)json_object_set_new(names, title[kind], list);
     }
     return names;
+}
+
+void rmap_session_names_list(const struct rmap_scene *scene, const char *kind, FILE *out)
+{
+    for (int k = 0; k < KINDS; k++)
+        for (size_t i = 0; strcmp(title[k], kind) == 0 && name_of(scene, k, i); i++)
+            fprintf(out, "%s\n", name_of(scene, k, i));
 }
 
 void rmap_session_names_print(const struct rmap_scene *scene, FILE *out)

@@ -19,6 +19,9 @@ enum rmap_status rmap_session_words(const struct rmap_scene *scene, const char *
 /* A line for each kind of name: "objects:  barrel  lens.1 ..." */
 void rmap_session_names_print(const struct rmap_scene *scene, FILE *out);
 
+/* The names of a kind, "detectors", a line each; none of a kind that there is not. */
+void rmap_session_names_list(const struct rmap_scene *scene, const char *kind, FILE *out);
+
 /* {"objects": [...], ...}, a list for each kind. The caller's; NULL when memory is short. */
 json_t *rmap_session_names_json(const struct rmap_scene *scene);
 

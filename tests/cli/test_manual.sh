@@ -24,14 +24,25 @@ for command in $commands; do
             { echo "FAILED: $command $option does not complete"; failures=1; }
         grep -qF -e "\\fB${option//-/\\-}\\fR" raymap.1 || { echo "FAILED: $option is not in the manual"; failures=1; }
     done
-    wide=$("$RAYMAP" "$command" --help | sed '1,/^options:/d' | grep '.\{81\}')
+    "$RAYMAP" help --man "$command" >"raymap-$command.1"
+    grep -q "^.SH NAME" "raymap-$command.1" || { echo "FAILED: no page of $command"; failures=1; }
+    grep -q "^.BR raymap.*$command (1)" raymap.1 || { echo "FAILED: raymap(1) does not name the page of $command"; failures=1; }
+    wide=$("$RAYMAP" "$command" --help | grep '.\{81\}')
     [ -z "$wide" ] || { echo "FAILED: $command --help is wider than 80 columns: $wide"; failures=1; }
 done
+! "$RAYMAP" --help | grep '.\{81\}' || { echo "FAILED: --help is wider than 80 columns"; failures=1; }
+# Values of options, and names in a map.
+"$RAYMAP" trace "$SOURCE_DIR/examples/double-gauss/scene.yaml" -o a.raymap -n 100 -q
+[ "$(complete_line raymap query a.raymap --encoding p)" = plain ] || { echo "FAILED: --encoding"; failures=1; }
+[ "$(complete_line "$RAYMAP" detector a.raymap s)" = sensor ] || { echo "FAILED: detector a.raymap"; failures=1; }
+[ "$(complete_line "$RAYMAP" stats a.raymap --detector '')" = sensor ] || { echo "FAILED: --detector"; failures=1; }
 [ "$(wc -w <<<"$commands")" -ge 7 ] || { echo "FAILED: only these commands: $commands"; failures=1; }
 if command -v man >/dev/null; then
     # Names of options are words that man cannot break.
-    warnings=$(LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -l raymap.1 2>&1 >page.txt)
-    [ -z "$warnings" ] || { echo "FAILED: $warnings"; failures=1; }
+    for page in raymap-*.1 raymap.1; do
+        warnings=$(LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -l "$page" 2>&1 >page.txt)
+        [ -z "$warnings" ] || { echo "FAILED: $page: $warnings"; failures=1; }
+    done
     grep -q 'raymap query MAP CRITERION' page.txt || { echo "FAILED: no synopsis of query"; failures=1; }
 fi
 # Ghosts are told by what came before the registration: no example counts a ray's reflections beside it.

@@ -216,6 +216,29 @@ def test_terminal():
         assert "barrel" in f.read()
 
 
+def test_interrupts():
+    """Ctrl-C clears the line or stops the question, and the session goes on; Ctrl-D ends it."""
+    state = os.path.abspath("interrupts")
+    environment = {**os.environ, "TERM": "vt100", "XDG_STATE_HOME": state, "HOME": state}
+    child, terminal = pty.fork()
+    if child == 0:
+        os.execve(RAYMAP, [RAYMAP, "session", MAP, "--memory", "0"], environment)
+    read_until(terminal, "raymap> ")
+    os.write(terminal, b"hit(barr\x03")
+    read_until(terminal, r"\^C\r\nraymap> ")
+    os.write(terminal, b"hit(barrel)\r")
+    read_until(terminal, r"hit\(barrel\)[^>]*\n\s+rays +[0-9,]+ of 60,000[\s\S]*raymap> ")
+    os.write(terminal, b"path_length > 100 mm\r")
+    read_until(terminal, "100 mm")
+    os.write(terminal, b"\x03")
+    read_until(terminal, r"(stopped|of 60,000|\^C)[\s\S]*raymap> ")
+    os.write(terminal, b"hit(lens)\r")
+    read_until(terminal, r"hit\(lens\)[^>]*\n\s+rays +[0-9,]+ of 60,000[\s\S]*raymap> ")
+    os.write(terminal, b"\x04")
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    os.close(terminal)
+
+
 TORN = """raymap: 1
 units: mm
 spectrum: {mode: spectral, wavelengths: [587.56]}
@@ -259,7 +282,7 @@ def main():
     assert code == 0, err
     for test in (test_pipe, test_second_reads_nothing, test_told_index_can_be_made, test_budgets,
                  test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal,
-                 test_terminal_keeps_letters):
+                 test_terminal_keeps_letters, test_interrupts):
         test()
         print(test.__name__, "passed")
     shutil.rmtree(MAP)
