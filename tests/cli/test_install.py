@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: what is installed has its documents with links that lead somewhere, its licence and a manual page per command; `uninstall`
+takes all of it away; a package for Debian has the same; an archive without git tells the same version."""
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+SOURCE = os.environ["SOURCE_DIR"]
+BUILD = os.environ["BUILD_DIR"]
+failures = []
+
+
+def run(*words, cwd=None, **environment):
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False, cwd=cwd, env={**os.environ, **environment})
+    if done.returncode != 0:
+        failures.append(f"{' '.join(map(str, words))}: {done.returncode}\n{done.stdout[-600:]}{done.stderr[-600:]}")
+    return done.stdout
+
+
+def anchors(path):
+    """Of the headings of a page, as forges make them."""
+    with open(path, encoding="utf-8") as page:
+        text = re.sub(r"```.*?```", "", page.read(), flags=re.S)
+    heads = re.findall(r"^#+ +(.*?) *$", text, flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def check_links(root):
+    pages = [os.path.join(folder, name) for folder, _, names in os.walk(root) for name in names if name.endswith(".md")]
+    n = 0
+    for page in pages:
+        with open(page, encoding="utf-8") as file:
+            text = re.sub(r"```.*?```|`[^`]*`", "", file.read(), flags=re.S)
+        for link in re.findall(r"\]\(([^) ]+)\)|<img src=\"([^\"]+)\"", text):
+            target, _, anchor = (link[0] or link[1]).partition("#")
+            if re.match(r"[a-z]+:", target):
+                continue
+            path = os.path.normpath(os.path.join(os.path.dirname(page), target)) if target else page
+            n += 1
+            if not os.path.exists(path):
+                failures.append(f"{page}: {target} is not there")
+            elif anchor and path.endswith(".md") and anchor not in anchors(path):
+                failures.append(f"{page}: {target} has no heading '{anchor}'")
+    if n < 100:
+        failures.append(f"{root}: {n} links in {len(pages)} pages")
+
+
+def files(root):
+    return [os.path.join(folder, name) for folder, _, names in os.walk(root) for name in names]
+
+
+def check_tree(root):
+    """root: has usr."""
+    program = os.path.join(root, "usr/bin/raymap")
+    told = run(program, "--version")
+    commands = re.findall(r"^  ([a-z]+) ", run(program, "--help"), flags=re.M)
+    pages = os.path.join(root, "usr/share/man/man1")
+    for command in commands:
+        if not any(name.startswith(f"raymap-{command}.1") for name in os.listdir(pages)):
+            failures.append(f"no manual page of {command}")
+    documents = os.path.join(root, "usr/share/doc/raymap")
+    if not os.path.exists(os.path.join(documents, "LICENSE")):
+        failures.append("no licence")
+    check_links(documents)
+    return told
+
+
+for folder in ("tree", "archive"):
+    shutil.rmtree(folder, ignore_errors=True)
+tree = os.path.abspath("tree")
+check_links(SOURCE + "/docs")
+run("cmake", "--install", BUILD, "--prefix", "/usr", DESTDIR=tree)
+told = check_tree(tree)
+run("cmake", "-P", os.path.join(SOURCE, "cmake/Uninstall.cmake"), cwd=BUILD, DESTDIR=tree)
+if files(tree):
+    failures.append(f"left behind: {files(tree)[:5]}")
+
+if shutil.which("dpkg-shlibdeps"):
+    run("cpack", "-G", "DEB", "-B", os.getcwd(), cwd=BUILD)
+    package, = [name for name in os.listdir(".") if name.endswith(".deb")]
+    run("dpkg", "-x", package, "tree")
+    if check_tree(tree) != told:
+        failures.append("the package has another version")
+    fields = run("dpkg", "-f", package, "Depends")
+    if "openmpi-bin" not in fields or "libhdf5" not in fields or "libembree" not in fields:
+        failures.append(f"it depends on {fields}")
+
+if os.path.exists(os.path.join(SOURCE, ".git")):
+    os.mkdir("archive")
+    with open("archive.tar", "wb") as file:
+        subprocess.run(["git", "-c", "safe.directory=*", "-C", SOURCE, "archive", "HEAD"], stdout=file, check=True)
+    run("tar", "-C", "archive", "-xf", "archive.tar")
+    head = subprocess.run(["git", "-c", "safe.directory=*", "-C", SOURCE, "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout
+    with open("archive/cmake/revision.txt", encoding="utf-8") as file:
+        if file.read() != head:
+            failures.append("the archive does not have its revision")
+print("\n".join(failures) or "as promised")
+sys.exit(bool(failures))
