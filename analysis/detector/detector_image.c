@@ -428,7 +428,8 @@ enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_im
         rmap_text_table_add(&table, "%.10g", of->registrations);
         rmap_text_table_add(&table, "%.6g %s", of->flux, image->flux_unit);
         rmap_text_table_add(&table, "%.2g", of->flux_error);
-        rmap_text_table_add(&table, "%.4g %%", 100.0 * of->flux / image->flux);
+        rmap_text_table_add(&table, "%.4g %%",
+                            image->flux > 0.0 ? 100.0 * of->flux / image->flux : 0.0);
     }
     st = rmap_text_table_print(&table, "lrrrr", out, err);
     rmap_text_table_fini(&table);

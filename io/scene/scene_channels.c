@@ -138,16 +138,26 @@ static void set_visible(struct rmap_channels *channels)
         channels->wavelength_nm[i] = 380.0 + 10.0 * i;
 }
 
+/* Of the sources listed in a mapping, the scene or a group, and in the groups among its objects. */
+static void gather_sources(struct rmap_reader *reader, struct gathered *set,
+                           const struct rmap_yaml_node *map, bool *named)
+{
+    const struct rmap_yaml_node *sources = rmap_yaml_get(map, "sources");
+    const struct rmap_yaml_node *objects = rmap_yaml_get(map, "objects");
+    for (size_t i = 0; *named && sources && i < sources->n_item; i++)
+        gather_source(reader, set, sources->item[i].value, named);
+    for (size_t i = 0; *named && objects && i < objects->n_item; i++)
+        gather_sources(reader, set, objects->item[i].value, named);
+}
+
 static void channels_of_sources(struct rmap_reader *reader)
 {
     struct gathered set = {0};
-    const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
-    bool named = sources && sources->kind == RMAP_YAML_LIST && sources->n_item > 0;
-    for (size_t i = 0; named && i < sources->n_item; i++)
-        gather_source(reader, &set, sources->item[i].value, &named);
+    bool named = true;
+    gather_sources(reader, &set, reader->root, &named);
     size_t n = sort_unique(set.nm, set.n);
     if (named && n)
-        set_channels(reader, sources, set.nm, n);
+        set_channels(reader, rmap_yaml_get(reader->root, "sources"), set.nm, n);
     else
         set_visible(&reader->scene->channels);
     rmap_free(set.nm);

@@ -291,7 +291,7 @@ const struct rmap_mapping rmap_object_keys = {
       "name geometry at rotate scale matrix copies surface front back inside outside id"},
      {"an instance of a lens",
       "name geometry at rotate scale matrix copies outside front id surface edge"},
-     {"a group", "name objects at rotate scale matrix copies id"}}};
+     {"a group", "name objects sources at rotate scale matrix copies id"}}};
 
 static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                const struct rmap_geometry_entry *entry,
@@ -367,6 +367,26 @@ static const char *full_name(struct rmap_reader *reader, const struct rmap_yaml_
     return rmap_reader_check_name(reader, node, text) ? text : RMAP_UNNAMED;
 }
 
+/* They are read with the others, once all objects are. */
+static void note_sources(struct rmap_reader *reader, const struct rmap_yaml_node *list,
+                         const struct place *place)
+{
+    if (!list || !rmap_reader_check_list(reader, list, "'sources'"))
+        return;
+    for (size_t i = 0; i < list->n_item; i++) {
+        const struct rmap_yaml_node *node = list->item[i].value;
+        struct rmap_placed_source *placed =
+            RMAP_READER_NEW(reader, reader->placed, reader->n_placed, reader->cap_placed);
+        if (!placed)
+            return;
+        *placed = (struct rmap_placed_source){
+            .node = node, .parent = place->parent, .to_world = place->to_world};
+        placed->name = node->kind == RMAP_YAML_MAP ? full_name(reader, node, place->prefix,
+                                                               rmap_reader_name(reader, node), "")
+                                                   : RMAP_UNNAMED;
+    }
+}
+
 static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const struct rmap_object_plan *plan, const char *prefix)
 {
@@ -374,14 +394,16 @@ static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *
     (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
     rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, plan->derived,
                           &inside.parent);
-    read_list(reader, rmap_yaml_get(node, "objects"), &inside);
+    if (rmap_yaml_get(node, "objects"))
+        read_list(reader, rmap_yaml_get(node, "objects"), &inside);
+    note_sources(reader, rmap_yaml_get(node, "sources"), &inside);
 }
 
 static void read_one(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                      const struct rmap_object_plan *plan, const char *prefix)
 {
     struct rmap_object_plan one = *plan;
-    if (rmap_yaml_get(node, "objects"))
+    if (rmap_yaml_get(node, "objects") || rmap_yaml_get(node, "sources"))
         read_group(reader, node, &one, prefix);
     else
         read_instance(reader, node, &one);

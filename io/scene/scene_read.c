@@ -91,6 +91,7 @@ static void fini(struct rmap_reader *reader)
     rmap_names_fini(&reader->grids);
     rmap_free(reader->entry);
     rmap_free(reader->group_to_world);
+    rmap_free(reader->placed);
     rmap_free(reader->frame);
     rmap_reader_release(reader);
 }

@@ -87,6 +87,14 @@ struct rmap_medium_frame {
     bool open;    /* OBJECT: a surface that closes no body by itself names the medium */
 };
 
+/* A source that is written in a group. */
+struct rmap_placed_source {
+    const struct rmap_yaml_node *node;
+    const char *name; /* whole */
+    int32_t parent;
+    struct rmap_affine to_world;
+};
+
 struct rmap_reader {
     struct rmap_bundle *bundle;
     struct rmap_yaml_node *root;
@@ -104,6 +112,8 @@ struct rmap_reader {
     size_t n_entry, cap_entry;
     struct rmap_affine *group_to_world; /* [n_group] */
     size_t cap_group_to_world;
+    struct rmap_placed_source *placed;
+    size_t n_placed, cap_placed;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */

@@ -56,6 +56,9 @@ static void reduce_groups(struct rmap_reader *reader, int32_t **index_ret)
     for (size_t i = 0; i < scene->n_object; i++)
         for (int32_t g = scene->object[i].parent; g >= 0 && !keep[g]; g = scene->group[g].parent)
             keep[g] = true;
+    for (size_t i = 0; i < scene->n_source; i++)
+        for (int32_t g = scene->source[i].parent; g >= 0 && !keep[g]; g = scene->group[g].parent)
+            keep[g] = true;
     int32_t *index = renumber(reader, keep, scene->n_group, &n);
     for (size_t i = 0; index && i < scene->n_group; i++) {
         struct rmap_group group = scene->group[i];
@@ -71,6 +74,9 @@ static void reduce_groups(struct rmap_reader *reader, int32_t **index_ret)
     for (size_t i = 0; i < scene->n_object; i++)
         if (scene->object[i].parent >= 0)
             scene->object[i].parent = index[scene->object[i].parent];
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].parent >= 0)
+            scene->source[i].parent = index[scene->source[i].parent];
     scene->n_group = n;
     *index_ret = index;
 }

@@ -86,6 +86,9 @@ static void mark_member(struct selection *s, const struct rmap_name *name, enum 
         for (size_t i = 0; i < scene->n_object; i++)
             if (rmap_scene_in_group(scene, (int32_t)i, name->index))
                 s->object[i] = mark;
+        for (size_t i = 0; mark == KEEP_LEFT_OUT && i < scene->n_source; i++)
+            if (rmap_scene_group_within(scene, scene->source[i].parent, name->index))
+                s->source[i] = mark;
         s->only_objects |= chosen;
         return;
     case RMAP_MEMBER_SOURCE:

@@ -229,6 +229,69 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     read_frame(reader, node, source);
 }
 
+/* How much a group makes what stands in it larger, the same in all directions; 0: not the same. */
+static double enlargement(const struct rmap_affine *to_world)
+{
+    double length[3];
+    for (int j = 0; j < 3; j++)
+        length[j] = rmap_length(rmap_vec3(to_world->m[0][j], to_world->m[1][j], to_world->m[2][j]));
+    const bool same = fabs(length[1] - length[0]) < 1e-9 * length[0] &&
+                      fabs(length[2] - length[0]) < 1e-9 * length[0];
+    return same ? length[0] : 0;
+}
+
+/* From the group's frame to the world. */
+static void place_source(struct rmap_reader *reader, const struct rmap_placed_source *placed,
+                         struct rmap_source *source)
+{
+    const bool mesh = source->type == RMAP_SOURCE_AREA && source->shape == RMAP_EMITTER_MESH;
+    const double larger = enlargement(&placed->to_world);
+    source->parent = placed->parent;
+    source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
+    if (mesh)
+        return;
+    if (!(larger > 0))
+        rmap_reader_error(reader, placed->node,
+                          "source '%.60s' stands in a group that is stretched, and can only be "
+                          "made larger as a whole: give its group one number as 'scale'",
+                          source->name);
+    source->frame = rmap_placement_rigid(&source->frame);
+    for (int k = 0; k < 2; k++)
+        source->shape_size[k] *= larger;
+    for (size_t i = 0; i < source->n_list; i++) {
+        struct rmap_list_ray *ray = &source->list[i];
+        ray->origin = rmap_affine_point(&placed->to_world, ray->origin);
+        ray->direction = rmap_normalize(rmap_affine_vector(&placed->to_world, ray->direction));
+    }
+}
+
+/* One of the scene's own list, or one that is placed with its group. False when memory is short. */
+static bool add_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_placed_source *placed, struct rmap_source_light *light,
+                       size_t *n)
+{
+    struct rmap_scene *scene = reader->scene;
+    if (node->kind != RMAP_YAML_MAP) {
+        rmap_reader_error(reader, node, "a source must be a mapping, as in {name: lamp, ...}");
+        return true;
+    }
+    struct rmap_source *source =
+        RMAP_READER_NEW(reader, scene->source, scene->n_source, reader->cap_source);
+    if (!source)
+        return false;
+    source->name =
+        rmap_reader_strdup(reader, placed ? placed->name : rmap_reader_name(reader, node));
+    source->line = node->line;
+    source->column = node->column;
+    source->parent = -1;
+    light[*n].source = (int32_t)(scene->n_source - 1);
+    rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[*n].source, node);
+    read_source(reader, node, source, &light[(*n)++]);
+    if (placed)
+        place_source(reader, placed, source);
+    return true;
+}
+
 /* ---- what a source says by saying nothing ---- */
 
 void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
@@ -260,34 +323,24 @@ static void settle(struct rmap_reader *reader, const struct rmap_source_light *l
 
 void rmap_reader_read_sources(struct rmap_reader *reader)
 {
-    struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     if (sources && !rmap_reader_check_list(reader, sources, "'sources'"))
         return;
-    if (!sources || !sources->n_item) {
+    const size_t n_own = sources ? sources->n_item : 0;
+    if (n_own + reader->n_placed == 0) {
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return;
     }
-    struct rmap_source_light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
+    struct rmap_source_light *light =
+        rmap_reader_alloc(reader, n_own + reader->n_placed, sizeof *light);
     if (!light)
         return;
     size_t n = 0;
-    for (size_t i = 0; i < sources->n_item; i++) {
-        const struct rmap_yaml_node *node = sources->item[i].value;
-        if (node->kind != RMAP_YAML_MAP) {
-            rmap_reader_error(reader, node, "a source must be a mapping, as in {name: lamp, ...}");
-            continue;
-        }
-        struct rmap_source *source =
-            RMAP_READER_NEW(reader, scene->source, scene->n_source, reader->cap_source);
-        if (!source)
-            return;
-        source->name = rmap_reader_strdup(reader, rmap_reader_name(reader, node));
-        source->line = node->line;
-        source->column = node->column;
-        light[n].source = (int32_t)(scene->n_source - 1);
-        rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[n].source, node);
-        read_source(reader, node, source, &light[n++]);
-    }
-    settle(reader, light, n);
+    bool good = true;
+    for (size_t i = 0; i < n_own && good; i++)
+        good = add_source(reader, sources->item[i].value, NULL, light, &n);
+    for (size_t i = 0; i < reader->n_placed && good; i++)
+        good = add_source(reader, reader->placed[i].node, &reader->placed[i], light, &n);
+    if (good)
+        settle(reader, light, n);
 }

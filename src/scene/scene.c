@@ -116,12 +116,16 @@ void rmap_geometry_bounds(const struct rmap_geometry *geometry, struct rmap_vec3
         rmap_mesh_bounds(geometry->mesh, lower, upper);
 }
 
+bool rmap_scene_group_within(const struct rmap_scene *scene, int32_t group, int32_t outer)
+{
+    while (group >= 0 && group != outer)
+        group = scene->group[group].parent;
+    return group >= 0;
+}
+
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group)
 {
-    int32_t at = scene->object[object].parent;
-    while (at >= 0 && at != group)
-        at = scene->group[at].parent;
-    return at >= 0 && at == group;
+    return rmap_scene_group_within(scene, scene->object[object].parent, group);
 }
 
 bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_detector *detector,

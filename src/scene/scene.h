@@ -101,6 +101,7 @@ struct rmap_list_ray {
 
 struct rmap_source {
     char *name;
+    int32_t parent; /* group, or -1 */
     enum rmap_source_type type;
     enum rmap_emitter shape;
     double shape_size[2];
@@ -243,6 +244,9 @@ bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)
 /* Axis-aligned bounds of a geometry in its own frame. */
 void rmap_geometry_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
                           struct rmap_vec3 *upper);
+
+/* True when a group (-1: none) is `outer` or lies below it in the tree. */
+bool rmap_scene_group_within(const struct rmap_scene *scene, int32_t group, int32_t outer);
 
 /* True when object `object` is `group` or lies below it in the tree. */
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group);

@@ -100,6 +100,11 @@ static const struct mistake mistakes[] = {
      "21:43: error: unknown surface 'blak' (did you mean 'black'?)\n"},
     {21, "  - {name: bead, geometry: ball, surface: black, id: 7, copies: {count: 3, step: 4}}",
      "21:54: error: copies have ids of their own: leave 'id' out\n"},
+    {21, "  - {name: bead, scale: [1, 2, 1], sources: [{name: bulb, type: point}]}",
+     "21:46: error: source 'bulb' stands in a group that is stretched, and can only be made larger "
+     "as a whole: give its group one number as 'scale'\n"},
+    {21, "  - {name: bead, sources: [bulb]}",
+     "21:28: error: a source must be a mapping, as in {name: lamp, ...}\n"},
     {13, "  ball: {type: box, size: [1, 2]}", "13:27: error: 'size' must be a list of 3 numbers\n"},
     {13, "  ball: {type: prism, sides: 2, radius: 1, length: 1}",
      "13:30: error: 'sides' must be a whole number from 3 to 1000, not 2\n"},

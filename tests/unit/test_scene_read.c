@@ -123,6 +123,41 @@ static void test_copies(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* Sources stand in a group's frame, are copied and made larger with it. */
+static void test_sources_in_groups(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries: {ball: {type: sphere, radius: 1}}\n"
+        "objects:\n"
+        "  - name: hall\n"
+        "    scale: 2\n"
+        "    at: [0, 0, 5]\n"
+        "    objects:\n"
+        "      - name: lamp\n"
+        "        copies: {count: 3, step: 10}\n"
+        "        rotate: [180, 0, 0]\n"
+        "        sources:\n"
+        "          - {name: panel, type: area, shape: {rectangle: [3, 1]}, at: [1, 0, 1], "
+        "spectrum: "
+        "{lines: {500: 1}}, direction: [0, 0, 1]}\n"
+        "          - {name: ray, type: rays, rays: [{origin: [0, 1, 0], direction: [0, 0, 1], "
+        "wavelength: 600}]}\n"
+        "        objects: [{name: bead, geometry: ball, surface: absorber}]\n");
+    assert_int_equal(scene->n_source, 6);
+    assert_int_equal(scene->channels.n, 2); /* wavelengths of sources in groups, too */
+    assert_string_equal(scene->source[2].name, "lamp.2.panel");
+    assert_string_equal(scene->group[scene->source[2].parent].name, "lamp.2");
+    assert_vec(scene->source[2].frame.t, 2 * (10 + 1), 0, 5 - 2 * 1);
+    assert_vec(rmap_affine_vector(&scene->source[2].frame, rmap_vec3(0, 0, 1)), 0, 0, -1);
+    assert_near(scene->source[2].shape_size[0], 6, 1e-12);
+    assert_near(scene->source[2].shape_size[1], 2, 1e-12);
+    assert_vec(scene->source[5].list[0].origin, 2 * 20, -2, 5);
+    assert_vec(scene->source[5].list[0].direction, 0, 0, -1);
+    rmap_scene_destroy(scene);
+}
+
 /* ---- merge keys ---- */
 
 static void test_merge_keys(void **state)
@@ -701,6 +736,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bodies),
         cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_sources_in_groups),
         cmocka_unit_test(test_merge_keys),
         cmocka_unit_test(test_units),
         cmocka_unit_test(test_wavelengths),
