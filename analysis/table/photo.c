@@ -20,20 +20,30 @@ static int ascending(const void *a, const void *b)
     return (*x > *y) - (*x < *y);
 }
 
-enum rmap_status rmap_photo_expose(const float *rgb, size_t n_pixel, double *exposure,
-                                   struct rmap_error *err)
+/* Luminances above 0, of pixels with that mark; how many. */
+static size_t gather(const float *rgb, const uint8_t *counts, uint8_t wanted, size_t n_pixel,
+                     float *lit)
 {
-    float *lit = rmap_alloc(n_pixel, sizeof *lit);
     size_t n = 0;
-    if (!lit)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the exposure");
     for (size_t i = 0; i < n_pixel; i++) {
         const double pixel[3] = {(double)rgb[3 * i], (double)rgb[3 * i + 1],
                                  (double)rgb[3 * i + 2]};
-        float luminance = (float)rmap_rgb_luminance(pixel);
-        if (luminance > 0.0f)
+        const float luminance = (float)rmap_rgb_luminance(pixel);
+        if (luminance > 0.0f && counts[i] == wanted)
             lit[n++] = luminance;
     }
+    return n;
+}
+
+enum rmap_status rmap_photo_expose(const float *rgb, const uint8_t *counts, size_t n_pixel,
+                                   double *exposure, struct rmap_error *err)
+{
+    float *lit = rmap_alloc(n_pixel, sizeof *lit);
+    if (!lit)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the exposure");
+    size_t n = gather(rgb, counts, 1, n_pixel, lit);
+    if (n == 0)
+        n = gather(rgb, counts, 0, n_pixel, lit);
     qsort(lit, n, sizeof *lit, ascending);
     *exposure = n > 0 ? 1.0 / (double)lit[n - 1 - n / 100] : 1.0;
     rmap_free(lit);

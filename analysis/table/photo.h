@@ -18,10 +18,11 @@ struct rmap_photo {
     const char *comment; /* kept in an EXR */
 };
 
-/* The exposure that lets one lit pixel in a hundred go beyond white; 1 for a dark picture.
+/* The exposure that lets one in a hundred of the pixels that are not black go beyond white; 1 for a
+ * dark picture. counts: [n_pixel] 1 for those that are looked at, others where there is no such.
  * RMAP_SYSTEM when memory is short. */
-enum rmap_status rmap_photo_expose(const float *rgb, size_t n_pixel, double *exposure,
-                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_photo_expose(const float *rgb, const uint8_t *counts, size_t n_pixel,
+                                   double *exposure, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Writes the picture by the suffix of its name, .png or .exr, whole or not at all, in place of what
  * stands there. RMAP_USAGE for another suffix. */

@@ -59,6 +59,7 @@ struct session {
     const struct rmap_camera *camera;
     struct rmap_renderer *renderer;
     float *rgb;      /* of the last picture, on rank 0 */
+    uint8_t *lit;    /* which of its pixels show no light itself */
     double exposure; /* of the last picture */
 };
 
@@ -151,7 +152,8 @@ static enum rmap_status prepare(struct session *session, struct rmap_error *err)
     st = rmap_renderer_create(session->scene, session->accel, session->camera, request->size,
                               request->seed, &session->renderer, err);
     session->rgb = rmap_alloc((size_t)request->size[0] * request->size[1], 3 * sizeof(float));
-    if (st == RMAP_OK && !session->rgb)
+    session->lit = rmap_alloc((size_t)request->size[0] * request->size[1], 1);
+    if (st == RMAP_OK && (!session->rgb || !session->lit))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
     RMAP_TRY(rmap_agree(session->context, st, err));
 out:
@@ -172,9 +174,11 @@ static enum rmap_status show(void *self, const struct rmap_film *film, struct rm
     char comment[200];
     rmap_film_resolve(film, session->rgb);
     session->exposure = request->exposure > 0.0 ? request->exposure : session->camera->exposure;
-    if (!(session->exposure > 0.0))
-        RMAP_TRY(rmap_photo_expose(session->rgb, (size_t)film->size[0] * film->size[1],
-                                   &session->exposure, err));
+    if (!(session->exposure > 0.0)) {
+        rmap_film_lit(film, session->lit);
+        RMAP_TRY(rmap_photo_expose(session->rgb, session->lit,
+                                   (size_t)film->size[0] * film->size[1], &session->exposure, err));
+    }
     (void)snprintf(comment, sizeof comment, "raymap: camera %.80s, %llu samples, luminance in %s",
                    session->camera->name, (unsigned long long)film->n_sample,
                    unit_of(session->scene));
@@ -283,6 +287,7 @@ static void fini(struct session *session)
     rmap_free(session->request.output);
     rmap_scene_options_fini(&session->request.scene);
     rmap_free(session->rgb);
+    rmap_free(session->lit);
     rmap_renderer_destroy(session->renderer);
     rmap_accel_destroy(session->accel);
     rmap_scene_destroy(session->scene);

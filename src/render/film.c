@@ -61,7 +61,7 @@ static void render_pixel(const struct rmap_renderer *renderer, uint32_t x, uint3
                          uint64_t first, uint64_t n, struct rmap_render_counts *counts,
                          double sum[RMAP_FILM_SUMS])
 {
-    double rgb[3];
+    double rgb[4];
     memset(sum, 0, RMAP_FILM_SUMS * sizeof *sum);
     for (uint64_t sample = first; sample < first + n; sample++) {
         rmap_render_sample(renderer, x, y, sample, counts, rgb);
@@ -69,6 +69,7 @@ static void render_pixel(const struct rmap_renderer *renderer, uint32_t x, uint3
         for (int k = 0; k < 3; k++)
             sum[k] += rgb[k];
         sum[3] += luminance * luminance;
+        sum[4] += rgb[3];
     }
 }
 
@@ -102,6 +103,12 @@ void rmap_film_resolve(const struct rmap_film *film, float *rgb)
     for (size_t i = 0; i < film->n_value / RMAP_FILM_SUMS; i++)
         for (size_t k = 0; k < 3; k++)
             rgb[3 * i + k] = (float)(film->value[RMAP_FILM_SUMS * i + k] * scale);
+}
+
+void rmap_film_lit(const struct rmap_film *film, uint8_t *lit)
+{
+    for (size_t i = 0; i < film->n_value / RMAP_FILM_SUMS; i++)
+        lit[i] = 2.0 * film->value[RMAP_FILM_SUMS * i + 4] < (double)film->n_sample;
 }
 
 void rmap_film_noise(const struct rmap_film *film, double *error, double *mean)

@@ -9,7 +9,8 @@
 
 #include "render/renderer.h"
 
-#define RMAP_FILM_SUMS 4 /* red, green, blue, square of the luminance */
+/* Red, green, blue, square of the luminance, samples that saw a light itself. */
+#define RMAP_FILM_SUMS 5
 #define RMAP_TILE_SIDE 32
 
 struct rmap_film {
@@ -38,6 +39,9 @@ bool rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *r
 
 /* Mean over the samples, linear RGB: [size[1]][size[0]][3]. */
 void rmap_film_resolve(const struct rmap_film *film, float *rgb);
+
+/* lit: [size[1]][size[0]] 1 where a light itself fills less than half of the pixel, else 0. */
+void rmap_film_lit(const struct rmap_film *film, uint8_t *lit);
 
 /* Root mean square over the picture of the pixels' standard errors of luminance, and the mean
  * luminance; an error of NaN with fewer than 2 samples. */

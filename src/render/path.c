@@ -18,9 +18,10 @@ struct path {
     double left[2]; /* of the pixel's random numbers */
 
     double rgb[3];
-    double scale;  /* of diffuse transmission between media of different index */
-    bool looked;   /* at all lights, from where the segment in hand begins */
-    bool lit_once; /* lights have been looked at before */
+    double scale;    /* of diffuse transmission between media of different index */
+    bool looked;     /* at all lights, from where the segment in hand begins */
+    bool lit_once;   /* lights have been looked at before */
+    bool sees_light; /* an area light, without anything that scatters in between */
 
     struct rmap_vec3 point;    /* the segment in hand has been searched for light up to here, */
     double done;               /* over this length, */
@@ -166,6 +167,7 @@ static void search_near(struct path *path, struct rmap_vec3 to)
                 found.factor /= live_sum(path, path->before.share, store);
             }
             add(path, &found);
+            path->sees_light = path->sees_light || !path->lit_once;
         }
     }
     path->done += length;
@@ -396,7 +398,7 @@ static bool advance(struct path *path)
 }
 
 void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32_t y,
-                        uint64_t sample, struct rmap_render_counts *counts, double rgb[3])
+                        uint64_t sample, struct rmap_render_counts *counts, double rgb[4])
 {
     struct rmap_tracer tracer = {renderer->scene, renderer->accel, renderer->seed};
     struct path path;
@@ -409,7 +411,7 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     path.sample = sample;
     path.rgb[0] = path.rgb[1] = path.rgb[2] = 0.0;
     path.scale = 1.0;
-    path.looked = path.lit_once = false;
+    path.looked = path.lit_once = path.sees_light = false;
     rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, NULL);
     draw_camera(&path, u);
     rmap_camera_ray(renderer->camera, renderer->size, x, y, u, &path.walk.ray);
@@ -420,4 +422,5 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
         continue;
     for (int k = 0; k < 3; k++)
         rgb[k] = path.rgb[k];
+    rgb[3] = path.sees_light;
 }

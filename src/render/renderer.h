@@ -54,9 +54,10 @@ void rmap_render_counts_add(struct rmap_render_counts *counts,
                             const struct rmap_render_counts *more);
 
 /* One path: linear RGB (IEC 61966-2-1 primaries), its luminance in cd/m2 for sources in lm, else
- * in W/(m2 sr) weighted by V(lambda) (RGB mode: of the components as they are). Thread-safe;
- * counts are added to. */
+ * in W/(m2 sr) weighted by V(lambda) (RGB mode: of the components as they are); rgb[3]: 1 where an
+ * area light itself was seen, before anything scattered, else 0. Thread-safe; counts are added to.
+ */
 void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32_t y,
-                        uint64_t sample, struct rmap_render_counts *counts, double rgb[3]);
+                        uint64_t sample, struct rmap_render_counts *counts, double rgb[4]);
 
 #endif

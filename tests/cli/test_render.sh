@@ -74,6 +74,20 @@ mistake 'direction: [0, 1, 0]}
 sed 's/^objects/background: {radiance: -1}\nobjects/' scene.yaml >wrong.yaml
 expect 3 "'radiance'" "$RAYMAP" render wrong.yaml -o b.png
 [ -e b.png ] && { echo 'FAILED: b.png was made'; failures=1; }
+# A luminaire in the picture does not make the room dark: its walls, of 60 to 250 cd/m2, are shown between a tenth of white and white.
+cat >office.yaml <<'END'
+raymap: 1
+units: m
+spectrum: {mode: rgb}
+media: {air: {index: 1}}
+surfaces: {paint: {type: lambert, reflectance: 0.6}}
+geometries: {room: {type: box, size: [6, 4, 2.8]}}
+objects: [{name: room, geometry: room, surface: paint, inside: air, outside: air}]
+sources: [{name: panel, type: area, shape: {rectangle: 0.5}, at: [0, 0, 2.7], direction: [0, 0, -1], flux: 9000 lm}]
+cameras: [{name: door, at: [-2.8, -1.8, 1.6], look_at: [1, 0.5, 2], fov: 75}]
+END
+"$RAYMAP" render office.yaml --samples 4 --size 64x48 -o office.png --json >office.json || failures=1
+python3 -c 'import json; x = json.load(open("office.json"))["exposure"]; assert 1 / 600 < x < 1 / 60, x' || failures=1
 leftovers=$(find . -name '.*.part')
 [ -z "$leftovers" ] || { echo "FAILED: left behind: $leftovers"; failures=1; }
 finish
