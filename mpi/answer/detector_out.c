@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/figure/figure_polar.h"
 #include "analysis/figure/figure_spot.h"
 #include "base/alloc.h"
 #include "io/export/exr.h"
@@ -182,6 +183,17 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
     RMAP_TRY(rmap_figure_detector(image, figure, &svg, err));
     st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
 out:
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+enum rmap_status rmap_polar_write(const struct rmap_detector_image *image, const char *criterion,
+                                  const char *path, struct rmap_error *err)
+{
+    struct rmap_svg *svg = NULL;
+    enum rmap_status st = rmap_figure_polar(image, criterion, &svg, err);
+    if (st == RMAP_OK)
+        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
     rmap_svg_destroy(svg);
     return st;
 }

@@ -17,7 +17,11 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
                                      const struct rmap_figure_detector *figure, const char *path,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Its curves: .csv, .png or .svg. */
+/* Of directions, the polar diagram: .png or .svg. */
+enum rmap_status rmap_polar_write(const struct rmap_detector_image *image, const char *criterion,
+                                  const char *path, struct rmap_error *err) RMAP_MUST_USE;
+
+/* A spot's curves: .csv, .png or .svg. */
 enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detector,
                                  const char *criterion, const char *path,
                                  struct rmap_error *err) RMAP_MUST_USE;

@@ -45,7 +45,9 @@ static const struct rmap_option options[] = {
     {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
     {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene",
      "mtf"},
-    {"plot", 0, "OUT", "the curves of --spot and --mtf: OUT.png, OUT.svg or OUT.csv"},
+    {"plot", 0, "OUT",
+     "the curves of --spot and --mtf: OUT.png, .svg or .csv; of directions the polar diagram: "
+     "OUT.png or .svg"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"by", 0, "source", "registrations and flux of each source", .words = "source"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
@@ -121,9 +123,6 @@ static enum rmap_status read_spot(const struct rmap_arguments *given, struct req
                                   "greater than 0",
                                   frequency);
     }
-    if (request->plot_path && !request->spot)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--plot shows the curves of --spot or --mtf: give one");
     if (request->spot && request->tally)
         return rmap_error_set(err, RMAP_USAGE, "--tally knows no places: leave it out for --spot");
     if (!request->plot_path)
@@ -192,7 +191,9 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     const struct rmap_detector_image *image = answer->image;
     for (size_t i = 0; i < request->n_output; i++)
         RMAP_TRY(rmap_detector_write(image, &request->figure, request->output[i], err));
-    if (request->plot_path)
+    if (request->plot_path && !answer->spot)
+        RMAP_TRY(rmap_polar_write(image, request->where, request->plot_path, err));
+    if (request->plot_path && answer->spot)
         RMAP_TRY(rmap_spot_write(answer->spot, image->detector->name, request->where,
                                  request->plot_path, err));
     if (context->json) {
@@ -379,6 +380,14 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     if (request->world && ask->bins.directions)
         return rmap_error_set(err, RMAP_USAGE,
                               "--frame world: cells over directions have no place in the world");
+    if (request->plot_path && !request->spot && !ask->bins.directions)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--plot shows the curves of --spot or --mtf: give one; or "
+                              "directions: --over direction");
+    if (request->plot_path && !request->spot && rmap_output_is(request->plot_path, ".csv"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "the polar diagram is a picture: --plot OUT.svg or OUT.png; -o "
+                              "OUT.csv has the numbers");
     RMAP_TRY(rmap_image_unit_find(ask->bins.quantity,
                                   ask->luminous || scene->flux_unit == RMAP_FLUX_LM, request->unit,
                                   &ask->unit, err));

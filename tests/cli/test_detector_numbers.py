@@ -70,6 +70,12 @@ check(lit and all(10.3 < float(r["x"]) < 10.7 and 0.1 < float(r["y"]) < 0.5 and 
 place = json.loads(run("query", "wall.raymap", "registered(d where world_x in 10.35..10.65 and world_y in 0.15..0.45) and start_x > 10.35 and start_z == 4", "--json"))
 check(place["rays"]["matched"] == 2000, f"{place['rays']}")
 
+run("detector", "wall.raymap", "d", "--over", "direction", "--plot", "polar.svg")
+with open("polar.svg", encoding="utf-8") as file:
+    check("C90" in file.read(), "the polar diagram has its planes")
+run("detector", "wall.raymap", "d", "--plot", "p.svg", status=2)
+run("detector", "wall.raymap", "d", "--over", "direction", "--plot", "p.csv", status=2)
+
 # of few rays and of many: within the errors, once the noise is taken off
 found = []
 for rays in (100000, 1600000):
