@@ -12,6 +12,7 @@
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
+#include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
 
@@ -47,8 +48,9 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
     size_t n_key = source->type == RMAP_SOURCE_AREA ? 3 : 2, n = 0, given = 0;
     source->shape_geometry = -1;
     if (!shape) {
-        rmap_reader_error(reader, node,
-                          "'shape' is missing: {disc: radius} or {rectangle: [width, height]}");
+        rmap_reader_error(
+            reader, node, "'shape' is missing: {disc: radius} or {rectangle: [width, height]}%s",
+            source->type == RMAP_SOURCE_COLLIMATED ? "; or 'fills: NAME' of a lens" : "");
         return;
     }
     if (!rmap_reader_check_keys(reader, shape, "a shape", key, n_key))
@@ -182,7 +184,7 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 const struct rmap_mapping rmap_source_keys = {
     "sources",
     "collimated point area rays",
-    {{"a collimated source", "name type shape " PLACED LIGHT},
+    {{"a collimated source", "name type shape fills field " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT}},
@@ -210,6 +212,8 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     source->type = (enum rmap_source_type)type;
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
+        if (rmap_reader_aim_source(reader, node, source))
+            return;
         read_shape(reader, node, source);
         break;
     case RMAP_SOURCE_POINT:
@@ -247,6 +251,8 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     const bool mesh = source->type == RMAP_SOURCE_AREA && source->shape == RMAP_EMITTER_MESH;
     const double larger = enlargement(&placed->to_world);
     source->parent = placed->parent;
+    if (rmap_yaml_get(placed->node, "fills")) /* it stands in the world already */
+        return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
     if (mesh)
         return;

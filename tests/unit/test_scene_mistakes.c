@@ -284,7 +284,15 @@ static const struct mistake mistakes[] = {
     {24, "  - {name: beam, type: colimated, shape: {disc: 3}}",
      "24:24: error: unknown type 'colimated' (did you mean 'collimated'?)\n"},
     {24, "  - {name: beam, type: collimated}",
-     "24:5: error: 'shape' is missing: {disc: radius} or {rectangle: [width, height]}\n"},
+     "24:5: error: 'shape' is missing: {disc: radius} or {rectangle: [width, height]}; or 'fills: "
+     "NAME' of a lens\n"},
+    {24, "  - {name: beam, type: collimated, fills: bead, at: [0, 0, 1]}",
+     "24:53: error: give 'fills' or 'at', not both\n"},
+    {24, "  - {name: beam, type: collimated, fills: beda}",
+     "24:43: error: unknown object 'beda' (did you mean 'bead'?)\n"},
+    {24, "  - {name: beam, type: collimated, shape: {disc: 3}, field: 3 deg}",
+     "24:61: error: 'field' is the angle to the axis of what the source fills: give 'fills', the "
+     "name of a lens or an object, too\n"},
     {24, "  - {name: beam, type: collimated, shape: {disc: 3}, flux: 1 kg}",
      "24:60: error: unknown unit of flux 'kg' (did you mean 'kW'?)\n"},
     {24, "  - {name: beam, type: collimated, shape: {disc: 3}, flux: -1 W}",

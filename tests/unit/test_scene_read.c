@@ -158,6 +158,33 @@ static void test_sources_in_groups(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* A beam that fills an object: through its middle, as wide as it, along its axis turned by the
+ * field angles, from in front of everything. */
+static void test_filling_beam(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries: {pane: {type: disc, radius: 3}, wall: {type: rectangle, size: [40, 40]}}\n"
+        "objects:\n"
+        "  - {name: pane, geometry: pane, at: [1, 2, 30], rotate: [0, 90, 0], surface: absorber}\n"
+        "  - {name: wall, geometry: wall, at: [-50, 0, 0], surface: absorber}\n"
+        "sources:\n"
+        "  - {name: sun, type: collimated, fills: pane, field: 30 deg}\n"
+        "  - {name: moon, type: collimated, fills: pane, field: [-10, 0]}\n");
+    const struct rmap_source *sun = &scene->source[0], *moon = &scene->source[1];
+    const struct rmap_vec3 way = rmap_affine_vector(&sun->frame, rmap_vec3(0, 0, 1));
+    assert_near(sun->shape_size[0], 3, 1e-9);
+    assert_vec(way, cos(RMAP_PI / 6), sin(RMAP_PI / 6), 0);
+    const struct rmap_vec3 gap = rmap_sub(rmap_vec3(1, 2, 30), sun->frame.t);
+    assert_near(rmap_length(rmap_cross(gap, way)), 0, 1e-9);
+    assert_true(rmap_dot(gap, way) > 51);
+    /* Local x of the pane is -z of the world. */
+    assert_vec(rmap_affine_vector(&moon->frame, rmap_vec3(0, 0, 1)), cos(RMAP_PI / 18), 0,
+               sin(RMAP_PI / 18));
+    rmap_scene_destroy(scene);
+}
+
 /* ---- merge keys ---- */
 
 static void test_merge_keys(void **state)
@@ -737,6 +764,7 @@ int main(void)
         cmocka_unit_test(test_bodies),
         cmocka_unit_test(test_copies),
         cmocka_unit_test(test_sources_in_groups),
+        cmocka_unit_test(test_filling_beam),
         cmocka_unit_test(test_merge_keys),
         cmocka_unit_test(test_units),
         cmocka_unit_test(test_wavelengths),
