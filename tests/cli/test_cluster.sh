@@ -29,6 +29,8 @@ cores=$(nproc)
 if [ "$(getconf _NPROCESSORS_ONLN)" = "$cores" ]; then
     [ "$(threads SLURM_JOB_ID=1 SLURM_CPUS_PER_TASK=1)" = 1 ] || fail "SLURM_CPUS_PER_TASK is not heeded"
     [ "$(threads PBS_JOBID=1 NCPUS=1)" = 1 ] || fail "NCPUS is not heeded"
+    [ "$(threads LSB_JOBID=1 LSB_DJOB_NUMPROC=1)" = 1 ] || fail "LSB_DJOB_NUMPROC is not heeded"
+    [ "$(threads JOB_ID=1 NSLOTS=1)" = 1 ] || fail "NSLOTS is not heeded"
 fi
 
 expect 6 'stopped early by the time limit: [0-9,]+ of 1,000,000,000 rays traced; the map holds them, and --resume' \

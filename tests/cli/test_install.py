@@ -97,5 +97,10 @@ if os.path.exists(os.path.join(SOURCE, ".git")):
     with open("archive/cmake/revision.txt", encoding="utf-8") as file:
         if file.read() != head:
             failures.append("the archive does not have its revision")
+    run("cmake", "-S", "archive", "-B", "archive/build", "-DBUILD_TESTING=OFF", GIT_CEILING_DIRECTORIES=os.getcwd())
+    with open("archive/build/generated/version.h", encoding="utf-8") as file:
+        revision = re.search(r'"([0-9a-f]{12}|unknown)"', file.read())
+    if not revision or revision[1] != head[:12]:
+        failures.append(f"what is built from the archive has the revision {revision and revision[1]}, not {head[:12]}")
 print("\n".join(failures) or "as promised")
 sys.exit(bool(failures))

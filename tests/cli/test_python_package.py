@@ -69,6 +69,60 @@ def check_reading(lens):
         check("pandas" in str(error), "pandas is optional")
 
 
+# Nothing in it takes one wavelength from another.
+NO_DISPERSION = """raymap: 1
+units: cm
+spectrum: {mode: spectral, wavelengths: [450, 550, 650]}
+media: {air: {index: 1}, water: {index: 1.33}}
+surfaces:
+  bare: {type: fresnel}
+  red: {type: lambert, reflectance: {wavelength: [400, 700], value: [0.1, 0.9]}}
+geometries: {ball: {type: sphere, radius: 2}, plate: {type: rectangle, size: [40, 40]}}
+objects:
+  - {name: drop, geometry: ball, at: [0, 0, 5], surface: bare, inside: water, outside: air}
+  - {name: wall, geometry: plate, at: [0, 0, 20], rotate: [0, 20, 0], surface: red, front: air, back: air}
+sources:
+  - {name: lamp, type: point, at: [1, 0, 0], distribution: isotropic, flux: 3 W, spectrum: D65, medium: air}
+detectors:
+  - {name: film, type: plane, size: [20, 30], cells: [8, 6], at: [0, 1, 12], direction: [0, 0.2, -1], side: both}
+  - {name: sky, type: intensity, cells: [18, 36], axis: [0, 1, 0]}
+"""
+
+
+def mean_of(rows, value):
+    good = np.isfinite(value)
+    return np.average(value[good], weights=rows["flux"][good])
+
+
+def check_tables():
+    """What follows from the columns is what the program says of it."""
+    pathlib.Path("water.yaml").write_text(NO_DISPERSION, encoding="utf-8")
+    water = trace("water.yaml", "water.raymap", 2000)
+    seen = raymap.records(raymap.open(water), "registration")
+    for name, wanted in (("film", ("x", "y", "angle", "time", "world_x", "world_y", "world_z", "flux")),
+                         ("sky", ("x", "y", "angle", "optical_path"))):
+        rows = {key: column[(seen["detector_name"] == name) & (seen["registered"] == 1)]
+                for key, column in seen.items()}
+        for key in wanted:
+            of = key if key == "flux" else f"{key}({name})"
+            said = raymap.stats(water, of, detector=name)["mean"]["value"]
+            check(abs(mean_of(rows, rows[key]) - said) < 1e-9 * abs(said),
+                  f"{of}: {mean_of(rows, rows[key])}, not {said}")
+    check(set(seen["source_name"]) == {"lamp"} and np.isnan(seen["wavelength"]).all(), "no wavelength of its own")
+    script = re.search("```python\n(.*?)```", (SOURCE / "docs" / "python.md").read_text(encoding="utf-8"), re.DOTALL)
+    told = {}
+    exec(script[1].replace("lens.raymap", water).replace("sensor", "film"), told)  # pylint: disable=exec-used
+    bins = raymap.stats(water, "wavelength", detector="film")["histogram"]["flux"]
+    check(np.allclose(told["spectrum"], bins, rtol=1e-6), f"a spectrum: {told['spectrum']}, not {bins}")
+    rows = raymap.records(raymap.open(water), "segment", "object_name", "flux")
+    check(list(rows) == ["object_name", "flux"] and None in rows["object_name"], "columns that were named")
+    try:
+        raymap.records(raymap.open(water), "registration", "times")
+        check(False, "a column that there is not")
+    except ValueError as error:
+        check("'times'" in str(error) and "angle, time" in str(error), f"its name: {error}")
+
+
 def check_asking(lens):
     some = raymap.query(lens, "registered(sensor)")
     check(some["rays"]["total"] == 3000 and 0 < some["rays"]["matched"] < 3000, "query")
@@ -178,6 +232,7 @@ LENS = trace(examples / "double-gauss" / "scene.yaml", "lens.raymap", 3000, "--e
 OTHER = trace(examples / "double-gauss" / "scene.yaml", "other.raymap", 3000, "--seed", 2)
 ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000)
 check_reading(LENS)
+check_tables()
 check_asking(LENS)
 check_scripts(LENS, OTHER, ROOM)
 check_plain(ROOM)

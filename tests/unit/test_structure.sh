@@ -90,7 +90,7 @@ if git rev-parse --git-dir >/dev/null 2>&1; then
     [ -z "$paths" ] || fail 'no tracked file contains a path of one machine' "$paths"
     # What runs by hand leave behind is not swept in.
     strangers=$(git ls-files -- ':(glob)*' |
-        grep -vxE '\.clang-format|\.gitattributes|\.gitignore|CMake(Lists\.txt|Presets\.json)|LICENSE|[A-Z]+\.md')
+        grep -vxE '\.clang-format|\.gitattributes|\.dockerignore|\.gitignore|CMake(Lists\.txt|Presets\.json)|LICENSE|[A-Z]+\.md')
     [ -z "$strangers" ] || fail 'the top folder holds no file but the known ones' "$strangers"
 else
     echo 'no git here: tracked paths not checked'

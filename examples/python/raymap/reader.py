@@ -180,6 +180,7 @@ class Map:
         self.seed = int(index.attrs["seed"])
         self.digest = _text(index.attrs["digest"])
         self.unit = _text(index.attrs["length_unit"])
+        self.unit_m = float(index.attrs["length_unitSI"])
         self.names = {kind: Names(kind, (_text(name) for name in index["name/" + kind][:]))
                       for kind in ("source", "object", "surface", "medium", "detector", "geometry")}
         self.source_flux = index["source/flux"][:]
@@ -276,7 +277,7 @@ class Map:
                 return Ray(portion, int(row[0]))
         raise MapError(f"{self.path}: no ray {number}")
 
-    def _no_rows(self):
+    def no_rows(self):
         """The columns of a map without rays."""
         widths = {"segment/colour": (len(self.spaces[0]["wavelengths"]),)}
         return {name: np.empty((0, *widths.get(name, (width,) if width > 1 else ())), dtype)
@@ -291,7 +292,7 @@ class Map:
         if "segment/colour" in wanted and len({len(s["wavelengths"]) for s in self.spaces}) > 1:
             raise MapError(f"{self.path}: segment/colour has other channels in each of its colour "
                            "spaces: take it portion by portion")
-        parts = [portion.columns for portion in self.portions(wanted)] or [self._no_rows()]
+        parts = [portion.columns for portion in self.portions(wanted)] or [self.no_rows()]
         return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
 
 
