@@ -4,6 +4,7 @@
  * in the detector's own units.
  */
 #include "analysis/figure/figure_detector.h"
+#include "analysis/figure/figure_isolines.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -373,6 +374,39 @@ out:
     return st;
 }
 
+/* Of the picture, whose columns are those of a plane, or the phi of directions. */
+static double value_of(const void *context, uint32_t i, uint32_t j)
+{
+    const struct rmap_detector_image *image = context;
+    const size_t column = is_plane(image) ? i : j, row = is_plane(image) ? j : i;
+    return image->value[column + row * image->n[0]];
+}
+
+static enum rmap_status draw_plan(const struct picture *picture, struct rmap_svg *svg,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_detector_image *image = picture->image;
+    const struct rmap_axes *axes = &picture->axes;
+    const bool plane = is_plane(image);
+    const struct rmap_cell_grid grid = {
+        {image->n[plane ? 0 : 1], image->n[plane ? 1 : 0]}, value_of, image};
+    const double most[] = {floor(axes->width / RMAP_CELL_WIDTH),
+                           floor(axes->height / RMAP_CELL_HEIGHT)};
+    if (picture->options->values && (grid.n[0] > most[0] || grid.n[1] > most[1]))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--values: %u x %u cells are too many to be read; --cells %.0fx%.0f "
+                              "or fewer",
+                              image->n[0], image->n[1], most[plane ? 0 : 1], most[plane ? 1 : 0]);
+    if (picture->options->isolines)
+        RMAP_TRY(
+            rmap_isolines_draw(svg, axes, &grid, &picture->bar, !picture->options->values, err));
+    if (picture->options->values)
+        rmap_cell_values_draw(svg, axes, &grid);
+out:
+    return st;
+}
+
 enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
                                       const struct rmap_figure_detector *options,
                                       struct rmap_svg **svg_ret, struct rmap_error *err)
@@ -395,6 +429,7 @@ enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
     RMAP_TRY(rmap_svg_create(fmax(LEFT + picture.axes.width + right, FIGURE_NARROWEST),
                              height + BOTTOM, image->detector->name, &svg, err));
     RMAP_TRY(draw_image(&picture, svg, err));
+    RMAP_TRY(draw_plan(&picture, svg, err));
     rmap_axes_draw(svg, &picture.axes);
     if (!options->true_colour)
         RMAP_TRY(rmap_colour_bar_draw(svg, &picture.bar, &picture.map, err));

@@ -18,6 +18,7 @@ struct rmap_figure_detector {
     const char *criterion; /* NULL: all rays */
     bool true_colour;      /* the image must have rgb */
     enum rmap_figure_scale scale;
+    bool isolines, values; /* over the image; values: RMAP_USAGE where cells are too small */
 };
 
 /* PNG pixels per SVG pixel that the image inside is made for. */

@@ -58,6 +58,8 @@ static const struct rmap_option options[] = {
     {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)",
      "output"},
     {"linear", 0, NULL, "linear scale in the picture", "output"},
+    {"isolines", 0, NULL, "lines of equal value in the picture", "output"},
+    {"values", 0, NULL, "each cell's value in the picture", "output"},
     {"force", 'f', NULL, "replace OUT", "output plot"},
     {NULL}};
 
@@ -147,6 +149,8 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     };
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
+        .isolines = rmap_argument(given, "isolines") != NULL,
+        .values = rmap_argument(given, "values") != NULL,
         .true_colour = color && strcmp(color, "true") == 0,
         .scale = rmap_argument(given, "log")      ? RMAP_SCALE_LOGARITHMIC
                  : rmap_argument(given, "linear") ? RMAP_SCALE_LINEAR

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a lighting plan has over an image: lines of equal value, and values in the cells.
+ */
+#ifndef RMAP_FIGURE_ISOLINES_H
+#define RMAP_FIGURE_ISOLINES_H
+
+#include "analysis/table/figure_axes.h"
+
+/* Values at the middles of cells that fill the axes, lower left first. */
+struct rmap_cell_grid {
+    uint32_t n[2]; /* to the right, upwards */
+    double (*value)(const void *context, uint32_t i, uint32_t j);
+    const void *context;
+};
+
+/* At round values between those of the bar, each with its number where `labelled`; by linear
+ * interpolation between the middles of four cells. RMAP_SYSTEM when memory is short. */
+enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
+                                    const struct rmap_cell_grid *grid,
+                                    const struct rmap_colour_bar *bar, bool labelled,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Pixels that a cell must be wide and high for its value to be read. */
+#define RMAP_CELL_WIDTH  30.0
+#define RMAP_CELL_HEIGHT 14.0
+void rmap_cell_values_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
+                           const struct rmap_cell_grid *grid);
+
+#endif
