@@ -65,14 +65,9 @@ static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
 static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
                           const struct rmap_view *view, struct rmap_svg *svg)
 {
-    double room = rmap_svg_width(svg) - 2 * MARGIN;
-    char line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
-    rmap_caption(svg,
-                 &(struct rmap_svg_text){.x = MARGIN, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1},
-                 room, options->title);
-    struct rmap_svg_text text = {.x = MARGIN, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s", options->criterion ? options->criterion : "all");
-    rmap_caption(svg, &text, room, line);
+    char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
+    (void)snprintf(asked, sizeof asked, "rays: %s",
+                   options->criterion ? options->criterion : "all");
     uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
     if (n_drawn == 0)
         (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
@@ -84,8 +79,7 @@ static void draw_captions(const struct rmap_portion *rays, const struct rmap_fig
     else
         (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),
                        n_drawn == 1 ? "" : "s", view->description);
-    text.y = 68;
-    rmap_caption(svg, &text, room, line);
+    rmap_captions(svg, MARGIN, (const char *const[]){options->title, asked, line}, 3);
 }
 
 static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,

@@ -117,20 +117,16 @@ static void draw_curves(const struct plot *plot, const struct rmap_axes *axes, e
     rmap_axes_draw(plot->svg, axes);
 }
 
-static void draw_captions(const struct plot *plot, double width)
+static void draw_captions(const struct plot *plot)
 {
-    char line[600];
+    char title[600], line[600];
     const struct rmap_glass *glass = plot->glass;
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    (void)snprintf(line, sizeof line, "%s %s", glass->group, glass->name);
+    (void)snprintf(title, sizeof title, "%s %s", glass->group, glass->name);
     if (plot->n > 1)
-        (void)snprintf(line, sizeof line, "%zu materials", plot->n);
-    rmap_caption(plot->svg, &text, width - 32, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+        (void)snprintf(title, sizeof title, "%zu materials", plot->n);
     (void)snprintf(line, sizeof line, "nd %.5f, vd %.2f; %s", glass->nd, glass->vd, glass->source);
-    if (plot->n == 1)
-        rmap_caption(plot->svg, &text, width - 32,
-                     isnan(glass->nd + glass->vd) ? glass->source : line);
+    const char *const row[] = {title, isnan(glass->nd + glass->vd) ? glass->source : line};
+    rmap_captions(plot->svg, 16, row, plot->n == 1 ? 2 : 1);
     for (size_t g = 0; plot->n > 1 && g < plot->n; g++) {
         const double x = LEFT + WIDTH + LEGEND_GAP, y = TOP + 12 + (double)(LEGEND_ROW * g);
         rmap_svg_line(plot->svg, x, y - 4, x + 18, y - 4,
@@ -156,7 +152,7 @@ enum rmap_status rmap_figure_glass(const struct rmap_glass *glass, size_t n,
     draw_curves(&plot, &plot.axes[0], INDEX);
     if (plot.has_lower)
         draw_curves(&plot, &plot.axes[1], plot.lower);
-    draw_captions(&plot, width);
+    draw_captions(&plot);
     *svg_ret = plot.svg;
     return RMAP_OK;
 }

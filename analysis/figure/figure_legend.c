@@ -14,14 +14,7 @@
 #include "analysis/table/figure_axes.h"
 #include "base/grouped.h"
 
-enum {
-    SAMPLE = 22,
-    GAP = 14,
-    WAVELENGTHS_SHOWN = 8,
-    MIXTURES_SHOWN = 3,
-    BAR_ROOM = 230,
-    LINES = 3
-};
+enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, MIXTURES_SHOWN = 3, BAR_ROOM = 230 };
 static const char ink[] = "#222222";
 
 struct legend {
@@ -145,25 +138,6 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
     }
 }
 
-/* Bytes of the longest part of a text that ends before a blank and is so wide at most; all of it
- * where it is, 0 where no part is. */
-static size_t part_within(const char *string, double width)
-{
-    char part[512];
-    size_t best = 0;
-    for (size_t len = 1; len < sizeof part; len++) {
-        if (string[len] != ' ' && string[len] != 0)
-            continue;
-        (void)snprintf(part, sizeof part, "%.*s", (int)len, string);
-        if (rmap_svg_string_width(part, RMAP_TICK_SIZE) > width)
-            break;
-        best = len;
-        if (string[len] == 0)
-            break;
-    }
-    return best;
-}
-
 /* A sample with a text that may take some lines, as wide as the frame. */
 static void add_paragraph(struct legend *legend, const char *colour, double right, const char *word)
 {
@@ -173,15 +147,15 @@ static void add_paragraph(struct legend *legend, const char *colour, double righ
     if (legend->svg)
         rmap_svg_rect(legend->svg, legend->left, legend->y - 6.0, SAMPLE, 3.0,
                       &(struct rmap_svg_style){.fill = colour});
-    for (int line = 1; *word; line++) {
-        const size_t len = line < LINES ? part_within(word, room) : 0;
+    while (*word) {
+        const size_t len = rmap_line_nbytes(word, text.size, room);
         char part[512];
-        (void)snprintf(part, sizeof part, "%.*s", len ? (int)len : (int)sizeof part - 1, word);
+        (void)snprintf(part, sizeof part, "%.*s", (int)len, word);
         text.y = legend->y;
         if (legend->svg)
-            rmap_caption(legend->svg, &text, room, part);
+            rmap_svg_string(legend->svg, &text, part);
         legend->y += RMAP_LEGEND_ROW;
-        word += len ? len : strlen(word);
+        word += len;
         word += *word == ' ';
     }
 }

@@ -325,23 +325,20 @@ static void describe(const struct plot *plot, char *line, size_t nbytes)
         (void)snprintf(line + n, nbytes - (size_t)n, "; logarithmic scale");
 }
 
-static void draw_captions(const struct plot *plot, double width)
+static void draw_captions(const struct plot *plot)
 {
     const struct rmap_stats *stats = plot->stats;
-    char line[1024], name[128];
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    rmap_stats_name(stats, 0, name, sizeof name);
-    int n = snprintf(line, sizeof line, "%s", stats->setup->quantities->of[0].name);
+    char title[256], asked[1024], line[1024];
+    int n = snprintf(title, sizeof title, "%s", stats->setup->quantities->of[0].name);
     if (stats->setup->quantities->n == 2 && n > 0)
-        (void)snprintf(line + n, sizeof line - (size_t)n, " and %s",
+        (void)snprintf(title + n, sizeof title - (size_t)n, " and %s",
                        stats->setup->quantities->of[1].name);
-    rmap_caption(plot->svg, &text, width - 32, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    rmap_which_caption(plot->labels->which, plot->labels->criterion, line, sizeof line);
-    rmap_caption(plot->svg, &text, width - 32, line);
+    n = (int)strlen(title);
+    if (plot->labels->detector)
+        (void)snprintf(title + n, sizeof title - (size_t)n, " at %s", plot->labels->detector);
+    rmap_which_caption(plot->labels->which, plot->labels->criterion, asked, sizeof asked);
     describe(plot, line, sizeof line);
-    text.y = 68;
-    rmap_caption(plot->svg, &text, width - 32, line);
+    rmap_captions(plot->svg, 16, (const char *const[]){title, asked, line}, 3);
 }
 
 /* Two lengths, or two angles, to one scale unless that is too long or too flat. */
@@ -392,7 +389,7 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
     else
         RMAP_TRY(draw_lines(&plot, err));
     draw_note(&plot);
-    draw_captions(&plot, width);
+    draw_captions(&plot);
     *svg_ret = plot.svg;
     plot.svg = NULL;
 out:

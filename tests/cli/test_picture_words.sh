@@ -52,6 +52,14 @@ expect 0 '' "$RAYMAP" draw a.raymap --where "$long and ray < 4000" --where 'ray 
 tr '\n' ' ' <legend.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
 has joined.svg "rays: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
 
+# so has a caption; the picture grows upwards by its rows
+expect 0 '' "$RAYMAP" stats a.raymap --of path_length --detector sensor --where "$long and ray < 4000" -o caption.svg
+has caption.svg 'viewBox="0 -[1-9]'
+has caption.svg '>path_length at sensor<'
+tr '\n' ' ' <caption.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
+has joined.svg "rays: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
+lacks caption.svg '…'
+
 # counts, and what the bins leave out
 expect 0 'values +[0-9],[0-9]{3} of [0-9],[0-9]{3} rays' "$RAYMAP" stats a.raymap --of segments --range 0..3 -o outside.svg
 has outside.svg '>[0-9],[0-9]{3} values, .*, standard deviation [^,]* W outside the picture<'
