@@ -20,11 +20,11 @@
 enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
 enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
 
-/* White around the scene, and length of a segment that leaves, as parts of the scene's size. */
-static const double BORDER = 0.08, LEAVING = 0.12;
+/* White around the scene, as a part of its size. */
+static const double BORDER = 0.08;
 
-static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
-                  struct rmap_view_frame *frame)
+static void fit(const struct rmap_scene *scene, const struct rmap_view *view,
+                struct rmap_view_frame *frame)
 {
     struct rmap_view_box box;
     rmap_view_bounds(scene, view, &box);
@@ -42,12 +42,10 @@ static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
         .height = fmax(rint(h * scale), LOWEST),
         .scale = scale,
         .centre = {0.5 * (box.low[0] + box.high[0]), 0.5 * (box.low[1] + box.high[1])}};
-    return size;
 }
 
 /* What the camera sees, as large as there is room; narrow pictures show more at their sides. */
-static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
-                         struct rmap_view_frame *frame)
+static void fit_camera(struct rmap_view *view, struct rmap_view_frame *frame)
 {
     const double height = fmin(HIGHEST, WIDEST * view->slope[1] / view->slope[0]);
     *frame = (struct rmap_view_frame){
@@ -59,7 +57,6 @@ static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
         .scale = 0.5 * height / view->slope[1]};
     view->slope[0] = 0.5 * frame->width / frame->scale;
     view->slope[1] = 0.5 * frame->height / frame->scale;
-    return 2.0 * scene->radius;
 }
 
 static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
@@ -145,8 +142,10 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     const bool mixed = options->map && rmap_map_n_space(options->map) > 1;
     choose_view(scene, rays, options, &view);
     struct rmap_ray_lines lines = {.frame = &frame};
-    lines.leaving =
-        LEAVING * (view.perspective ? fit_camera(scene, &view, &frame) : fit(scene, &view, &frame));
+    if (view.perspective)
+        fit_camera(&view, &frame);
+    else
+        fit(scene, &view, &frame);
     double marks;
     const double legend =
         rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);

@@ -324,6 +324,20 @@ def test_camera():
     assert "lens.raymap has no camera" in run("draw", "lens.raymap", "--camera", "a", "-o", "x.svg", status=3)
 
 
+def test_leaving():
+    """What leaves the scene goes on to the edge of the picture, in every view."""
+    for view in ["yz", "3d"]:
+        run("draw", "lens.raymap", "--where", "ended(left)", "--limit", 40, "--view", view, "-o",
+            "left.svg", "--force")
+        x, y, width, height = next(
+            [float(e.get(key)) for key in ("x", "y", "width", "height")]
+            for e in ElementTree.parse("left.svg").iter() if e.get("stroke") == "#b0b0b0")
+        outside = [p for _, opacity, d in paths("left.svg") if opacity < 1
+                   for p in points_of(d)[-1:]
+                   if not (x <= p[0] <= x + width and y <= p[1] <= y + height)]
+        assert len(outside) >= 40, (view, len(outside))
+
+
 def test_upright():
     """Views of solids and sections have upwards what the scene's first camera has."""
     with open("hiding.yaml", encoding="utf8") as file:
@@ -472,6 +486,7 @@ test_depth()
 test_pixels()
 test_profile()
 test_camera()
+test_leaving()
 test_upright()
 test_gltf()
 test_polydata()
