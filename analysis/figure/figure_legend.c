@@ -139,14 +139,17 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
 }
 
 /* A sample with a text that may take some lines, as wide as the frame. */
-static void add_paragraph(struct legend *legend, const char *colour, double right, const char *word)
+static void add_paragraph(struct legend *legend, const struct rmap_paint_group *group, double right,
+                          const char *word)
 {
     struct rmap_svg_text text = {
         .x = legend->left + SAMPLE + 6, .size = RMAP_TICK_SIZE, .fill = ink};
     const double room = right - text.x;
     if (legend->svg)
-        rmap_svg_rect(legend->svg, legend->left, legend->y - 6.0, SAMPLE, 3.0,
-                      &(struct rmap_svg_style){.fill = colour});
+        rmap_svg_line(
+            legend->svg, legend->left + 1.0, legend->y - 4.5, legend->left + SAMPLE - 1.0,
+            legend->y - 4.5,
+            &(struct rmap_svg_style){.stroke = group->ink, .width = 2.4, .dash = group->dash});
     while (*word) {
         const size_t len = rmap_line_nbytes(word, text.size, room);
         char part[512];
@@ -179,7 +182,7 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
             len += snprintf(word + len, sizeof word - (size_t)len, ", %.3g %% of flux",
                             paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0);
         (void)snprintf(word + len, sizeof word - (size_t)len, ": %.400s", group->label);
-        add_paragraph(legend, group->ink, right, word);
+        add_paragraph(legend, group, right, word);
     }
 }
 

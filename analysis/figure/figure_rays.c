@@ -229,6 +229,7 @@ static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
     double share[RMAP_CHANNEL_MAX];
     if (paint && paint->of_ray) {
         memcpy(pen->ink, paint->group[paint->of_ray[ray]].ink, sizeof pen->ink);
+        pen->style.dash = paint->group[paint->of_ray[ray]].dash;
         return;
     }
     for (int c = 0; c < pen->scene->channels.n; c++)

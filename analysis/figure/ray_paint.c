@@ -12,17 +12,13 @@
 #include "analysis/criterion/path_order.h"
 #include "analysis/paths/path_class.h"
 #include "analysis/query/which.h"
+#include "analysis/table/line_mark.h"
 #include "base/alloc.h"
 
 /* Paths that have an ink of their own, and orders: the last one is that order and all above. */
 enum { PATHS_SHOWN = 7, ORDERS_SHOWN = 4, LABEL_NBYTES = 90 };
 
-/* Inks that readers with any colour vision tell apart: M. Okabe and K. Ito, "Color Universal
- * Design", 2008, https://jfly.uni-koeln.de/color/; yellow darkened to show on paper. */
-static const char palette[][8] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                  "#e69f00", "#56b4e9", "#8a6d00"};
-static const char other_ink[] = "#9a9a9a";
-enum { PALETTE_COUNT = sizeof palette / sizeof *palette };
+static const struct rmap_line_mark other = {.ink = "#9a9a9a"};
 
 const char *rmap_paint_word(enum rmap_paint_kind kind)
 {
@@ -30,8 +26,8 @@ const char *rmap_paint_word(enum rmap_paint_kind kind)
     return word[kind];
 }
 
-static enum rmap_status add_group(struct rmap_ray_paint *self, const char ink[8], const char *label,
-                                  struct rmap_error *err)
+static enum rmap_status add_group(struct rmap_ray_paint *self, struct rmap_line_mark mark,
+                                  const char *label, struct rmap_error *err)
 {
     struct rmap_paint_group *group = &self->group[self->n_group];
     const size_t nbytes = strlen(label) + 1;
@@ -39,7 +35,8 @@ static enum rmap_status add_group(struct rmap_ray_paint *self, const char ink[8]
     if (!group->label)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a legend");
     memcpy(group->label, label, nbytes);
-    memcpy(group->ink, ink, sizeof group->ink);
+    (void)snprintf(group->ink, sizeof group->ink, "%s", mark.ink);
+    group->dash = mark.dash;
     self->n_group++;
     return RMAP_OK;
 }
@@ -59,11 +56,11 @@ static enum rmap_status group_by_path(struct rmap_ray_paint *self,
         rmap_free(label);
         label = NULL;
         RMAP_TRY(rmap_path_class_label(classes, k, LABEL_NBYTES, &label, err));
-        RMAP_TRY(add_group(self, palette[k % PALETTE_COUNT], label, err));
+        RMAP_TRY(add_group(self, rmap_line_mark(k), label, err));
     }
     if (classes->n > n) {
         (void)snprintf(others, sizeof others, "%zu other paths", classes->n - n);
-        RMAP_TRY(add_group(self, other_ink, others, err));
+        RMAP_TRY(add_group(self, other, others, err));
     }
     for (size_t i = 0; i < request->rays->n_row[RMAP_TABLE_RAY]; i++)
         self->of_ray[i] = classes->of_ray[i] < n ? classes->of_ray[i] : (uint32_t)n;
@@ -130,9 +127,9 @@ static enum rmap_status group_by_order(struct rmap_ray_paint *self,
                        k == ORDERS_SHOWN ? " and above"
                        : k == 0          ? ", direct light"
                                          : "");
-        RMAP_TRY(add_group(self, palette[k], label, err));
+        RMAP_TRY(add_group(self, rmap_line_mark((size_t)k), label, err));
     }
-    RMAP_TRY(add_group(self, other_ink, "scattered", err));
+    RMAP_TRY(add_group(self, other, "scattered", err));
     for (size_t i = 0; i < n_ray; i++)
         self->of_ray[i] = scatter[i] > 0            ? ORDERS_SHOWN + 1
                           : ghost[i] < ORDERS_SHOWN ? ghost[i]
@@ -157,7 +154,7 @@ static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
         self->of_ray[i] = (uint32_t)n;
     for (size_t c = 0; c < n; c++) {
         const char *name = rmap_criterion_name(request->criterion[c]);
-        RMAP_TRY(add_group(self, palette[c % PALETTE_COUNT],
+        RMAP_TRY(add_group(self, rmap_line_mark(c),
                            name ? name : rmap_criterion_text(request->criterion[c]), err));
         self->group[c].asked = true;
         RMAP_TRY(rmap_criterion_evaluate(request->criterion[c], request->rays,
@@ -166,7 +163,7 @@ static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
             if (match[i] && self->of_ray[i] == n)
                 self->of_ray[i] = (uint32_t)c;
     }
-    RMAP_TRY(add_group(self, other_ink, "none of these", err));
+    RMAP_TRY(add_group(self, other, "none of these", err));
 out:
     rmap_free(match);
     return st;

@@ -24,6 +24,7 @@ const char *rmap_paint_word(enum rmap_paint_kind kind);
 
 struct rmap_paint_group {
     char ink[8];
+    const char *dash; /* of a stroke; NULL: solid */
     char *label;
     bool asked;        /* a criterion: it stands in the legend also with no ray */
     uint64_t rays;     /* that are drawn */
