@@ -59,23 +59,31 @@ static void fit_camera(struct rmap_view *view, struct rmap_view_frame *frame)
     view->slope[1] = 0.5 * frame->height / frame->scale;
 }
 
-static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
-                          const struct rmap_view *view, struct rmap_svg *svg)
+static void draw_captions(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                          const struct rmap_figure_draw *options, const struct rmap_view *view,
+                          struct rmap_svg *svg)
 {
-    char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
+    char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN],
+        kept[RMAP_GROUPED_LEN];
     (void)snprintf(asked, sizeof asked, "rays: %s",
                    options->criterion ? options->criterion : "all");
-    uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
-    if (n_drawn == 0)
-        (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
-    else if (n_drawn < options->n_matched)
-        (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s; %s",
-                       rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
-                       options->paint && options->paint->dealt ? " of each criterion" : "",
-                       view->description);
-    else
-        (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),
-                       n_drawn == 1 ? "" : "s", view->description);
+    const uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
+    const struct rmap_near_plane *near = options->near;
+    int n = snprintf(line, sizeof line, "%s", options->n_matched > 0 ? "" : "no ray matches");
+    if (n == 0 && !near && n_drawn < options->n_matched)
+        n = snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s",
+                     rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
+                     options->paint && options->paint->dealt ? " of each criterion" : "");
+    else if (n == 0)
+        n = snprintf(line, sizeof line, "%s ray%s drawn", rmap_grouped(n_drawn, drawn),
+                     n_drawn == 1 ? "" : "s");
+    n += snprintf(line + n, sizeof line - (size_t)n, "; %s", view->description);
+    if (near)
+        (void)snprintf(
+            line + n, sizeof line - (size_t)n,
+            "; of the first %s of %s rays %s run within %.4g %s of its plane all their way",
+            rmap_grouped(near->looked, drawn), rmap_grouped(options->n_matched, matched),
+            rmap_grouped(near->near, kept), near->distance, scene->unit);
     rmap_captions(svg, MARGIN, (const char *const[]){options->title, asked, line}, 3);
 }
 
@@ -160,12 +168,25 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
     if (!view.perspective)
         rmap_scale_bar_draw(scene, &frame, marks, svg);
-    draw_captions(rays, options, &view, svg);
+    draw_captions(scene, rays, options, &view, svg);
     *svg_ret = svg;
     svg = NULL;
 out:
     rmap_svg_destroy(svg);
     return st;
+}
+
+enum rmap_status rmap_figure_draw_near(const struct rmap_scene *scene, enum rmap_view_kind *kind,
+                                       const double *cut, struct rmap_near_plane *near,
+                                       struct rmap_portion **rays, struct rmap_error *err)
+{
+    struct rmap_view view;
+    *kind = rmap_view_resolve(scene, *kind, *rays);
+    if (*kind == RMAP_VIEW_3D)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--near chooses rays of a section: say --view yz, xz or xy");
+    choose_view(scene, *rays, &(struct rmap_figure_draw){.kind = *kind, .cut = cut}, &view);
+    return rmap_near_plane_keep(&view, near, rays, err);
 }
 
 void rmap_figure_draw_thin(struct rmap_portion *rays)

@@ -244,12 +244,17 @@ void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_vi
                        ", where no object is");
 }
 
+enum rmap_view_kind rmap_view_resolve(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                                      const struct rmap_portion *rays)
+{
+    return kind != RMAP_VIEW_AUTO ? kind : is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
+}
+
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view)
 {
     static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (kind == RMAP_VIEW_AUTO)
-        kind = is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
+    kind = rmap_view_resolve(scene, kind, rays);
     *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
     if (kind == RMAP_VIEW_3D) {
         rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);

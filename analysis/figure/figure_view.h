@@ -36,7 +36,10 @@ struct rmap_view {
 void rmap_view_camera(const struct rmap_scene *scene, const struct rmap_camera *camera,
                       struct rmap_view *view);
 
-/* rays may be NULL; their mean direction helps to choose a section. */
+/* Never AUTO. rays may be NULL; their mean direction helps to choose a section. */
+enum rmap_view_kind rmap_view_resolve(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                                      const struct rmap_portion *rays);
+/* Of that kind, resolved so. */
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view);
 
