@@ -23,12 +23,29 @@ enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
 /* White around the scene, as a part of its size. */
 static const double BORDER = 0.08;
 
-static void fit(const struct rmap_scene *scene, const struct rmap_view *view,
+/* Scenes that are so many times longer one way than the other are stretched, to this ratio. */
+static const double SLENDER = 20.0, STRETCHED = 4.0;
+
+static double fitting_stretch(const struct rmap_view *view, double width, double height)
+{
+    if (!view->section || !(width > 0.0 && height > 0.0))
+        return 1.0;
+    if (width > SLENDER * height)
+        return rmap_round_below(width / height / STRETCHED);
+    return height > SLENDER * width ? 1.0 / rmap_round_below(height / width / STRETCHED) : 1.0;
+}
+
+/* stretch: 0: as suits. */
+static void fit(const struct rmap_scene *scene, const struct rmap_view *view, double stretch,
                 struct rmap_view_frame *frame)
 {
     struct rmap_view_box box;
     rmap_view_bounds(scene, view, &box);
-    double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1], size = fmax(w, h);
+    double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1];
+    if (stretch == 0.0)
+        stretch = fitting_stretch(view, w, h);
+    h *= stretch;
+    double size = fmax(w, h);
     if (!(size > 0.0))
         size = 1.0;
     w = fmax(w, 0.01 * size) + 2.0 * BORDER * size;
@@ -41,6 +58,7 @@ static void fit(const struct rmap_scene *scene, const struct rmap_view *view,
         .width = fmax(rint(w * scale), NARROWEST),
         .height = fmax(rint(h * scale), LOWEST),
         .scale = scale,
+        .stretch = stretch,
         .centre = {0.5 * (box.low[0] + box.high[0]), 0.5 * (box.low[1] + box.high[1])}};
 }
 
@@ -54,14 +72,15 @@ static void fit_camera(struct rmap_view *view, struct rmap_view_frame *frame)
         .y = TOP,
         .width = fmax(rint(height * view->slope[0] / view->slope[1]), NARROWEST),
         .height = fmax(rint(height), LOWEST),
-        .scale = 0.5 * height / view->slope[1]};
+        .scale = 0.5 * height / view->slope[1],
+        .stretch = 1.0};
     view->slope[0] = 0.5 * frame->width / frame->scale;
     view->slope[1] = 0.5 * frame->height / frame->scale;
 }
 
 static void draw_captions(const struct rmap_scene *scene, const struct rmap_portion *rays,
-                          const struct rmap_figure_draw *options, const struct rmap_view *view,
-                          struct rmap_svg *svg)
+                          const struct rmap_figure_draw *options,
+                          const struct rmap_view_frame *frame, struct rmap_svg *svg)
 {
     char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN],
         kept[RMAP_GROUPED_LEN];
@@ -77,7 +96,11 @@ static void draw_captions(const struct rmap_scene *scene, const struct rmap_port
     else if (n == 0)
         n = snprintf(line, sizeof line, "%s ray%s drawn", rmap_grouped(n_drawn, drawn),
                      n_drawn == 1 ? "" : "s");
-    n += snprintf(line + n, sizeof line - (size_t)n, "; %s", view->description);
+    n += snprintf(line + n, sizeof line - (size_t)n, "; %s", frame->view->description);
+    if (frame->stretch != 1.0)
+        n += snprintf(line + n, sizeof line - (size_t)n, ", %s %.4g times",
+                      frame->stretch > 1.0 ? "stretched upwards" : "stretched to the right",
+                      fmax(frame->stretch, 1.0 / frame->stretch));
     if (near)
         (void)snprintf(
             line + n, sizeof line - (size_t)n,
@@ -153,7 +176,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     if (view.perspective)
         fit_camera(&view, &frame);
     else
-        fit(scene, &view, &frame);
+        fit(scene, &view, options->stretch, &frame);
     double marks;
     const double legend =
         rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);
@@ -168,7 +191,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
     if (!view.perspective)
         rmap_scale_bar_draw(scene, &frame, marks, svg);
-    draw_captions(scene, rays, options, &view, svg);
+    draw_captions(scene, rays, options, &frame, svg);
     *svg_ret = svg;
     svg = NULL;
 out:

@@ -16,10 +16,12 @@ struct rmap_figure_draw {
     const char *criterion; /* NULL: all rays */
     uint64_t n_matched;    /* rays that match, of which `rays` holds some */
     enum rmap_view_kind kind;
-    const double *eye;                  /* [2] azimuth and elevation of a view of solids, degrees;
-                                           NULL: as suits */
-    const struct rmap_camera *camera;   /* that sees the scene, in perspective; NULL: none */
-    const double *cut;                  /* place of a section along its axis; NULL: as suits */
+    const double *eye;                /* [2] azimuth and elevation of a view of solids, degrees;
+                                         NULL: as suits */
+    const struct rmap_camera *camera; /* that sees the scene, in perspective; NULL: none */
+    const double *cut;                /* place of a section along its axis; NULL: as suits */
+    double stretch; /* of a section, upwards over to the right; 0: 1, or so that long ones fill the
+                       picture */
     const struct rmap_near_plane *near; /* what chose the rays; NULL: nothing of the sort */
     bool *misses_ret;                   /* or NULL: whether that is beside all objects */
     const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */

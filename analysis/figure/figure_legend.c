@@ -214,25 +214,47 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
     return legend.y - frame->y - frame->height;
 }
 
+/* From one point to another along an axis, with its length. */
+static void draw_bar(const struct rmap_scene *scene, const double from[2], const double to[2],
+                     double length, const struct rmap_svg_text *text, struct rmap_svg *svg)
+{
+    const double x = from[1] == to[1] ? 0.0 : 5.0, y = 5.0 - x; /* half a crossbar */
+    const double bar[][2] = {{from[0] - x, from[1] - y},
+                             {from[0] + x, from[1] + y},
+                             {(double)NAN, 0},
+                             {from[0], from[1]},
+                             {to[0], to[1]},
+                             {(double)NAN, 0},
+                             {to[0] - x, to[1] - y},
+                             {to[0] + x, to[1] + y}};
+    char word[64];
+    rmap_svg_path(svg, bar, sizeof bar / sizeof *bar,
+                  &(struct rmap_svg_style){.stroke = ink, .width = 1.6});
+    (void)snprintf(word, sizeof word, "%g %s", length, scene->unit);
+    rmap_svg_string(svg, text, word);
+}
+
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
                          double row, struct rmap_svg *svg)
 {
-    double length = rmap_round_below(170.0 / frame->scale);
-    double right = frame->x + frame->width, y = frame->y + frame->height + row - 4;
-    double left = right - length * frame->scale;
-    const struct rmap_svg_style line = {.stroke = ink, .width = 1.6};
-    const double bar[][2] = {{left, y - 5}, {left, y + 5},    {(double)NAN, 0}, {left, y},
-                             {right, y},    {(double)NAN, 0}, {right, y - 5},   {right, y + 5}};
-    char text[64];
-    rmap_svg_path(svg, bar, sizeof bar / sizeof *bar, &line);
-    (void)snprintf(text, sizeof text, "%g %s", length, scene->unit);
-    rmap_svg_string(svg,
-                    &(struct rmap_svg_text){.x = 0.5 * (left + right),
-                                            .y = y + 19,
-                                            .size = RMAP_TICK_SIZE,
-                                            .anchor = RMAP_SVG_MIDDLE,
-                                            .fill = ink},
-                    text);
+    const bool stretched = frame->stretch != 1.0;
+    const double length = rmap_round_below((stretched ? 110.0 : 170.0) / frame->scale);
+    const double right = frame->x + frame->width, y = frame->y + frame->height + row - 4;
+    const double left = right - length * frame->scale;
+    struct rmap_svg_text text = {.x = 0.5 * (left + right),
+                                 .y = y + 19,
+                                 .size = RMAP_TICK_SIZE,
+                                 .anchor = RMAP_SVG_MIDDLE,
+                                 .fill = ink};
+    draw_bar(scene, (const double[2]){left, y}, (const double[2]){right, y}, length, &text, svg);
+    if (!stretched)
+        return;
+    const double scale = frame->scale * frame->stretch, height = rmap_round_below(24.0 / scale);
+    text.x = left - 26;
+    text.y = y + 10;
+    text.anchor = RMAP_SVG_END;
+    draw_bar(scene, (const double[2]){left - 18, y - 5},
+             (const double[2]){left - 18, y - 5 + height * scale}, height, &text, svg);
 }
 
 void rmap_axis_cross_draw(const struct rmap_view_frame *frame, struct rmap_svg *svg)

@@ -4,6 +4,7 @@
  */
 #include "analysis/figure/figure_marks.h"
 
+#include <math.h>
 #include <stdio.h>
 
 const char rmap_source_ink[] = "#c2410c";
@@ -67,7 +68,11 @@ static void draw_arrow(const struct rmap_view_frame *frame, struct rmap_vec3 fro
                        struct rmap_vec3 direction, const char *ink, struct rmap_labels *labels,
                        struct rmap_svg *svg)
 {
+    const double aside = rmap_dot(direction, frame->view->right);
+    const double above = rmap_dot(direction, frame->view->up);
     double a[2], b[2], reach = 26.0 / frame->scale;
+    if (frame->stretch != 1.0)
+        reach *= hypot(aside, above) / hypot(aside, frame->stretch * above);
     if (!rmap_view_sees(frame->view, from))
         return;
     if (frame->view->perspective)

@@ -248,8 +248,9 @@ static struct rmap_vec3 beyond_edge(const struct rmap_view_frame *frame, struct 
         return rmap_axpy(FAR * rmap_length(rmap_sub(from, view->eye)), direction, from);
     const struct rmap_vec3 at = rmap_view_place(view, from);
     const double aside = hypot(rmap_dot(direction, view->right), rmap_dot(direction, view->up));
-    const double reach = hypot(at.x - frame->centre[0], at.y - frame->centre[1]) +
-                         0.5 * hypot(frame->width, frame->height) / frame->scale;
+    const double reach =
+        hypot(at.x - frame->centre[0], at.y - frame->centre[1]) +
+        0.5 * hypot(frame->width, frame->height) / (frame->scale * fmin(frame->stretch, 1.0));
     return rmap_axpy(reach / fmax(aside, 1.0 / FAR), direction, from);
 }
 

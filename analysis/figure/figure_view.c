@@ -112,7 +112,8 @@ void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinat
                      double pixel[2])
 {
     pixel[0] = frame->x + 0.5 * frame->width + frame->scale * (coordinates[0] - frame->centre[0]);
-    pixel[1] = frame->y + 0.5 * frame->height - frame->scale * (coordinates[1] - frame->centre[1]);
+    pixel[1] = frame->y + 0.5 * frame->height -
+               frame->scale * frame->stretch * (coordinates[1] - frame->centre[1]);
 }
 
 static int ascending(const void *a, const void *b)

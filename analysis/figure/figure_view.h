@@ -85,11 +85,12 @@ struct rmap_view_box {
 void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
                       struct rmap_view_box *box);
 
-/* View coordinates to pixels, the same scale both ways. */
+/* View coordinates to pixels, the same scale both ways but in a stretched section. */
 struct rmap_view_frame {
     const struct rmap_view *view;
     double x, y, width, height; /* plot area, pixels */
-    double scale;               /* pixels per length unit */
+    double scale;               /* pixels per length unit to the right */
+    double stretch;             /* of what is upwards, over that; 1 but in sections */
     double centre[2];           /* view coordinates of the area's centre */
 };
 void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],

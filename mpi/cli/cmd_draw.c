@@ -48,6 +48,10 @@ static const struct rmap_option options[] = {
     {"near", 0, "DISTANCE",
      "in a section the rays that stay so near its plane, of the first hundred times --limit that "
      "match"},
+    {"stretch", 0, "X",
+     "draw lengths upwards in a section X times as long (default 1; so that it fills the picture "
+     "of a "
+     "section more than 20 times longer one way)"},
     {"eye", 0, "AZIMUTH,ELEVATION", "where a 3d view is seen from, degrees (default -62,28)"},
     {"camera", 0, "NAME", "as this camera of the scene sees it, in perspective"},
     {"color", 0, "MODE",
@@ -110,6 +114,7 @@ static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *er
                                      .eye = request->has_eye ? request->eye : NULL,
                                      .camera = camera,
                                      .cut = request->has_cut ? &request->cut : NULL,
+                                     .stretch = request->stretch,
                                      .near = request->near > 0.0 ? &self->near : NULL,
                                      .misses_ret = &self->misses,
                                      .paint = self->paint,
