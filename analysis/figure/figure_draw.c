@@ -9,6 +9,7 @@
 
 #include "analysis/figure/figure_legend.h"
 #include "analysis/figure/figure_marks.h"
+#include "analysis/figure/figure_parts.h"
 #include "analysis/figure/figure_rays.h"
 #include "analysis/figure/figure_section.h"
 #include "analysis/figure/figure_solid.h"
@@ -155,6 +156,7 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
                        (const double[2]){frame->x + 96, foot});
     rmap_marks_draw(scene, rays, frame, &labels, svg);
+    RMAP_TRY(rmap_parts_name(scene, frame, &labels, svg, err));
     rmap_svg_close(svg);
 out:
     rmap_solid_destroy(solid);

@@ -290,6 +290,14 @@ static void cover_corners(struct rmap_view_box *box, const struct rmap_view *vie
                                           k & 4 ? upper.z : lower.z)));
 }
 
+void rmap_view_cover_object(const struct rmap_scene *scene, const struct rmap_view *view,
+                            size_t object, struct rmap_view_box *box)
+{
+    struct rmap_vec3 lower, upper;
+    rmap_geometry_bounds(&scene->geometry[scene->object[object].geometry], &lower, &upper);
+    cover_corners(box, view, &scene->object[object].to_world, lower, upper);
+}
+
 /* What sends light: a point, or the corners about a disc or a rectangle. */
 static void cover_emitter(const struct rmap_source *source, const struct rmap_view *view,
                           struct rmap_view_box *box)
@@ -323,12 +331,9 @@ static void cover_sources(const struct rmap_scene *scene, const struct rmap_view
 void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
                       struct rmap_view_box *box)
 {
-    *box = (struct rmap_view_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    for (size_t o = 0; o < scene->n_object; o++) {
-        struct rmap_vec3 lower, upper;
-        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
-        cover_corners(box, view, &scene->object[o].to_world, lower, upper);
-    }
+    *box = RMAP_VIEW_BOX_EMPTY;
+    for (size_t o = 0; o < scene->n_object; o++)
+        rmap_view_cover_object(scene, view, o, box);
     for (size_t d = 0; d < scene->n_detector; d++) {
         const struct rmap_detector *detector = &scene->detector[d];
         if (detector->type != RMAP_DETECTOR_PLANE)

@@ -82,8 +82,13 @@ bool rmap_view_sees(const struct rmap_view *view, struct rmap_vec3 point);
 struct rmap_view_box {
     double low[2], high[2];
 };
+#define RMAP_VIEW_BOX_EMPTY ((struct rmap_view_box){{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}})
 void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
                       struct rmap_view_box *box);
+
+/* Widens a box by the one about an object. */
+void rmap_view_cover_object(const struct rmap_scene *scene, const struct rmap_view *view,
+                            size_t object, struct rmap_view_box *box);
 
 /* View coordinates to pixels, the same scale both ways but in a stretched section. */
 struct rmap_view_frame {

@@ -231,6 +231,7 @@ def test_profile():
         text = file.read()
     run("draw", "lens.raymap", "--where", "segments > 1000", "--view", "yz", "-o", "section.svg",
         "--force")
+    assert {"lens", "barrel", "cover"} <= set(words("section.svg")), "parts have no names"
     radius = 1 / float(re.search(r"curvature: *([0-9.]+)", text)[1])
     best = math.inf
     for _, _, d in paths("section.svg"):
