@@ -102,6 +102,8 @@ static void draw_captions(const struct rmap_scene *scene, const struct rmap_port
         n += snprintf(line + n, sizeof line - (size_t)n, ", %s %.4g times",
                       frame->stretch > 1.0 ? "stretched upwards" : "stretched to the right",
                       fmax(frame->stretch, 1.0 / frame->stretch));
+    if (options->paint && options->paint->note)
+        n += snprintf(line + n, sizeof line - (size_t)n, "; paths: %s", options->paint->note);
     if (near)
         (void)snprintf(
             line + n, sizeof line - (size_t)n,

@@ -41,16 +41,57 @@ static enum rmap_status add_group(struct rmap_ray_paint *self, struct rmap_line_
     return RMAP_OK;
 }
 
+/* From fine to coarse. */
+static const struct {
+    struct rmap_path_view view;
+    const char *note;
+} paths_by[] = {
+    {{.level = RMAP_PATH_OBJECT}, NULL},
+    {{.level = RMAP_PATH_OBJECT, .collapsed = true}, "equal steps in a row count as one"},
+    {{.level = RMAP_PATH_GROUP, .collapsed = true},
+     "by groups of the scene, equal steps in a row count as one"},
+};
+enum { PATHS_BY_COUNT = sizeof paths_by / sizeof *paths_by, SEVERAL_RAYS = 3 };
+
+/* Whether most paths with an ink have several rays, or they are all there are. */
+static bool hold_several(const struct rmap_path_classes *classes)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < classes->n && k < PATHS_SHOWN; k++)
+        n += classes->path[k].rays >= SEVERAL_RAYS;
+    return classes->n <= PATHS_SHOWN || 2 * n > PATHS_SHOWN;
+}
+
+static enum rmap_status find_paths(struct rmap_ray_paint *self,
+                                   const struct rmap_paint_request *request,
+                                   struct rmap_path_classes **classes_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < PATHS_BY_COUNT; k++) {
+        struct rmap_path_view view = paths_by[k].view;
+        if (request->level)
+            view.level = *request->level;
+        else
+            self->note = paths_by[k].note;
+        rmap_path_classes_destroy(*classes_ret);
+        *classes_ret = NULL;
+        RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,
+                                          request->flux_per_weight, classes_ret, err));
+        if (request->level || hold_several(*classes_ret))
+            break;
+    }
+out:
+    return st;
+}
+
 static enum rmap_status group_by_path(struct rmap_ray_paint *self,
                                       const struct rmap_paint_request *request,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_path_view view = {.level = request->level};
     struct rmap_path_classes *classes = NULL;
     char *label = NULL, others[64];
-    RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,
-                                      request->flux_per_weight, &classes, err));
+    RMAP_TRY(find_paths(self, request, &classes, err));
     const size_t n = classes->n < PATHS_SHOWN ? classes->n : PATHS_SHOWN;
     for (size_t k = 0; k < n; k++) {
         rmap_free(label);

@@ -59,7 +59,7 @@ static const struct rmap_option options[] = {
      "--where, or all of --criteria; order: of ghosts and scatter"},
     {"by", 0, "LEVEL",
      "whose names tell paths apart: surface, object or group (default: object for --color path, "
-     "surface in a page)"},
+     "surface in a page; a picture's paths are coarser where most have a ray each)"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
@@ -132,7 +132,7 @@ static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
 {
     const struct rmap_paint_request given = {
         .kind = self->request.paint,
-        .level = self->request.has_level ? self->request.level : RMAP_PATH_OBJECT,
+        .level = self->request.has_level ? &self->request.level : NULL,
         .scene = self->scene,
         .rays = self->seen,
         .flux_per_weight = rmap_map_flux_per_weight(self->map),

@@ -142,6 +142,16 @@ def test_colours():
     assert 2 <= len(rows) <= 8, rows
     assert strokes("path.svg", PALETTE[0]) > strokes("path.svg", PALETTE[6]) > 0
 
+    # Where most paths have a ray each they are told apart more coarsely, unless --by says how.
+    def singles(*by):
+        run("draw", "lens.raymap", "--where", "registered(sensor where ghost_order >= 1)", "--color",
+            "path", *by, "-o", "ghosts.svg", "--force")
+        return (sum(word.startswith("1 ray, ") for word in words("ghosts.svg")),
+                any("equal steps in a row count as one" in word for word in words("ghosts.svg")))
+
+    assert not singles("--by", "object")[1] and singles()[1]
+    assert singles()[0] <= singles("--by", "object")[0] <= 7, (singles(), singles("--by", "object"))
+
     def mixtures(where):
         run("draw", "lens.raymap", "--where", where, "-o", "mixed.svg", "--force")
         return [word for word in words("mixed.svg") if word.startswith("several wavelengths")]
