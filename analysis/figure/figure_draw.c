@@ -157,7 +157,7 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     const double foot = frame->y + frame->height; /* where the axes' arrows stand */
     rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
                        (const double[2]){frame->x + 96, foot});
-    rmap_marks_draw(scene, rays, frame, &labels, svg);
+    RMAP_TRY(rmap_marks_draw(scene, mesh, rays, frame, &labels, svg, err));
     RMAP_TRY(rmap_parts_name(scene, frame, &labels, svg, err));
     rmap_svg_close(svg);
 out:

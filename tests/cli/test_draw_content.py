@@ -353,6 +353,31 @@ def test_leaving():
         assert len(outside) >= 40, (view, len(outside))
 
 
+def test_detector_faces():
+    """A detector on a curved surface is drawn on it, as far as its size goes."""
+    with open("eye.yaml", "w", encoding="utf8") as file:
+        file.write("""
+raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [500]}
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {ball: {type: sphere, radius: 20}}
+objects: [{name: eye, geometry: ball, surface: black, front: air, back: air}]
+detectors: [{name: retina, type: plane, on: eye, cells: 8, size: 20, direction: [0, 0, -1]}]
+sources: [{name: led, type: point, flux: 1 W, medium: air, at: [0, 0, -40]}]
+""")
+    run("trace", "eye.yaml", "-o", "eye.raymap", "-n", "2", "--quiet", "--force")
+    for view in ["yz", "3d"]:
+        run("draw", "eye.raymap", "--view", view, "-o", "eye.svg", "--force")
+        point = [p for stroke, _, d in paths("eye.svg") if stroke == "#0f766e" for p in points_of(d)]
+        size = [(max(axis) - min(axis)) / scale_of("eye.svg") for axis in zip(*point)]
+        assert "retina" in words("eye.svg")
+        assert len(point) > 40, len(point)
+        if view == "yz":
+            assert abs(size[0] - 40) < 0.2 and abs(size[1] - 20) < 0.2, size
+
+
 def test_upright():
     """Views of solids and sections have upwards what the scene's first camera has."""
     with open("hiding.yaml", encoding="utf8") as file:
@@ -502,6 +527,7 @@ test_pixels()
 test_profile()
 test_camera()
 test_leaving()
+test_detector_faces()
 test_upright()
 test_gltf()
 test_polydata()
