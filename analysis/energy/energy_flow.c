@@ -10,7 +10,7 @@
 #include "base/alloc.h"
 
 enum {
-    SOURCE_MAX = 8,
+    SOURCE_MAX = 16,
     GROUP_MAX = 8,
     MEDIUM_MAX = 4,
     FLAT_MAX = 12,
@@ -50,8 +50,9 @@ struct flow {
     size_t end_of_other[3];                /* left, limit, error */
 };
 
-static const char *const source_ink[] = {"#f2b134", "#e8743b", "#c94f7c", "#6f9ceb", "#5bb5a2",
-                                         "#a1c349", "#8d6e63", "#9575cd", "#b8b8b8"};
+static const char *const source_ink[SOURCE_MAX] = {
+    "#f2b134", "#e8743b", "#c94f7c", "#6f9ceb", "#5bb5a2", "#a1c349", "#8d6e63", "#9575cd",
+    "#a8720f", "#9c3f12", "#7c2a4a", "#2f5bb0", "#2b6f62", "#5f7a1c", "#4e342e", "#5e35b1"};
 static const char *const ink[] = {"#4e79a7", "#76b7b2", "#59a14f", "#edc948",
                                   "#f28e2b", "#9c755f", "#ff9da7", "#1f9e89"};
 static const char *const medium_ink = "#b07aa1", *const others_ink = "#b8b8b8";

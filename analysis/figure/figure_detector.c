@@ -255,15 +255,9 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
 {
     const struct rmap_detector_image *image = picture->image;
     const char *criterion = picture->options->criterion;
-    double room = rmap_svg_width(svg) - 32;
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    char line[1024];
-    (void)snprintf(line, sizeof line, "%s: %s", image->detector->name, image->quantity);
-    rmap_caption(svg, &text, room, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    rmap_which_caption(image->which, criterion, line, sizeof line);
-    rmap_caption(svg, &text, room, line);
-    char error[64] = "";
+    char title[1024], asked[1024], line[1024], error[64] = "";
+    (void)snprintf(title, sizeof title, "%s: %s", image->detector->name, image->quantity);
+    rmap_which_caption(image->which, criterion, asked, sizeof asked);
     const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";
     if (isfinite(image->flux_error))
         (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
@@ -290,8 +284,7 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     if (turned != 0.0) /* what the dashes at the axes mean */
         (void)snprintf(line + len, sizeof line - len, "; axes turned by %s%.6g°",
                        turned < 0.0 ? "−" : "", fabs(turned));
-    text.y = 68;
-    rmap_caption(svg, &text, room, line);
+    rmap_captions(svg, 16, (const char *const[]){title, asked, line}, 3);
 }
 
 /* The channel that panel k of n shows: the first, the last, and an even choice between. */

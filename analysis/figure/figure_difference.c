@@ -140,25 +140,22 @@ static void set_panel(const struct rmap_compare_bins *bins, bool of_z, struct pa
 static void draw_captions(const struct rmap_comparison *comparison,
                           const struct rmap_compare_bins *bins, struct rmap_svg *svg)
 {
-    const double room = rmap_svg_width(svg) - 32;
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    char line[1024];
-    (void)snprintf(line, sizeof line, "%s: difference of %s", bins->name, bins->quantity);
-    rmap_caption(svg, &text, room, line);
+    char title[1024], sample[2][1024];
+    bool light = false;
+    (void)snprintf(title, sizeof title, "%s: difference of %s", bins->name, bins->quantity);
     for (int k = 0; k < 2; k++) {
-        text = (struct rmap_svg_text){
-            .x = 16, .y = 50 + 18 * k, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-        const int n = snprintf(line, sizeof line, "%c: %.300s, ", 'A' + k, comparison->path[k]);
+        char *line = sample[k];
+        const int n =
+            snprintf(line, sizeof sample[k], "%c: %.300s, ", 'A' + k, comparison->path[k]);
         rmap_which_caption(comparison->which[k], comparison->criterion[k], line + n,
-                           sizeof line - (size_t)n);
-        rmap_caption(svg, &text, room, line);
-    }
-    for (int k = 0; k < 2; k++)
+                           sizeof sample[k] - (size_t)n);
         for (size_t b = 0; b < bins->n[0] * bins->n[1]; b++)
-            if (bins->value[k][b] != 0.0)
-                return;
-    text.y += 18;
-    rmap_caption(svg, &text, room, "nothing to compare: no light in any bin of either sample");
+            light = light || bins->value[k][b] != 0.0;
+    }
+    rmap_captions(svg, 16,
+                  (const char *const[]){title, sample[0], sample[1],
+                                        "nothing to compare: no light in any bin of either sample"},
+                  light ? 3 : 4);
 }
 
 static enum rmap_status draw_image(const struct rmap_comparison *comparison,

@@ -9,6 +9,7 @@
 
 #include "analysis/figure/figure_legend.h"
 #include "analysis/figure/figure_marks.h"
+#include "analysis/figure/figure_parts.h"
 #include "analysis/figure/figure_rays.h"
 #include "analysis/figure/figure_section.h"
 #include "analysis/figure/figure_solid.h"
@@ -20,15 +21,32 @@
 enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
 enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
 
-/* White around the scene, and length of a segment that leaves, as parts of the scene's size. */
-static const double BORDER = 0.08, LEAVING = 0.12;
+/* White around the scene, as a part of its size. */
+static const double BORDER = 0.08;
 
-static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
-                  struct rmap_view_frame *frame)
+/* Scenes that are so many times longer one way than the other are stretched, to this ratio. */
+static const double SLENDER = 20.0, STRETCHED = 4.0;
+
+static double fitting_stretch(const struct rmap_view *view, double width, double height)
+{
+    if (!view->section || !(width > 0.0 && height > 0.0))
+        return 1.0;
+    if (width > SLENDER * height)
+        return rmap_round_below(width / height / STRETCHED);
+    return height > SLENDER * width ? 1.0 / rmap_round_below(height / width / STRETCHED) : 1.0;
+}
+
+/* stretch: 0: as suits. */
+static void fit(const struct rmap_scene *scene, const struct rmap_view *view, double stretch,
+                struct rmap_view_frame *frame)
 {
     struct rmap_view_box box;
     rmap_view_bounds(scene, view, &box);
-    double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1], size = fmax(w, h);
+    double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1];
+    if (stretch == 0.0)
+        stretch = fitting_stretch(view, w, h);
+    h *= stretch;
+    double size = fmax(w, h);
     if (!(size > 0.0))
         size = 1.0;
     w = fmax(w, 0.01 * size) + 2.0 * BORDER * size;
@@ -41,13 +59,12 @@ static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
         .width = fmax(rint(w * scale), NARROWEST),
         .height = fmax(rint(h * scale), LOWEST),
         .scale = scale,
+        .stretch = stretch,
         .centre = {0.5 * (box.low[0] + box.high[0]), 0.5 * (box.low[1] + box.high[1])}};
-    return size;
 }
 
 /* What the camera sees, as large as there is room; narrow pictures show more at their sides. */
-static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
-                         struct rmap_view_frame *frame)
+static void fit_camera(struct rmap_view *view, struct rmap_view_frame *frame)
 {
     const double height = fmin(HIGHEST, WIDEST * view->slope[1] / view->slope[0]);
     *frame = (struct rmap_view_frame){
@@ -56,36 +73,44 @@ static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
         .y = TOP,
         .width = fmax(rint(height * view->slope[0] / view->slope[1]), NARROWEST),
         .height = fmax(rint(height), LOWEST),
-        .scale = 0.5 * height / view->slope[1]};
+        .scale = 0.5 * height / view->slope[1],
+        .stretch = 1.0};
     view->slope[0] = 0.5 * frame->width / frame->scale;
     view->slope[1] = 0.5 * frame->height / frame->scale;
-    return 2.0 * scene->radius;
 }
 
-static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
-                          const struct rmap_view *view, struct rmap_svg *svg)
+static void draw_captions(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                          const struct rmap_figure_draw *options,
+                          const struct rmap_view_frame *frame, struct rmap_svg *svg)
 {
-    double room = rmap_svg_width(svg) - 2 * MARGIN;
-    char line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
-    rmap_caption(svg,
-                 &(struct rmap_svg_text){.x = MARGIN, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1},
-                 room, options->title);
-    struct rmap_svg_text text = {.x = MARGIN, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s", options->criterion ? options->criterion : "all");
-    rmap_caption(svg, &text, room, line);
-    uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
-    if (n_drawn == 0)
-        (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
-    else if (n_drawn < options->n_matched)
-        (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s; %s",
-                       rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
-                       options->paint && options->paint->dealt ? " of each criterion" : "",
-                       view->description);
-    else
-        (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),
-                       n_drawn == 1 ? "" : "s", view->description);
-    text.y = 68;
-    rmap_caption(svg, &text, room, line);
+    char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN],
+        kept[RMAP_GROUPED_LEN];
+    (void)snprintf(asked, sizeof asked, "rays: %s",
+                   options->criterion ? options->criterion : "all");
+    const uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
+    const struct rmap_near_plane *near = options->near;
+    int n = snprintf(line, sizeof line, "%s", options->n_matched > 0 ? "" : "no ray matches");
+    if (n == 0 && !near && n_drawn < options->n_matched)
+        n = snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s",
+                     rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
+                     options->paint && options->paint->dealt ? " of each criterion" : "");
+    else if (n == 0)
+        n = snprintf(line, sizeof line, "%s ray%s drawn", rmap_grouped(n_drawn, drawn),
+                     n_drawn == 1 ? "" : "s");
+    n += snprintf(line + n, sizeof line - (size_t)n, "; %s", frame->view->description);
+    if (frame->stretch != 1.0)
+        n += snprintf(line + n, sizeof line - (size_t)n, ", %s %.4g times",
+                      frame->stretch > 1.0 ? "stretched upwards" : "stretched to the right",
+                      fmax(frame->stretch, 1.0 / frame->stretch));
+    if (options->paint && options->paint->note)
+        n += snprintf(line + n, sizeof line - (size_t)n, "; paths: %s", options->paint->note);
+    if (near)
+        (void)snprintf(
+            line + n, sizeof line - (size_t)n,
+            "; of the first %s of %s rays %s run within %.4g %s of its plane all their way",
+            rmap_grouped(near->looked, drawn), rmap_grouped(options->n_matched, matched),
+            rmap_grouped(near->near, kept), near->distance, scene->unit);
+    rmap_captions(svg, MARGIN, (const char *const[]){options->title, asked, line}, 3);
 }
 
 static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,
@@ -132,7 +157,8 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     const double foot = frame->y + frame->height; /* where the axes' arrows stand */
     rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
                        (const double[2]){frame->x + 96, foot});
-    rmap_marks_draw(scene, rays, frame, &labels, svg);
+    RMAP_TRY(rmap_marks_draw(scene, mesh, rays, frame, &labels, svg, err));
+    RMAP_TRY(rmap_parts_name(scene, frame, &labels, svg, err));
     rmap_svg_close(svg);
 out:
     rmap_solid_destroy(solid);
@@ -151,8 +177,10 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     const bool mixed = options->map && rmap_map_n_space(options->map) > 1;
     choose_view(scene, rays, options, &view);
     struct rmap_ray_lines lines = {.frame = &frame};
-    lines.leaving =
-        LEAVING * (view.perspective ? fit_camera(scene, &view, &frame) : fit(scene, &view, &frame));
+    if (view.perspective)
+        fit_camera(&view, &frame);
+    else
+        fit(scene, &view, options->stretch, &frame);
     double marks;
     const double legend =
         rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);
@@ -167,12 +195,25 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
     if (!view.perspective)
         rmap_scale_bar_draw(scene, &frame, marks, svg);
-    draw_captions(rays, options, &view, svg);
+    draw_captions(scene, rays, options, &frame, svg);
     *svg_ret = svg;
     svg = NULL;
 out:
     rmap_svg_destroy(svg);
     return st;
+}
+
+enum rmap_status rmap_figure_draw_near(const struct rmap_scene *scene, enum rmap_view_kind *kind,
+                                       const double *cut, struct rmap_near_plane *near,
+                                       struct rmap_portion **rays, struct rmap_error *err)
+{
+    struct rmap_view view;
+    *kind = rmap_view_resolve(scene, *kind, *rays);
+    if (*kind == RMAP_VIEW_3D)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--near chooses rays of a section: say --view yz, xz or xy");
+    choose_view(scene, *rays, &(struct rmap_figure_draw){.kind = *kind, .cut = cut}, &view);
+    return rmap_near_plane_keep(&view, near, rays, err);
 }
 
 void rmap_figure_draw_thin(struct rmap_portion *rays)

@@ -6,6 +6,7 @@
 #define RMAP_FIGURE_DRAW_H
 
 #include "analysis/figure/figure_view.h"
+#include "analysis/figure/near_plane.h"
 #include "analysis/figure/ray_paint.h"
 #include "io/map/map_reader.h"
 #include "portion/portion.h"
@@ -15,10 +16,13 @@ struct rmap_figure_draw {
     const char *criterion; /* NULL: all rays */
     uint64_t n_matched;    /* rays that match, of which `rays` holds some */
     enum rmap_view_kind kind;
-    const double *eye;                  /* [2] azimuth and elevation of a view of solids, degrees;
-                                           NULL: as suits */
-    const struct rmap_camera *camera;   /* that sees the scene, in perspective; NULL: none */
-    const double *cut;                  /* place of a section along its axis; NULL: as suits */
+    const double *eye;                /* [2] azimuth and elevation of a view of solids, degrees;
+                                         NULL: as suits */
+    const struct rmap_camera *camera; /* that sees the scene, in perspective; NULL: none */
+    const double *cut;                /* place of a section along its axis; NULL: as suits */
+    double stretch; /* of a section, upwards over to the right; 0: 1, or so that long ones fill the
+                       picture */
+    const struct rmap_near_plane *near; /* what chose the rays; NULL: nothing of the sort */
     bool *misses_ret;                   /* or NULL: whether that is beside all objects */
     const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
     double opacity;                     /* of the strongest ray; 0: by their number */
@@ -32,6 +36,15 @@ struct rmap_figure_draw {
 /* Keeps the first rays whose strokes are RMAP_FIGURE_STROKES at most, one of them at least. rays:
  * has all columns; ids ascend. */
 void rmap_figure_draw_thin(struct rmap_portion *rays);
+
+/* Keeps rays that run near the plane of the section that the options, of which `kind` and `cut`
+ * count, and these rays lead to; *kind becomes that section. RMAP_USAGE when it is a view of
+ * solids.
+ */
+enum rmap_status rmap_figure_draw_near(const struct rmap_scene *scene, enum rmap_view_kind *kind,
+                                       const double *cut, struct rmap_near_plane *near,
+                                       struct rmap_portion **rays,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* rays: the rays to draw, all columns. */
 enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,

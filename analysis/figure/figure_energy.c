@@ -19,14 +19,9 @@ enum { BAR_ROW = 22, BAR_NAME = 190, BAR_LENGTH = 340, DETECTOR_MAX = 12 };
 static void draw_captions(const struct rmap_energy *energy, struct rmap_svg *svg)
 {
     const struct rmap_energy_table *table = &energy->table[0];
-    char line[1024], rays[RMAP_GROUPED_LEN];
-    struct rmap_svg_text text = {.x = MARGIN, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    (void)snprintf(line, sizeof line, "%s: where the light went", energy->map);
-    rmap_caption(svg, &text, WIDTH - 2 * MARGIN, line);
-    text = (struct rmap_svg_text){.x = MARGIN, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    rmap_which_caption(energy->which, energy->criterion, line, sizeof line);
-    rmap_caption(svg, &text, WIDTH - 2 * MARGIN, line);
-    text.y = 68;
+    char title[1024], asked[1024], line[1024], rays[RMAP_GROUPED_LEN];
+    (void)snprintf(title, sizeof title, "%s: where the light went", energy->map);
+    rmap_which_caption(energy->which, energy->criterion, asked, sizeof asked);
     int at = snprintf(line, sizeof line, "%s", rmap_grouped(rmap_energy_whole(table->rays), rays));
     if (at > 0 && energy->criterion)
         (void)snprintf(line + at, sizeof line - (size_t)at, " of %s rays match, %.6g of %.6g %s",
@@ -36,8 +31,9 @@ static void draw_captions(const struct rmap_energy *energy, struct rmap_svg *svg
         (void)snprintf(line + at, sizeof line - (size_t)at, " ray%s emitted, %.6g %s%s",
                        table->rays > 1.0 ? "s" : "", table->flux, energy->unit,
                        table->exact ? "; what they ended in adds up to that, exactly" : "");
-    rmap_caption(svg, &text, WIDTH - 2 * MARGIN,
-                 table->rays > 0.0 ? line : "no ray matches: nothing to share out");
+    const char *const row[] = {title, asked,
+                               table->rays > 0.0 ? line : "no ray matches: nothing to share out"};
+    rmap_captions(svg, MARGIN, row, 3);
 }
 
 /* Room for the labels of the first and the last column, and where the columns stand. */

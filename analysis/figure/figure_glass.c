@@ -8,16 +8,12 @@
 #include <stdio.h>
 
 #include "analysis/table/figure_axes.h"
+#include "analysis/table/line_mark.h"
 
 enum { LEFT = 92, TOP = 72, RIGHT = 30, GAP = 62, BOTTOM = 62, WIDTH = 720 };
 enum { INDEX_HEIGHT = 300, LOSS_HEIGHT = 200, SAMPLES = 600 };
 enum { LEGEND_GAP = 18, LEGEND_RIGHT = 210, LEGEND_ROW = 20 };
 #define PATH_MM 10.0
-
-/* Okabe & Ito's colours, told apart by all eyes (https://jfly.uni-koeln.de/color/). */
-static const char *const palette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                      "#e69f00", "#56b4e9", "#6b6b6b", "#a89a00"};
-enum { N_COLOUR = sizeof palette / sizeof *palette };
 
 enum curve { INDEX, TRANSMITTANCE, EXTINCTION };
 
@@ -103,43 +99,39 @@ static void draw_curves(const struct plot *plot, const struct rmap_axes *axes, e
     double point[SAMPLES][2];
     rmap_svg_open_clip(plot->svg, axes->x, axes->y, axes->width, axes->height);
     for (size_t g = 0; g < plot->n; g++) {
+        const struct rmap_line_mark mark = rmap_line_mark(g);
         for (size_t k = 0; k < SAMPLES; k++) {
             const double nm = sample_nm(axes, k);
             point[k][0] = rmap_axes_x(axes, axes->x_powers ? log10(nm) : nm);
             point[k][1] = rmap_axes_y(axes, value_of(&plot->glass[g], curve, nm));
         }
-        rmap_svg_path(plot->svg, (const double(*)[2])point, SAMPLES,
-                      &(struct rmap_svg_style){.stroke = palette[g % N_COLOUR],
-                                               .width = 1.8,
-                                               .dash = g < N_COLOUR ? NULL : "5 3"});
+        rmap_svg_path(
+            plot->svg, (const double(*)[2])point, SAMPLES,
+            &(struct rmap_svg_style){.stroke = mark.ink, .width = 1.8, .dash = mark.dash});
     }
     rmap_svg_close(plot->svg);
     rmap_axes_draw(plot->svg, axes);
 }
 
-static void draw_captions(const struct plot *plot, double width)
+static void draw_captions(const struct plot *plot)
 {
-    char line[600];
+    char title[600], line[600];
     const struct rmap_glass *glass = plot->glass;
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    (void)snprintf(line, sizeof line, "%s %s", glass->group, glass->name);
+    (void)snprintf(title, sizeof title, "%s %s", glass->group, glass->name);
     if (plot->n > 1)
-        (void)snprintf(line, sizeof line, "%zu materials", plot->n);
-    rmap_caption(plot->svg, &text, width - 32, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+        (void)snprintf(title, sizeof title, "%zu materials", plot->n);
     (void)snprintf(line, sizeof line, "nd %.5f, vd %.2f; %s", glass->nd, glass->vd, glass->source);
-    if (plot->n == 1)
-        rmap_caption(plot->svg, &text, width - 32,
-                     isnan(glass->nd + glass->vd) ? glass->source : line);
+    const char *const row[] = {title, isnan(glass->nd + glass->vd) ? glass->source : line};
+    rmap_captions(plot->svg, 16, row, plot->n == 1 ? 2 : 1);
     for (size_t g = 0; plot->n > 1 && g < plot->n; g++) {
+        const struct rmap_line_mark mark = rmap_line_mark(g);
         const double x = LEFT + WIDTH + LEGEND_GAP, y = TOP + 12 + (double)(LEGEND_ROW * g);
-        rmap_svg_line(plot->svg, x, y - 4, x + 18, y - 4,
-                      &(struct rmap_svg_style){.stroke = palette[g % N_COLOUR],
-                                               .width = 3,
-                                               .dash = g < N_COLOUR ? NULL : "5 3"});
+        rmap_svg_line(
+            plot->svg, x, y - 4, x + 22, y - 4,
+            &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4, .dash = mark.dash});
         (void)snprintf(line, sizeof line, "%s %s", glass[g].group, glass[g].name);
-        const struct rmap_svg_text name = {.x = x + 25, .y = y, .size = RMAP_TICK_SIZE};
-        rmap_caption(plot->svg, &name, LEGEND_RIGHT - LEGEND_GAP - 33, line);
+        const struct rmap_svg_text name = {.x = x + 29, .y = y, .size = RMAP_TICK_SIZE};
+        rmap_caption(plot->svg, &name, LEGEND_RIGHT - LEGEND_GAP - 37, line);
     }
 }
 
@@ -156,7 +148,7 @@ enum rmap_status rmap_figure_glass(const struct rmap_glass *glass, size_t n,
     draw_curves(&plot, &plot.axes[0], INDEX);
     if (plot.has_lower)
         draw_curves(&plot, &plot.axes[1], plot.lower);
-    draw_captions(&plot, width);
+    draw_captions(&plot);
     *svg_ret = plot.svg;
     return RMAP_OK;
 }

@@ -14,14 +14,7 @@
 #include "analysis/table/figure_axes.h"
 #include "base/grouped.h"
 
-enum {
-    SAMPLE = 22,
-    GAP = 14,
-    WAVELENGTHS_SHOWN = 8,
-    MIXTURES_SHOWN = 3,
-    BAR_ROOM = 230,
-    LINES = 3
-};
+enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, MIXTURES_SHOWN = 3, BAR_ROOM = 230 };
 static const char ink[] = "#222222";
 
 struct legend {
@@ -145,43 +138,27 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
     }
 }
 
-/* Bytes of the longest part of a text that ends before a blank and is so wide at most; all of it
- * where it is, 0 where no part is. */
-static size_t part_within(const char *string, double width)
-{
-    char part[512];
-    size_t best = 0;
-    for (size_t len = 1; len < sizeof part; len++) {
-        if (string[len] != ' ' && string[len] != 0)
-            continue;
-        (void)snprintf(part, sizeof part, "%.*s", (int)len, string);
-        if (rmap_svg_string_width(part, RMAP_TICK_SIZE) > width)
-            break;
-        best = len;
-        if (string[len] == 0)
-            break;
-    }
-    return best;
-}
-
 /* A sample with a text that may take some lines, as wide as the frame. */
-static void add_paragraph(struct legend *legend, const char *colour, double right, const char *word)
+static void add_paragraph(struct legend *legend, const struct rmap_paint_group *group, double right,
+                          const char *word)
 {
     struct rmap_svg_text text = {
         .x = legend->left + SAMPLE + 6, .size = RMAP_TICK_SIZE, .fill = ink};
     const double room = right - text.x;
     if (legend->svg)
-        rmap_svg_rect(legend->svg, legend->left, legend->y - 6.0, SAMPLE, 3.0,
-                      &(struct rmap_svg_style){.fill = colour});
-    for (int line = 1; *word; line++) {
-        const size_t len = line < LINES ? part_within(word, room) : 0;
+        rmap_svg_line(
+            legend->svg, legend->left + 1.0, legend->y - 4.5, legend->left + SAMPLE - 1.0,
+            legend->y - 4.5,
+            &(struct rmap_svg_style){.stroke = group->ink, .width = 2.4, .dash = group->dash});
+    while (*word) {
+        const size_t len = rmap_line_nbytes(word, text.size, room);
         char part[512];
-        (void)snprintf(part, sizeof part, "%.*s", len ? (int)len : (int)sizeof part - 1, word);
+        (void)snprintf(part, sizeof part, "%.*s", (int)len, word);
         text.y = legend->y;
         if (legend->svg)
-            rmap_caption(legend->svg, &text, room, part);
+            rmap_svg_string(legend->svg, &text, part);
         legend->y += RMAP_LEGEND_ROW;
-        word += len ? len : strlen(word);
+        word += len;
         word += *word == ' ';
     }
 }
@@ -205,7 +182,7 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
             len += snprintf(word + len, sizeof word - (size_t)len, ", %.3g %% of flux",
                             paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0);
         (void)snprintf(word + len, sizeof word - (size_t)len, ": %.400s", group->label);
-        add_paragraph(legend, group->ink, right, word);
+        add_paragraph(legend, group, right, word);
     }
 }
 
@@ -237,25 +214,47 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
     return legend.y - frame->y - frame->height;
 }
 
+/* From one point to another along an axis, with its length. */
+static void draw_bar(const struct rmap_scene *scene, const double from[2], const double to[2],
+                     double length, const struct rmap_svg_text *text, struct rmap_svg *svg)
+{
+    const double x = from[1] == to[1] ? 0.0 : 5.0, y = 5.0 - x; /* half a crossbar */
+    const double bar[][2] = {{from[0] - x, from[1] - y},
+                             {from[0] + x, from[1] + y},
+                             {(double)NAN, 0},
+                             {from[0], from[1]},
+                             {to[0], to[1]},
+                             {(double)NAN, 0},
+                             {to[0] - x, to[1] - y},
+                             {to[0] + x, to[1] + y}};
+    char word[64];
+    rmap_svg_path(svg, bar, sizeof bar / sizeof *bar,
+                  &(struct rmap_svg_style){.stroke = ink, .width = 1.6});
+    (void)snprintf(word, sizeof word, "%g %s", length, scene->unit);
+    rmap_svg_string(svg, text, word);
+}
+
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
                          double row, struct rmap_svg *svg)
 {
-    double length = rmap_round_below(170.0 / frame->scale);
-    double right = frame->x + frame->width, y = frame->y + frame->height + row - 4;
-    double left = right - length * frame->scale;
-    const struct rmap_svg_style line = {.stroke = ink, .width = 1.6};
-    const double bar[][2] = {{left, y - 5}, {left, y + 5},    {(double)NAN, 0}, {left, y},
-                             {right, y},    {(double)NAN, 0}, {right, y - 5},   {right, y + 5}};
-    char text[64];
-    rmap_svg_path(svg, bar, sizeof bar / sizeof *bar, &line);
-    (void)snprintf(text, sizeof text, "%g %s", length, scene->unit);
-    rmap_svg_string(svg,
-                    &(struct rmap_svg_text){.x = 0.5 * (left + right),
-                                            .y = y + 19,
-                                            .size = RMAP_TICK_SIZE,
-                                            .anchor = RMAP_SVG_MIDDLE,
-                                            .fill = ink},
-                    text);
+    const bool stretched = frame->stretch != 1.0;
+    const double length = rmap_round_below((stretched ? 110.0 : 170.0) / frame->scale);
+    const double right = frame->x + frame->width, y = frame->y + frame->height + row - 4;
+    const double left = right - length * frame->scale;
+    struct rmap_svg_text text = {.x = 0.5 * (left + right),
+                                 .y = y + 19,
+                                 .size = RMAP_TICK_SIZE,
+                                 .anchor = RMAP_SVG_MIDDLE,
+                                 .fill = ink};
+    draw_bar(scene, (const double[2]){left, y}, (const double[2]){right, y}, length, &text, svg);
+    if (!stretched)
+        return;
+    const double scale = frame->scale * frame->stretch, height = rmap_round_below(24.0 / scale);
+    text.x = left - 26;
+    text.y = y + 10;
+    text.anchor = RMAP_SVG_END;
+    draw_bar(scene, (const double[2]){left - 18, y - 5},
+             (const double[2]){left - 18, y - 5 + height * scale}, height, &text, svg);
 }
 
 void rmap_axis_cross_draw(const struct rmap_view_frame *frame, struct rmap_svg *svg)

@@ -19,7 +19,8 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
                         const struct rmap_view_frame *frame, const struct rmap_ray_paint *paint,
                         bool mixed, double *marks_ret, struct rmap_svg *svg);
 
-/* A bar of round length, with its length, at the frame's right end and `row` below it. */
+/* A bar of round length, with its length, at the frame's right end and `row` below it; of a
+ * stretched section one for each direction. */
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
                          double row, struct rmap_svg *svg);
 

@@ -4,7 +4,11 @@
  */
 #include "analysis/figure/figure_marks.h"
 
+#include <math.h>
 #include <stdio.h>
+
+#include "analysis/figure/detector_faces.h"
+#include "base/alloc.h"
 
 const char rmap_source_ink[] = "#c2410c";
 const char rmap_detector_ink[] = "#0f766e";
@@ -67,7 +71,11 @@ static void draw_arrow(const struct rmap_view_frame *frame, struct rmap_vec3 fro
                        struct rmap_vec3 direction, const char *ink, struct rmap_labels *labels,
                        struct rmap_svg *svg)
 {
+    const double aside = rmap_dot(direction, frame->view->right);
+    const double above = rmap_dot(direction, frame->view->up);
     double a[2], b[2], reach = 26.0 / frame->scale;
+    if (frame->stretch != 1.0)
+        reach *= hypot(aside, above) / hypot(aside, frame->stretch * above);
     if (!rmap_view_sees(frame->view, from))
         return;
     if (frame->view->perspective)
@@ -128,24 +136,43 @@ static void put_name(const struct rmap_view_frame *frame, struct rmap_vec3 point
                      const char *name, struct rmap_labels *labels, struct rmap_svg *svg)
 {
     double at[2];
-    if (!rmap_view_sees(frame->view, point))
+    if (isnan(point.x) || !rmap_view_sees(frame->view, point))
         return;
     pixel_of(frame, point, at);
     rmap_label_place(labels, svg, at, ink, name);
 }
 
-void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
-                     const struct rmap_view_frame *frame, struct rmap_labels *labels,
-                     struct rmap_svg *svg)
+/* Its rectangle, or the faces on which it counts light, and where its name belongs. */
+static enum rmap_status mark_detector(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                      const struct rmap_view_frame *frame, size_t index,
+                                      struct rmap_svg *svg, struct rmap_vec3 *at,
+                                      struct rmap_error *err)
 {
-    for (size_t d = 0; d < scene->n_detector; d++) {
-        const struct rmap_detector *detector = &scene->detector[d];
-        if (detector->type == RMAP_DETECTOR_PLANE)
-            draw_parallelogram(frame, detector->origin,
-                               rmap_scale(detector->x, 0.5 * detector->size[0]),
-                               rmap_scale(detector->y, 0.5 * detector->size[1]), svg,
-                               &(struct rmap_svg_style){.stroke = rmap_detector_ink, .width = 2});
-    }
+    const struct rmap_detector *detector = &scene->detector[index];
+    const struct rmap_svg_style style = {.stroke = rmap_detector_ink, .width = 2};
+    bool flat;
+    *at = detector->origin;
+    const enum rmap_status st =
+        rmap_detector_faces_draw(scene, mesh, frame, index, &style, svg, &flat, at, err);
+    if (st == RMAP_OK && flat)
+        draw_parallelogram(frame, detector->origin,
+                           rmap_scale(detector->x, 0.5 * detector->size[0]),
+                           rmap_scale(detector->y, 0.5 * detector->size[1]), svg, &style);
+    return st;
+}
+
+enum rmap_status rmap_marks_draw(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                 const struct rmap_portion *rays,
+                                 const struct rmap_view_frame *frame, struct rmap_labels *labels,
+                                 struct rmap_svg *svg, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_vec3 *at = rmap_alloc(scene->n_detector + 1, sizeof *at);
+    if (!at)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+    for (size_t d = 0; d < scene->n_detector; d++)
+        if (scene->detector[d].type == RMAP_DETECTOR_PLANE)
+            RMAP_TRY(mark_detector(scene, mesh, frame, d, svg, &at[d], err));
     for (size_t s = 0; s < scene->n_source; s++)
         mark_source(frame, &scene->source[s], source_ink(rays, s), labels, svg);
     for (size_t s = 0; s < scene->n_source; s++) {
@@ -156,6 +183,8 @@ void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_portion *
     }
     for (size_t d = 0; d < scene->n_detector; d++)
         if (scene->detector[d].type == RMAP_DETECTOR_PLANE)
-            put_name(frame, scene->detector[d].origin, rmap_detector_ink, scene->detector[d].name,
-                     labels, svg);
+            put_name(frame, at[d], rmap_detector_ink, scene->detector[d].name, labels, svg);
+out:
+    rmap_free(at);
+    return st;
 }

@@ -229,11 +229,29 @@ static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
     double share[RMAP_CHANNEL_MAX];
     if (paint && paint->of_ray) {
         memcpy(pen->ink, paint->group[paint->of_ray[ray]].ink, sizeof pen->ink);
+        pen->style.dash = paint->group[paint->of_ray[ray]].dash;
         return;
     }
     for (int c = 0; c < pen->scene->channels.n; c++)
         share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
     rmap_ray_ink(pen->scene, share, pen->ink);
+}
+
+/* A point of a ray, further on, that lies outside the picture or, of one that runs towards the eye
+ * or away from it, very far off. */
+static struct rmap_vec3 beyond_edge(const struct rmap_view_frame *frame, struct rmap_vec3 from,
+                                    struct rmap_vec3 direction)
+{
+    static const double FAR = 1e3;
+    const struct rmap_view *view = frame->view;
+    if (view->perspective)
+        return rmap_axpy(FAR * rmap_length(rmap_sub(from, view->eye)), direction, from);
+    const struct rmap_vec3 at = rmap_view_place(view, from);
+    const double aside = hypot(rmap_dot(direction, view->right), rmap_dot(direction, view->up));
+    const double reach =
+        hypot(at.x - frame->centre[0], at.y - frame->centre[1]) +
+        0.5 * hypot(frame->width, frame->height) / (frame->scale * fmin(frame->stretch, 1.0));
+    return rmap_axpy(reach / fmax(aside, 1.0 / FAR), direction, from);
 }
 
 /* One line per run of segments with the same colour. */
@@ -261,10 +279,12 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
             put_curve(pen, &segment);
         point += segment.n;
         n_point -= segment.n;
-        if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
-            to = rmap_axpy(pen->lines->leaving, place(rays->ray.end_direction + 3 * ray), from);
-        put_point(pen, to);
-        from = to;
+        const uint32_t event = rays->segment.event[i];
+        if (!(event & RMAP_EVENT_LEFT) || event & RMAP_EVENT_GRADIENT)
+            put_point(pen, from = to);
+        if (event & RMAP_EVENT_LEFT)
+            put_point(pen, beyond_edge(pen->lines->frame, from,
+                                       place(rays->ray.end_direction + 3 * ray)));
     }
     finish_line(pen);
 }

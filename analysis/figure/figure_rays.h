@@ -17,14 +17,14 @@ struct rmap_ray_lines {
     const struct rmap_view_frame *frame;
     const struct rmap_ray_paint *paint; /* NULL: in the colour of their light, all alike strong */
     const struct rmap_solid *solid;     /* what hides them, drawn faint then; NULL: nothing */
-    double leaving;                     /* length of a segment that leaves the scene */
     double opacity;                     /* of the strongest; 0: by the number of rays */
 };
 
 /* Between two recorded points a curve is drawn in so many strokes. */
 #define RMAP_RAY_CURVE_STROKES 4
 
-/* rays has all columns; curved segments follow their points. */
+/* rays has all columns; curved segments follow their points, and what leaves the scene goes on to
+ * the edge of the picture. */
 enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                 const struct rmap_ray_lines *lines, struct rmap_svg *svg,
                                 struct rmap_error *err) RMAP_MUST_USE;

@@ -133,15 +133,9 @@ static void draw_mtf(struct rmap_svg *svg, const struct rmap_spot *spot)
 static void draw_captions(struct rmap_svg *svg, const struct rmap_spot *spot, const char *detector,
                           const char *criterion)
 {
-    const double room = rmap_svg_width(svg) - 32;
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    char line[1024];
-    (void)snprintf(line, sizeof line, "%.200s: spot", detector);
-    rmap_caption(svg, &text, room, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    rmap_which_caption(spot->which, criterion, line, sizeof line);
-    rmap_caption(svg, &text, room, line);
-    text.y = 68;
+    char title[256], asked[1024], line[1024];
+    (void)snprintf(title, sizeof title, "%.200s: spot", detector);
+    rmap_which_caption(spot->which, criterion, asked, sizeof asked);
     if (isfinite(spot->rms_radius.value))
         (void)snprintf(
             line, sizeof line,
@@ -152,7 +146,7 @@ static void draw_captions(struct rmap_svg *svg, const struct rmap_spot *spot, co
             spot->rms_radius.standard_error, spot->unit);
     else
         (void)snprintf(line, sizeof line, "nothing was registered");
-    rmap_caption(svg, &text, room, line);
+    rmap_captions(svg, 16, (const char *const[]){title, asked, line}, 3);
 }
 
 enum rmap_status rmap_figure_spot(const struct rmap_spot *spot, const char *detector,

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "analysis/table/figure_axes.h"
+#include "analysis/table/line_mark.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/export/raster.h"
@@ -17,11 +18,6 @@
 enum { LEFT = 92, TOP = 86, RIGHT = 30, BOTTOM = 62, WIDTH = 760, HEIGHT = 440, SQUARE = 520 };
 enum { BAR_GAP = 22, BAR_WIDTH = 22, BAR_RIGHT = 150 };
 enum { LEGEND_GAP = 18, LEGEND_RIGHT = 190, LEGEND_ROW = 20, LEGEND_MAX = 20 };
-
-/* Okabe & Ito's colours, told apart by all eyes (https://jfly.uni-koeln.de/color/). */
-static const char *const palette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                      "#e69f00", "#56b4e9", "#6b6b6b", "#a89a00"};
-enum { N_COLOUR = sizeof palette / sizeof *palette };
 
 struct plot {
     const struct rmap_stats *stats;
@@ -103,7 +99,7 @@ static void set_y(struct plot *plot)
 
 /* Up and down the steps: the band of errors, closed, and the line. point: [4 n + 4]. */
 static void draw_steps(const struct plot *plot, const struct rmap_stats_group *group,
-                       const char *colour, double (*point)[2])
+                       struct rmap_line_mark mark, double (*point)[2])
 {
     const struct rmap_bins *bins = &plot->stats->plan->bins[0];
     const size_t n = bins->n;
@@ -119,7 +115,7 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
         }
     }
     rmap_svg_path(plot->svg, (const double(*)[2])point, 4 * n,
-                  &(struct rmap_svg_style){.fill = colour, .opacity = 0.25});
+                  &(struct rmap_svg_style){.fill = mark.ink, .opacity = 0.25});
     point[0][0] = rmap_axes_x(&plot->axes, place(bins, bins->edge[0]));
     point[0][1] = point[2 * n + 1][1] = y_of(plot, 0.0, 0);
     for (size_t k = 0; k < n; k++)
@@ -129,20 +125,21 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
         }
     point[2 * n + 1][0] = rmap_axes_x(&plot->axes, place(bins, bins->edge[n]));
     rmap_svg_path(plot->svg, (const double(*)[2])point, 2 * n + 2,
-                  &(struct rmap_svg_style){.stroke = colour, .width = 1.6});
+                  &(struct rmap_svg_style){.stroke = mark.ink, .width = 1.6, .dash = mark.dash});
 }
 
 /* Beside the frame, where no line can run. */
-static void draw_legend(const struct plot *plot, const char *name, const char *colour, size_t row)
+static void draw_legend(const struct plot *plot, const char *name, size_t row)
 {
     const double x = plot->axes.x + plot->axes.width + LEGEND_GAP, y = plot->axes.y + 12;
     const double at = y + (double)(LEGEND_ROW * row);
     if (row >= LEGEND_MAX)
         return;
-    rmap_svg_rect(plot->svg, x, at - 8, 18, 8,
-                  &(struct rmap_svg_style){.fill = colour, .opacity = 0.8});
-    const struct rmap_svg_text text = {.x = x + 25, .y = at, .size = RMAP_TICK_SIZE};
-    rmap_caption(plot->svg, &text, LEGEND_RIGHT - LEGEND_GAP - 33,
+    const struct rmap_line_mark mark = rmap_line_mark(row);
+    rmap_svg_line(plot->svg, x, at - 4, x + 22, at - 4,
+                  &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4, .dash = mark.dash});
+    const struct rmap_svg_text text = {.x = x + 29, .y = at, .size = RMAP_TICK_SIZE};
+    rmap_caption(plot->svg, &text, LEGEND_RIGHT - LEGEND_GAP - 37,
                  row + 1 < LEGEND_MAX ? name : "…");
 }
 
@@ -171,14 +168,12 @@ static enum rmap_status draw_lines(struct plot *plot, struct rmap_error *err)
     size_t shown = 0;
     for (size_t g = 0; g < stats->n_group; g++)
         if (rmap_stats_shows(stats, g))
-            draw_steps(plot, &stats->group[g], palette[shown++ % N_COLOUR], point);
+            draw_steps(plot, &stats->group[g], rmap_line_mark(shown++), point);
     rmap_svg_close(plot->svg);
     shown = 0;
     for (size_t g = 0; g < stats->n_group && stats->group[g].name; g++)
-        if (rmap_stats_shows(stats, g)) {
-            draw_legend(plot, stats->group[g].name, palette[shown % N_COLOUR], shown);
-            shown++;
-        }
+        if (rmap_stats_shows(stats, g))
+            draw_legend(plot, stats->group[g].name, shown++);
     rmap_axes_draw(plot->svg, &plot->axes);
     rmap_free(point);
     return RMAP_OK;
@@ -325,23 +320,20 @@ static void describe(const struct plot *plot, char *line, size_t nbytes)
         (void)snprintf(line + n, nbytes - (size_t)n, "; logarithmic scale");
 }
 
-static void draw_captions(const struct plot *plot, double width)
+static void draw_captions(const struct plot *plot)
 {
     const struct rmap_stats *stats = plot->stats;
-    char line[1024], name[128];
-    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
-    rmap_stats_name(stats, 0, name, sizeof name);
-    int n = snprintf(line, sizeof line, "%s", stats->setup->quantities->of[0].name);
+    char title[256], asked[1024], line[1024];
+    int n = snprintf(title, sizeof title, "%s", stats->setup->quantities->of[0].name);
     if (stats->setup->quantities->n == 2 && n > 0)
-        (void)snprintf(line + n, sizeof line - (size_t)n, " and %s",
+        (void)snprintf(title + n, sizeof title - (size_t)n, " and %s",
                        stats->setup->quantities->of[1].name);
-    rmap_caption(plot->svg, &text, width - 32, line);
-    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    rmap_which_caption(plot->labels->which, plot->labels->criterion, line, sizeof line);
-    rmap_caption(plot->svg, &text, width - 32, line);
+    n = (int)strlen(title);
+    if (plot->labels->detector)
+        (void)snprintf(title + n, sizeof title - (size_t)n, " at %s", plot->labels->detector);
+    rmap_which_caption(plot->labels->which, plot->labels->criterion, asked, sizeof asked);
     describe(plot, line, sizeof line);
-    text.y = 68;
-    rmap_caption(plot->svg, &text, width - 32, line);
+    rmap_captions(plot->svg, 16, (const char *const[]){title, asked, line}, 3);
 }
 
 /* Two lengths, or two angles, to one scale unless that is too long or too flat. */
@@ -392,7 +384,7 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
     else
         RMAP_TRY(draw_lines(&plot, err));
     draw_note(&plot);
-    draw_captions(&plot, width);
+    draw_captions(&plot);
     *svg_ret = plot.svg;
     plot.svg = NULL;
 out:

@@ -112,7 +112,8 @@ void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinat
                      double pixel[2])
 {
     pixel[0] = frame->x + 0.5 * frame->width + frame->scale * (coordinates[0] - frame->centre[0]);
-    pixel[1] = frame->y + 0.5 * frame->height - frame->scale * (coordinates[1] - frame->centre[1]);
+    pixel[1] = frame->y + 0.5 * frame->height -
+               frame->scale * frame->stretch * (coordinates[1] - frame->centre[1]);
 }
 
 static int ascending(const void *a, const void *b)
@@ -244,12 +245,17 @@ void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_vi
                        ", where no object is");
 }
 
+enum rmap_view_kind rmap_view_resolve(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                                      const struct rmap_portion *rays)
+{
+    return kind != RMAP_VIEW_AUTO ? kind : is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
+}
+
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view)
 {
     static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (kind == RMAP_VIEW_AUTO)
-        kind = is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
+    kind = rmap_view_resolve(scene, kind, rays);
     *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
     if (kind == RMAP_VIEW_3D) {
         rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);
@@ -282,6 +288,14 @@ static void cover_corners(struct rmap_view_box *box, const struct rmap_view *vie
               rmap_affine_point(to_world,
                                 rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
                                           k & 4 ? upper.z : lower.z)));
+}
+
+void rmap_view_cover_object(const struct rmap_scene *scene, const struct rmap_view *view,
+                            size_t object, struct rmap_view_box *box)
+{
+    struct rmap_vec3 lower, upper;
+    rmap_geometry_bounds(&scene->geometry[scene->object[object].geometry], &lower, &upper);
+    cover_corners(box, view, &scene->object[object].to_world, lower, upper);
 }
 
 /* What sends light: a point, or the corners about a disc or a rectangle. */
@@ -317,12 +331,9 @@ static void cover_sources(const struct rmap_scene *scene, const struct rmap_view
 void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
                       struct rmap_view_box *box)
 {
-    *box = (struct rmap_view_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    for (size_t o = 0; o < scene->n_object; o++) {
-        struct rmap_vec3 lower, upper;
-        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
-        cover_corners(box, view, &scene->object[o].to_world, lower, upper);
-    }
+    *box = RMAP_VIEW_BOX_EMPTY;
+    for (size_t o = 0; o < scene->n_object; o++)
+        rmap_view_cover_object(scene, view, o, box);
     for (size_t d = 0; d < scene->n_detector; d++) {
         const struct rmap_detector *detector = &scene->detector[d];
         if (detector->type != RMAP_DETECTOR_PLANE)

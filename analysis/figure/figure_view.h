@@ -36,7 +36,10 @@ struct rmap_view {
 void rmap_view_camera(const struct rmap_scene *scene, const struct rmap_camera *camera,
                       struct rmap_view *view);
 
-/* rays may be NULL; their mean direction helps to choose a section. */
+/* Never AUTO. rays may be NULL; their mean direction helps to choose a section. */
+enum rmap_view_kind rmap_view_resolve(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                                      const struct rmap_portion *rays);
+/* Of that kind, resolved so. */
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view);
 
@@ -79,14 +82,20 @@ bool rmap_view_sees(const struct rmap_view *view, struct rmap_vec3 point);
 struct rmap_view_box {
     double low[2], high[2];
 };
+#define RMAP_VIEW_BOX_EMPTY ((struct rmap_view_box){{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}})
 void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
                       struct rmap_view_box *box);
 
-/* View coordinates to pixels, the same scale both ways. */
+/* Widens a box by the one about an object. */
+void rmap_view_cover_object(const struct rmap_scene *scene, const struct rmap_view *view,
+                            size_t object, struct rmap_view_box *box);
+
+/* View coordinates to pixels, the same scale both ways but in a stretched section. */
 struct rmap_view_frame {
     const struct rmap_view *view;
     double x, y, width, height; /* plot area, pixels */
-    double scale;               /* pixels per length unit */
+    double scale;               /* pixels per length unit to the right */
+    double stretch;             /* of what is upwards, over that; 1 but in sections */
     double centre[2];           /* view coordinates of the area's centre */
 };
 void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],

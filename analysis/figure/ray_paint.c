@@ -12,17 +12,13 @@
 #include "analysis/criterion/path_order.h"
 #include "analysis/paths/path_class.h"
 #include "analysis/query/which.h"
+#include "analysis/table/line_mark.h"
 #include "base/alloc.h"
 
 /* Paths that have an ink of their own, and orders: the last one is that order and all above. */
 enum { PATHS_SHOWN = 7, ORDERS_SHOWN = 4, LABEL_NBYTES = 90 };
 
-/* Inks that readers with any colour vision tell apart: M. Okabe and K. Ito, "Color Universal
- * Design", 2008, https://jfly.uni-koeln.de/color/; yellow darkened to show on paper. */
-static const char palette[][8] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                  "#e69f00", "#56b4e9", "#8a6d00"};
-static const char other_ink[] = "#9a9a9a";
-enum { PALETTE_COUNT = sizeof palette / sizeof *palette };
+static const struct rmap_line_mark other = {.ink = "#9a9a9a"};
 
 const char *rmap_paint_word(enum rmap_paint_kind kind)
 {
@@ -30,8 +26,8 @@ const char *rmap_paint_word(enum rmap_paint_kind kind)
     return word[kind];
 }
 
-static enum rmap_status add_group(struct rmap_ray_paint *self, const char ink[8], const char *label,
-                                  struct rmap_error *err)
+static enum rmap_status add_group(struct rmap_ray_paint *self, struct rmap_line_mark mark,
+                                  const char *label, struct rmap_error *err)
 {
     struct rmap_paint_group *group = &self->group[self->n_group];
     const size_t nbytes = strlen(label) + 1;
@@ -39,9 +35,53 @@ static enum rmap_status add_group(struct rmap_ray_paint *self, const char ink[8]
     if (!group->label)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a legend");
     memcpy(group->label, label, nbytes);
-    memcpy(group->ink, ink, sizeof group->ink);
+    (void)snprintf(group->ink, sizeof group->ink, "%s", mark.ink);
+    group->dash = mark.dash;
     self->n_group++;
     return RMAP_OK;
+}
+
+/* From fine to coarse. */
+static const struct {
+    struct rmap_path_view view;
+    const char *note;
+} paths_by[] = {
+    {{.level = RMAP_PATH_OBJECT}, NULL},
+    {{.level = RMAP_PATH_OBJECT, .collapsed = true}, "equal steps in a row count as one"},
+    {{.level = RMAP_PATH_GROUP, .collapsed = true},
+     "by groups of the scene, equal steps in a row count as one"},
+};
+enum { PATHS_BY_COUNT = sizeof paths_by / sizeof *paths_by, SEVERAL_RAYS = 3 };
+
+/* Whether most paths with an ink have several rays, or they are all there are. */
+static bool hold_several(const struct rmap_path_classes *classes)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < classes->n && k < PATHS_SHOWN; k++)
+        n += classes->path[k].rays >= SEVERAL_RAYS;
+    return classes->n <= PATHS_SHOWN || 2 * n > PATHS_SHOWN;
+}
+
+static enum rmap_status find_paths(struct rmap_ray_paint *self,
+                                   const struct rmap_paint_request *request,
+                                   struct rmap_path_classes **classes_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < PATHS_BY_COUNT; k++) {
+        struct rmap_path_view view = paths_by[k].view;
+        if (request->level)
+            view.level = *request->level;
+        else
+            self->note = paths_by[k].note;
+        rmap_path_classes_destroy(*classes_ret);
+        *classes_ret = NULL;
+        RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,
+                                          request->flux_per_weight, classes_ret, err));
+        if (request->level || hold_several(*classes_ret))
+            break;
+    }
+out:
+    return st;
 }
 
 static enum rmap_status group_by_path(struct rmap_ray_paint *self,
@@ -49,21 +89,19 @@ static enum rmap_status group_by_path(struct rmap_ray_paint *self,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_path_view view = {.level = request->level};
     struct rmap_path_classes *classes = NULL;
     char *label = NULL, others[64];
-    RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,
-                                      request->flux_per_weight, &classes, err));
+    RMAP_TRY(find_paths(self, request, &classes, err));
     const size_t n = classes->n < PATHS_SHOWN ? classes->n : PATHS_SHOWN;
     for (size_t k = 0; k < n; k++) {
         rmap_free(label);
         label = NULL;
         RMAP_TRY(rmap_path_class_label(classes, k, LABEL_NBYTES, &label, err));
-        RMAP_TRY(add_group(self, palette[k % PALETTE_COUNT], label, err));
+        RMAP_TRY(add_group(self, rmap_line_mark(k), label, err));
     }
     if (classes->n > n) {
         (void)snprintf(others, sizeof others, "%zu other paths", classes->n - n);
-        RMAP_TRY(add_group(self, other_ink, others, err));
+        RMAP_TRY(add_group(self, other, others, err));
     }
     for (size_t i = 0; i < request->rays->n_row[RMAP_TABLE_RAY]; i++)
         self->of_ray[i] = classes->of_ray[i] < n ? classes->of_ray[i] : (uint32_t)n;
@@ -130,9 +168,9 @@ static enum rmap_status group_by_order(struct rmap_ray_paint *self,
                        k == ORDERS_SHOWN ? " and above"
                        : k == 0          ? ", direct light"
                                          : "");
-        RMAP_TRY(add_group(self, palette[k], label, err));
+        RMAP_TRY(add_group(self, rmap_line_mark((size_t)k), label, err));
     }
-    RMAP_TRY(add_group(self, other_ink, "scattered", err));
+    RMAP_TRY(add_group(self, other, "scattered", err));
     for (size_t i = 0; i < n_ray; i++)
         self->of_ray[i] = scatter[i] > 0            ? ORDERS_SHOWN + 1
                           : ghost[i] < ORDERS_SHOWN ? ghost[i]
@@ -157,7 +195,7 @@ static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
         self->of_ray[i] = (uint32_t)n;
     for (size_t c = 0; c < n; c++) {
         const char *name = rmap_criterion_name(request->criterion[c]);
-        RMAP_TRY(add_group(self, palette[c % PALETTE_COUNT],
+        RMAP_TRY(add_group(self, rmap_line_mark(c),
                            name ? name : rmap_criterion_text(request->criterion[c]), err));
         self->group[c].asked = true;
         RMAP_TRY(rmap_criterion_evaluate(request->criterion[c], request->rays,
@@ -166,7 +204,7 @@ static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
             if (match[i] && self->of_ray[i] == n)
                 self->of_ray[i] = (uint32_t)c;
     }
-    RMAP_TRY(add_group(self, other_ink, "none of these", err));
+    RMAP_TRY(add_group(self, other, "none of these", err));
 out:
     rmap_free(match);
     return st;

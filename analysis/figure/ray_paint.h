@@ -24,6 +24,7 @@ const char *rmap_paint_word(enum rmap_paint_kind kind);
 
 struct rmap_paint_group {
     char ink[8];
+    const char *dash; /* of a stroke; NULL: solid */
     char *label;
     bool asked;        /* a criterion: it stands in the legend also with no ray */
     uint64_t rays;     /* that are drawn */
@@ -38,6 +39,7 @@ struct rmap_ray_paint {
     uint32_t *of_ray;               /* [n_ray] group of each; NULL without groups */
     double *strength;               /* [n_ray] flux over the greatest of any, 0 to 1 */
     double flux;                    /* of all of them */
+    const char *note;               /* how paths are told apart, where coarsely; or NULL */
     bool dealt; /* groups share the rays between them: their fluxes say nothing of the map's */
 };
 
@@ -45,7 +47,7 @@ struct rmap_ray_paint {
  * [n_criterion], for that kind alone. */
 struct rmap_paint_request {
     enum rmap_paint_kind kind;
-    enum rmap_path_level level; /* of PATH */
+    const enum rmap_path_level *level; /* of PATH; NULL: as fine as leaves several rays in most */
     const struct rmap_scene *scene;
     const struct rmap_portion *rays;
     const double *flux_per_weight;

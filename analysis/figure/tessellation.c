@@ -191,9 +191,11 @@ enum rmap_status rmap_mesh_weld(const struct rmap_mesh *mesh, struct rmap_mesh *
         same[corner[i].index] = repeated ? same[corner[i - 1].index] : corner[i].index;
     }
     welded->n_triangle = 0;
-    for (size_t i = 0; i < mesh->n_triangle; i++)
+    for (size_t i = 0; i < mesh->n_triangle; i++) {
+        welded->face[welded->n_triangle] = mesh->face[i];
         put_triangle(welded, same[mesh->triangle[i][0]], same[mesh->triangle[i][1]],
                      same[mesh->triangle[i][2]]);
+    }
     *mesh_ret = welded;
     welded = NULL;
 out:

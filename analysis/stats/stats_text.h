@@ -15,6 +15,8 @@ struct rmap_stats_labels {
     const char *criterion;          /* NULL: all rays */
     const struct rmap_which *which; /* registrations that count; NULL: all */
     uint64_t n_ray;                 /* of the map */
+    const char *detector; /* whose registrations have a value each, by name or pattern; NULL: as
+                             the quantity says */
 };
 
 enum rmap_status rmap_stats_print(const struct rmap_stats *stats,

@@ -322,3 +322,60 @@ void rmap_caption(struct rmap_svg *svg, const struct rmap_svg_text *text, double
         (void)snprintf(line + len, sizeof line - len, "…");
     rmap_svg_string(svg, text, line);
 }
+
+size_t rmap_line_nbytes(const char *string, double size, double width)
+{
+    char part[512];
+    size_t word = 0, best = 0;
+    for (size_t len = 1; len < sizeof part && string[len - 1]; len++) {
+        if (((unsigned char)string[len] & 0xC0) == 0x80) /* within a character */
+            continue;
+        (void)snprintf(part, sizeof part, "%.*s", (int)len, string);
+        if (rmap_svg_string_width(part, size) > width && best > 0)
+            return word > 0 ? word : best;
+        best = len;
+        if (string[len] == ' ' || string[len] == 0)
+            word = len;
+    }
+    return word > 0 ? word : best;
+}
+
+/* Rows that a caption takes at most, and their distance; the first text is the title. */
+enum { CAPTION_ROWS = 6, CAPTION_ROW = 18, TITLE_ROW = 22, TITLE_BASE = 30, CAPTION_BASE = 50 };
+
+/* Places or, without svg, counts the rows of a caption, from text->y on. */
+static int caption_rows(struct rmap_svg *svg, struct rmap_svg_text text, double width,
+                        const char *string)
+{
+    int n = 0;
+    do {
+        char row[512];
+        const size_t len =
+            ++n < CAPTION_ROWS ? rmap_line_nbytes(string, text.size, width) : strlen(string);
+        (void)snprintf(row, sizeof row, "%.*s", (int)len, string);
+        if (svg)
+            rmap_caption(svg, &text, width, row);
+        text.y += text.bold ? TITLE_ROW : CAPTION_ROW;
+        string += len;
+        string += *string == ' ';
+    } while (*string);
+    return n;
+}
+
+void rmap_captions(struct rmap_svg *svg, double x, const char *const string[], size_t n)
+{
+    const double width = rmap_svg_width(svg) - 2.0 * x;
+    const struct rmap_svg_text title = {.x = x, .size = RMAP_TITLE_SIZE, .bold = 1},
+                               line = {.x = x, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+    double rise = 0.0;
+    for (size_t k = 0; k < n; k++)
+        rise += (caption_rows(NULL, k ? line : title, width, string[k]) - 1) *
+                (k ? CAPTION_ROW : TITLE_ROW);
+    if (rise > 0.0)
+        rmap_svg_raise(svg, rise);
+    for (size_t k = 0; k < n; k++) {
+        struct rmap_svg_text text = k ? line : title;
+        text.y = (k ? CAPTION_BASE + CAPTION_ROW * (double)(k - 1) : TITLE_BASE) - rise;
+        rise -= (caption_rows(svg, text, width, string[k]) - 1) * (k ? CAPTION_ROW : TITLE_ROW);
+    }
+}

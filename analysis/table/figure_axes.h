@@ -80,4 +80,13 @@ enum rmap_status rmap_colour_bar_draw(struct rmap_svg *svg, const struct rmap_co
 void rmap_caption(struct rmap_svg *svg, const struct rmap_svg_text *text, double width,
                   const char *string);
 
+/* Bytes of a text's first line, such as has room in `width` pixels: up to a blank, within a word
+ * that is wider; all of it where it is. */
+size_t rmap_line_nbytes(const char *string, double size, double width);
+
+/* Title and lines of text above a picture that was laid out for one row of each, in the order in
+ * which they stand: x from both edges. What is longer goes on in rows below, and the picture grows
+ * upwards by them. */
+void rmap_captions(struct rmap_svg *svg, double x, const char *const string[], size_t n);
+
 #endif

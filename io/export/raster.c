@@ -86,6 +86,8 @@ static enum rmap_status rasterise(const char *text, size_t nbytes, int width, in
     cairo_t *cairo = cairo_create(surface);
     RsvgHandle *handle = rsvg_handle_new_from_data((const guint8 *)text, nbytes, &failure);
     RsvgRectangle viewport = {0, 0, width, height};
+    cairo_set_source_rgb(cairo, 1.0, 1.0, 1.0); /* what a size of half pixels leaves at the edges */
+    cairo_paint(cairo);
     if (handle && rsvg_handle_render_document(handle, cairo, &viewport, &failure)) {
         cairo_surface_flush(surface);
         cairo_status_t drawn = cairo_surface_write_to_png_stream(surface, keep_png, png);

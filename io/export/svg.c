@@ -17,6 +17,7 @@
 
 struct rmap_svg {
     double width, height;
+    double above; /* of it: the part with y below 0 */
     char *text;
     size_t nbytes, cap;
     int n_clip, depth;
@@ -114,15 +115,6 @@ enum rmap_status rmap_svg_create(double width, double height, const char *title,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
     svg->width = width;
     svg->height = height;
-    put(svg, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\""
-             " xmlns:xlink=\"http://www.w3.org/1999/xlink\" version=\"1.1\"");
-    put_attribute(svg, "width", width);
-    put_attribute(svg, "height", height);
-    put(svg, " viewBox=\"0 0 ");
-    put_number(svg, width);
-    put(svg, " ");
-    put_number(svg, height);
-    put(svg, "\" font-family=\"" FONT "\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n");
     put(svg, "<title>");
     put_escaped(svg, title);
     put(svg, "</title>\n");
@@ -137,6 +129,14 @@ void rmap_svg_destroy(struct rmap_svg *svg)
         return;
     rmap_free(svg->text);
     rmap_free(svg);
+}
+
+void rmap_svg_raise(struct rmap_svg *svg, double above)
+{
+    rmap_svg_rect(svg, 0, -svg->above - above, svg->width, above,
+                  &(struct rmap_svg_style){.fill = "#ffffff"});
+    svg->above += above;
+    svg->height += above;
 }
 
 double rmap_svg_width(const struct rmap_svg *svg)
@@ -292,12 +292,38 @@ void rmap_svg_image(struct rmap_svg *svg, double x, double y, double width, doub
     put(svg, "\"/>\n");
 }
 
+/* What stands before all: its size is known at the end. */
+static void put_head(struct rmap_svg *svg)
+{
+    struct rmap_svg head = {0};
+    put(&head,
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\""
+        " xmlns:xlink=\"http://www.w3.org/1999/xlink\" version=\"1.1\"");
+    put_attribute(&head, "width", svg->width);
+    put_attribute(&head, "height", svg->height);
+    put(&head, " viewBox=\"0 ");
+    put_number(&head, -svg->above);
+    put(&head, " ");
+    put_number(&head, svg->width);
+    put(&head, " ");
+    put_number(&head, svg->height);
+    put(&head, "\" font-family=\"" FONT "\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n");
+    put_bytes(&head, svg->text, svg->nbytes);
+    rmap_free(svg->text);
+    svg->text = head.text;
+    svg->nbytes = head.nbytes;
+    svg->cap = head.cap;
+    if (svg->status == RMAP_OK)
+        svg->status = head.status;
+}
+
 enum rmap_status rmap_svg_finish(struct rmap_svg *svg, const char **text_ret, size_t *nbytes_ret,
                                  struct rmap_error *err)
 {
     while (svg->depth > 0)
         rmap_svg_close(svg);
     put(svg, "</svg>\n");
+    put_head(svg);
     if (svg->status != RMAP_OK)
         return rmap_error_set(err, svg->status, "out of memory for a picture");
     *text_ret = svg->text;

@@ -40,6 +40,9 @@ enum rmap_status rmap_svg_create(double width, double height, const char *title,
                                  struct rmap_svg **svg_ret, struct rmap_error *err) RMAP_MUST_USE;
 void rmap_svg_destroy(struct rmap_svg *svg); /* NULL is fine */
 
+/* Adds so many pixels above the picture, white ones: y is negative there. */
+void rmap_svg_raise(struct rmap_svg *svg, double above);
+
 double rmap_svg_width(const struct rmap_svg *svg);
 double rmap_svg_height(const struct rmap_svg *svg);
 

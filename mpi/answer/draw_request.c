@@ -111,6 +111,20 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
     RMAP_TRY(rmap_argument_number(given, "cut", &request->cut, err));
     if (!isfinite(request->cut))
         return rmap_error_set(err, RMAP_USAGE, "--cut must be a length");
+    RMAP_TRY(rmap_argument_number(given, "stretch", &request->stretch, err));
+    if (rmap_argument(given, "stretch") &&
+        (!(request->stretch >= 1e-6 && request->stretch <= 1e6) || request->camera ||
+         request->kind == RMAP_VIEW_3D || request->format != RMAP_DRAW_PICTURE))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--stretch X is for sections, OUT.svg or OUT.png, and lies between "
+                              "1e-6 and 1e6");
+    RMAP_TRY(rmap_argument_number(given, "near", &request->near, err));
+    if (rmap_argument(given, "near") && !(request->near > 0.0 && isfinite(request->near)))
+        return rmap_error_set(err, RMAP_USAGE, "--near must be a length above 0");
+    if (request->near > 0.0 && (request->camera || request->format != RMAP_DRAW_PICTURE))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--near is for sections: OUT.svg or OUT.png, seen "
+                              "along an axis");
     if (request->camera && (request->has_eye || request->has_cut || rmap_argument(given, "view")))
         return rmap_error_set(err, RMAP_USAGE,
                               "--camera says where the scene is seen from: leave out --view, --eye "

@@ -30,6 +30,8 @@ struct rmap_draw_request {
     bool has_eye, has_cut, has_level;
     double eye[2];  /* azimuth, elevation, degrees */
     double cut;     /* scene units */
+    double stretch; /* 0: as suits */
+    double near;    /* of a section's plane rays must run, scene units; 0: anywhere */
     double opacity; /* 0: by the number of rays */
 };
 

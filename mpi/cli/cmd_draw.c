@@ -46,6 +46,13 @@ static const struct rmap_option options[] = {
     {"cut", 0, "PLACE",
      "where the section's plane lies along its axis (default: the axis of most "
      "surfaces)"},
+    {"near", 0, "DISTANCE",
+     "in a section the rays that stay so near its plane, of the first hundred times --limit that "
+     "match"},
+    {"stretch", 0, "X",
+     "draw lengths upwards in a section X times as long (default 1; so that it fills the picture "
+     "of a "
+     "section more than 20 times longer one way)"},
     {"eye", 0, "AZIMUTH,ELEVATION", "where a 3d view is seen from, degrees (default -62,28)"},
     {"camera", 0, "NAME", "as this camera of the scene sees it, in perspective"},
     {"color", 0, "MODE",
@@ -54,7 +61,7 @@ static const struct rmap_option options[] = {
      .words = "natural path criterion order"},
     {"by", 0, "LEVEL",
      "whose names tell paths apart: surface, object or group (default: object for --color path, "
-     "surface in a page)",
+     "surface in a page; a picture's paths are coarser where most have a ray each)",
      .words = "surface object group"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT", "output"},
@@ -82,6 +89,7 @@ struct drawing {
     const struct rmap_portion *seen; /* the rays with what receivers registered */
     struct rmap_ray_paint *paint;
     bool misses; /* the section meets no object */
+    struct rmap_near_plane near;
 };
 
 /* Whether each criterion gets its share of the rays. */
@@ -109,6 +117,8 @@ static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *er
                                      .eye = request->has_eye ? request->eye : NULL,
                                      .camera = camera,
                                      .cut = request->has_cut ? &request->cut : NULL,
+                                     .stretch = request->stretch,
+                                     .near = request->near > 0.0 ? &self->near : NULL,
                                      .misses_ret = &self->misses,
                                      .paint = self->paint,
                                      .opacity = request->opacity,
@@ -125,7 +135,7 @@ static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
 {
     const struct rmap_paint_request given = {
         .kind = self->request.paint,
-        .level = self->request.has_level ? self->request.level : RMAP_PATH_OBJECT,
+        .level = self->request.has_level ? &self->request.level : NULL,
         .scene = self->scene,
         .rays = self->seen,
         .flux_per_weight = rmap_map_flux_per_weight(self->map),
@@ -189,18 +199,28 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
 {
     const uint64_t n_drawn = self->rays->n_row[RMAP_TABLE_RAY], n_matched = self->count[0].rays;
     const char *path = self->request.output_path;
-    if (self->context->json)
+    if (self->context->json) {
+        json_t *rays =
+            json_pack("{s:I, s:I}", "matched", (json_int_t)n_matched, "drawn", (json_int_t)n_drawn);
+        if (self->request.near > 0.0 && rays) {
+            json_object_set_new(rays, "looked_at", json_integer((json_int_t)self->near.looked));
+            json_object_set_new(rays, "near", json_integer((json_int_t)self->near.near));
+        }
         return rmap_json_print(
-            rmap_json_of_map(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", path, "criterion",
-                                       self->where ? self->where : "all", "rays", "matched",
-                                       (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
+            rmap_json_of_map(json_pack("{s:s, s:s, s:o}", "output", path, "criterion",
+                                       self->where ? self->where : "all", "rays", rays),
                              self->map),
             stdout, err);
+    }
     if (self->context->quiet)
         return RMAP_OK;
     printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
            (unsigned long long)n_matched);
-    if (self->request.thin && n_drawn < self->request.limit && n_drawn < n_matched)
+    if (self->request.near > 0.0)
+        printf("%llu of the first %llu stay within %g %s of the section\n",
+               (unsigned long long)self->near.near, (unsigned long long)self->near.looked,
+               self->request.near, self->scene->unit);
+    else if (self->request.thin && n_drawn < self->request.limit && n_drawn < n_matched)
         fprintf(
             stderr,
             "they have many segments: drawn are so many rays as make up %d, or by --limit N more\n",
@@ -281,6 +301,19 @@ out:
     return st;
 }
 
+/* Rays that are looked at for each that is drawn, where few run near a plane. */
+enum { LOOK_AT = 100 };
+
+/* On rank 0. */
+static enum rmap_status keep_near(struct drawing *self, struct rmap_error *err)
+{
+    struct rmap_draw_request *request = &self->request;
+    self->near = (struct rmap_near_plane){.distance = request->near, .most = request->limit};
+    return rmap_figure_draw_near(self->scene, &request->kind,
+                                 request->has_cut ? &request->cut : NULL, &self->near, &self->rays,
+                                 err);
+}
+
 /* Collective. The rays to draw. */
 static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
 {
@@ -288,6 +321,8 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
     const struct rmap_context *context = self->context;
     struct rmap_pick pick = {.criterion = self->any};
     const bool shared = is_shared(self);
+    const uint64_t most =
+        self->request.near > 0.0 ? LOOK_AT * self->request.limit : self->request.limit;
     if (shared || self->overlay) {
         const struct rmap_criterion *const any = self->any;
         const struct rmap_draw_question question = {
@@ -297,15 +332,17 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
             .criterion = shared ? (const struct rmap_criterion *const *)self->each : &any,
             .matching = shared ? self->count + 1 : self->count,
             .n_criterion = shared ? self->n_each : 1,
-            .most = self->request.limit};
+            .most = most};
         RMAP_TRY(rmap_draw_pick(context, &question, &self->id, &self->n_id, err));
         pick = (struct rmap_pick){.id = self->id, .n_id = self->n_id};
     }
-    RMAP_TRY(rmap_scan_collect(context, self->map, &pick, self->request.limit, &self->rays, err));
-    if (self->rays && self->request.thin)
+    RMAP_TRY(rmap_scan_collect(context, self->map, &pick, most, &self->rays, err));
+    if (self->rays && self->request.near > 0.0)
+        st = keep_near(self, err);
+    if (st == RMAP_OK && self->rays && self->request.thin)
         rmap_figure_draw_thin(self->rays);
     self->seen = self->rays;
-    if (self->overlay && self->rays) {
+    if (st == RMAP_OK && self->overlay && self->rays) {
         st = rmap_overlay_view_create(self->overlay, &self->view, err);
         if (st == RMAP_OK)
             st = rmap_overlay_view_extend(self->view, self->rays, RMAP_OVERLAY_EACH_SPACE,

@@ -139,6 +139,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
             .map = arguments->operand[0],
             .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
             .which = which,
+            .detector = given.detector,
             .n_ray = summary.n_row[RMAP_TABLE_RAY]};
         if (!criterion)
             answer.stats->known.n_ray = labels.n_ray;

@@ -32,6 +32,27 @@ grep -q 'where no object is' far.svg || { echo "FAILED: far.svg does not say tha
 expect 0 'drawn' "$RAYMAP" draw a.raymap --view yz --cut 1 -o near.svg
 ! grep -q 'where no object is' near.svg || { echo "FAILED: near.svg says that no object is there"; failures=1; }
 
+# Rays near a section's plane, and how many of how many they are, for any number of ranks.
+for np in 1 3; do
+    expect 0 'of the first 20000 stay within 0.5 mm' mpirun -np $np "$RAYMAP" draw a.raymap --view yz --near 0.5 --limit 200 -o near$np.svg
+done
+cmp near1.svg near3.svg || { echo "FAILED: 3 ranks find other rays near the plane"; failures=1; }
+grep -q 'of the first 20,000 of 20,000 rays 1,[0-9]* run within 0.5 mm of its plane' near1.svg || { echo "FAILED: near1.svg does not say how many are near"; failures=1; }
+expect 0 '"near": 20000' "$RAYMAP" draw a.raymap --view yz --near 1e6 --limit 200 --json -o all.svg
+expect 2 'say --view yz, xz or xy' "$RAYMAP" draw a.raymap --view 3d --near 1 -o b.svg
+expect 2 'a length above 0' "$RAYMAP" draw a.raymap --near 0 -o b.svg
+expect 2 'near is for sections' "$RAYMAP" draw a.raymap --near 1 -o b.vtp
+
+# A stretched section says so and has a scale for each direction; one of a slender scene is stretched by itself.
+expect 0 '' "$RAYMAP" draw a.raymap --view yz --stretch 3 -o stretched.svg
+grep -q 'stretched upwards 3 times' stretched.svg || { echo "FAILED: stretched.svg does not say so"; failures=1; }
+[ "$(grep -cE '>[0-9.]+ mm<' stretched.svg)" -eq 2 ] || { echo "FAILED: stretched.svg has not two scales"; failures=1; }
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/mirage/scene.yaml" -o road.raymap -n 100 --quiet
+expect 0 '' "$RAYMAP" draw road.raymap -o road.svg
+grep -q 'stretched upwards 20 times' road.svg || { echo "FAILED: road.svg is flat"; failures=1; }
+expect 2 'is for sections' "$RAYMAP" draw a.raymap --view 3d --stretch 2 -o b.svg
+expect 2 'is for sections' "$RAYMAP" draw a.raymap --stretch 0 -o b.svg
+
 expect 2 '\-o OUT.svg' "$RAYMAP" draw a.raymap
 expect 2 '\.svg, \.png, \.html, \.vtp, \.glb or \.gltf' "$RAYMAP" draw a.raymap -o a.pdf
 expect 2 'exists' "$RAYMAP" draw a.raymap -o yz.svg

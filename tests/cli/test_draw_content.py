@@ -55,8 +55,8 @@ def count(map_path, criterion):
     return json.loads(run("query", map_path, criterion, "--count", "--json"))["rays"]["matched"]
 
 
-def pixels(path):
-    """Rows of RGB of a PNG file, filters undone."""
+def pixels(path, rows_most=1 << 30):
+    """The first rows of RGB of a PNG file, filters undone."""
     with open(path, "rb") as file:
         data = file.read()
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
@@ -71,7 +71,7 @@ def pixels(path):
         at += 12 + size
     step = 3 if colour == 2 else 4
     raw, rows, before = zlib.decompress(packed), [], bytes(width * step)
-    for y in range(height):
+    for y in range(min(height, rows_most)):
         method, line = raw[y * (width * step + 1)], bytearray(
             raw[y * (width * step + 1) + 1:(y + 1) * (width * step + 1)])
         for i, value in enumerate(line):
@@ -141,6 +141,16 @@ def test_colours():
     rows = [word for word in words("path.svg") if " of flux: " in word]
     assert 2 <= len(rows) <= 8, rows
     assert strokes("path.svg", PALETTE[0]) > strokes("path.svg", PALETTE[6]) > 0
+
+    # Where most paths have a ray each they are told apart more coarsely, unless --by says how.
+    def singles(*by):
+        run("draw", "lens.raymap", "--where", "registered(sensor where ghost_order >= 1)", "--color",
+            "path", *by, "-o", "ghosts.svg", "--force")
+        return (sum(word.startswith("1 ray, ") for word in words("ghosts.svg")),
+                any("equal steps in a row count as one" in word for word in words("ghosts.svg")))
+
+    assert not singles("--by", "object")[1] and singles()[1]
+    assert singles()[0] <= singles("--by", "object")[0] <= 7, (singles(), singles("--by", "object"))
 
     def mixtures(where):
         run("draw", "lens.raymap", "--where", where, "-o", "mixed.svg", "--force")
@@ -220,6 +230,10 @@ def test_pixels():
                if 150 < r < 250 and abs(r - g) < 12 and abs(g - b) < 14)
     assert grey > 20000, grey
 
+    # A picture whose size is no whole number of pixels has white edges, too.
+    run("report", "lens.raymap", "--energy", "--where", "source(star)", "-o", "edge.png", "--force")
+    assert set(pixels("edge.png", 1)[0]) == {(255, 255, 255)}, "the edge is grey"
+
 
 def test_profile():
     """The first surface of the lens is a sphere of its radius in the section."""
@@ -227,6 +241,7 @@ def test_profile():
         text = file.read()
     run("draw", "lens.raymap", "--where", "segments > 1000", "--view", "yz", "-o", "section.svg",
         "--force")
+    assert {"lens", "barrel", "cover"} <= set(words("section.svg")), "parts have no names"
     radius = 1 / float(re.search(r"curvature: *([0-9.]+)", text)[1])
     best = math.inf
     for _, _, d in paths("section.svg"):
@@ -322,6 +337,45 @@ def test_camera():
     assert "no camera named 'frnt' in hiding.raymap; did you mean 'front'?" in run(
         "draw", "hiding.raymap", "--camera", "frnt", "-o", "x.svg", status=3)
     assert "lens.raymap has no camera" in run("draw", "lens.raymap", "--camera", "a", "-o", "x.svg", status=3)
+
+
+def test_leaving():
+    """What leaves the scene goes on to the edge of the picture, in every view."""
+    for view in ["yz", "3d"]:
+        run("draw", "lens.raymap", "--where", "ended(left)", "--limit", 40, "--view", view, "-o",
+            "left.svg", "--force")
+        x, y, width, height = next(
+            [float(e.get(key)) for key in ("x", "y", "width", "height")]
+            for e in ElementTree.parse("left.svg").iter() if e.get("stroke") == "#b0b0b0")
+        outside = [p for _, opacity, d in paths("left.svg") if opacity < 1
+                   for p in points_of(d)[-1:]
+                   if not (x <= p[0] <= x + width and y <= p[1] <= y + height)]
+        assert len(outside) >= 40, (view, len(outside))
+
+
+def test_detector_faces():
+    """A detector on a curved surface is drawn on it, as far as its size goes."""
+    with open("eye.yaml", "w", encoding="utf8") as file:
+        file.write("""
+raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [500]}
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {ball: {type: sphere, radius: 20}}
+objects: [{name: eye, geometry: ball, surface: black, front: air, back: air}]
+detectors: [{name: retina, type: plane, on: eye, cells: 8, size: 20, direction: [0, 0, -1]}]
+sources: [{name: led, type: point, flux: 1 W, medium: air, at: [0, 0, -40]}]
+""")
+    run("trace", "eye.yaml", "-o", "eye.raymap", "-n", "2", "--quiet", "--force")
+    for view in ["yz", "3d"]:
+        run("draw", "eye.raymap", "--view", view, "-o", "eye.svg", "--force")
+        point = [p for stroke, _, d in paths("eye.svg") if stroke == "#0f766e" for p in points_of(d)]
+        size = [(max(axis) - min(axis)) / scale_of("eye.svg") for axis in zip(*point)]
+        assert "retina" in words("eye.svg")
+        assert len(point) > 40, len(point)
+        if view == "yz":
+            assert abs(size[0] - 40) < 0.2 and abs(size[1] - 20) < 0.2, size
 
 
 def test_upright():
@@ -472,6 +526,8 @@ test_depth()
 test_pixels()
 test_profile()
 test_camera()
+test_leaving()
+test_detector_faces()
 test_upright()
 test_gltf()
 test_polydata()

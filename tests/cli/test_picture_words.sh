@@ -52,6 +52,22 @@ expect 0 '' "$RAYMAP" draw a.raymap --where "$long and ray < 4000" --where 'ray 
 tr '\n' ' ' <legend.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
 has joined.svg "rays: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
 
+# an ink that returns is dashed, in the picture and in the legend
+eight=()
+for k in 1 2 3 4 5 6 7 8; do eight+=(--where "segments == $k"); done
+expect 0 '' "$RAYMAP" draw a.raymap "${eight[@]}" -o eight.svg
+has eight.svg 'stroke="#0072b2" stroke-width="2.4"/>'
+has eight.svg 'stroke="#0072b2" stroke-width="2.4" stroke-dasharray='
+has eight.svg '<path .*stroke="#0072b2" .*stroke-dasharray='
+
+# so has a caption; the picture grows upwards by its rows
+expect 0 '' "$RAYMAP" stats a.raymap --of path_length --detector sensor --where "$long and ray < 4000" -o caption.svg
+has caption.svg 'viewBox="0 -[1-9]'
+has caption.svg '>path_length at sensor<'
+tr '\n' ' ' <caption.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
+has joined.svg "rays: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
+lacks caption.svg '…'
+
 # counts, and what the bins leave out
 expect 0 'values +[0-9],[0-9]{3} of [0-9],[0-9]{3} rays' "$RAYMAP" stats a.raymap --of segments --range 0..3 -o outside.svg
 has outside.svg '>[0-9],[0-9]{3} values, .*, standard deviation [^,]* W outside the picture<'
