@@ -16,9 +16,6 @@
 #include "analysis/table/html.h"
 #include "base/grouped.h"
 
-/* Pictures of detectors: a page that is sent by mail must not grow without bound. */
-enum { PICTURE_MAX = 12 };
-
 static void begin_section(const char *id, const char *title, FILE *out)
 {
     fprintf(out, "<section id=\"%s\">\n<h2>%s</h2>\n", id, title);
@@ -77,10 +74,14 @@ static enum rmap_status put_detector(const struct rmap_run_report *report, size_
     struct rmap_detector_sums sums = {0};
     struct rmap_detector_image *image = NULL;
     struct rmap_svg *svg = NULL;
-    const struct rmap_figure_detector options = {0};
-    RMAP_TRY(rmap_detector_sums_init(&sums, report->map, (int32_t)detector, false, err));
-    rmap_detector_sums_add_tally(&sums, rmap_map_tally(report->map));
-    RMAP_TRY(rmap_detector_image_create(report->map, &sums, &image, err));
+    const struct rmap_figure_detector options = {.criterion = report->energy->criterion};
+    const struct rmap_detector_sums *of = report->image ? &report->image[detector] : &sums;
+    if (!report->image) {
+        RMAP_TRY(rmap_detector_sums_init(&sums, report->map, (int32_t)detector, false, err));
+        rmap_detector_sums_add_tally(&sums, rmap_map_tally(report->map));
+    }
+    RMAP_TRY(rmap_detector_image_create(report->map, of, &image, err));
+    image->which = report->which;
     take_errors(report, detector, image);
     fputs("<h3>", out);
     rmap_html_text(out, image->detector->name);
@@ -104,13 +105,13 @@ static enum rmap_status put_detectors(const struct rmap_run_report *report, int 
     begin_section("detectors", "Detectors", out);
     if (n == 0)
         fputs("<p>The scene has no detector.</p>\n", out);
-    for (size_t d = 0; d < n && d < PICTURE_MAX && st == RMAP_OK; d++)
+    for (size_t d = 0; d < n && d < RMAP_REPORT_PICTURES && st == RMAP_OK; d++)
         st = put_detector(report, d, number, out, err);
-    if (n > PICTURE_MAX)
+    if (n > RMAP_REPORT_PICTURES)
         fprintf(out,
                 "<p class=\"dim\">The first %d of %zu detectors are pictured; the table of "
                 "the light's balance lists all.</p>\n",
-                PICTURE_MAX, n);
+                RMAP_REPORT_PICTURES, n);
     fputs("</section>\n", out);
     return st;
 }
@@ -120,8 +121,9 @@ static enum rmap_status put_scene(const struct rmap_run_report *report, int *num
 {
     struct rmap_svg *svg = NULL;
     const struct rmap_figure_draw options = {.title = report->name,
+                                             .criterion = report->energy->criterion,
                                              .n_matched =
-                                                 rmap_energy_whole(report->energy->map_rays),
+                                                 rmap_energy_whole(report->energy->table[0].rays),
                                              .map = report->map};
     begin_section("scene", "Scene", out);
     enum rmap_status st =
@@ -150,8 +152,15 @@ static void put_head(const struct rmap_run_report *report, FILE *out)
 {
     fputs("<header>\n<h1>", out);
     rmap_html_text(out, report->name);
-    fputs("</h1>\n<p class=\"dim\">A ray map: every ray's whole history, and what it tells.</p>\n"
-          "<nav><a href=\"#scene\">Scene</a><a href=\"#energy\">Where the light went</a>"
+    fputs("</h1>\n<p class=\"dim\">", out);
+    if (report->energy->criterion) {
+        fputs("Of the rays that match <code>", out);
+        rmap_html_text(out, report->energy->criterion);
+        fputs("</code>", out);
+    } else {
+        fputs("A ray map: every ray's whole history, and what it tells.", out);
+    }
+    fputs("</p>\n<nav><a href=\"#scene\">Scene</a><a href=\"#energy\">Where the light went</a>"
           "<a href=\"#detectors\">Detectors</a>",
           out);
     fputs(report->paths ? "<a href=\"#paths\">Paths</a>" : "", out);

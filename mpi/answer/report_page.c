@@ -9,15 +9,18 @@
 
 #include "analysis/figure/figure_draw.h"
 #include "analysis/report/run_report.h"
+#include "base/alloc.h"
 #include "io/file/whole_file.h"
 #include "io/map/map_json.h"
 #include "mpi/command/argument_numbers.h"
+#include "mpi/command/asked.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/map_name.h"
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/energy_run.h"
+#include "mpi/scan/image_scan.h"
 #include "mpi/scan/path_run.h"
 #include "mpi/scan/scan.h"
 
@@ -31,7 +34,10 @@ static const char *const suffixes[] = {".html", ".htm", NULL};
 /* What a page is made of. */
 struct page {
     struct rmap_map *map;
-    struct rmap_criterion *all;
+    struct rmap_criterion *all, *criterion; /* criterion: NULL for all rays */
+    struct rmap_which *which;               /* as it chooses */
+    struct rmap_detector_sums *image;       /* [n_image] of the rays that match; NULL: all rays */
+    size_t n_image;
     struct rmap_portion *rays; /* on rank 0 */
     struct rmap_energy_scope scope;
     struct rmap_energy_sums *sums; /* on rank 0 */
@@ -64,12 +70,19 @@ static enum rmap_status count_paths(const struct rmap_context *context, struct p
                                     struct rmap_error *err)
 {
     struct rmap_path_request request = {.map = page->map,
-                                        .view = {.level = RMAP_PATH_SURFACE},
+                                        .criterion = page->criterion,
+                                        .view = {.level = RMAP_PATH_SURFACE, .detector = -1},
                                         .sort = RMAP_PATH_BY_FLUX,
                                         .top = PATHS,
                                         .most_classes = RMAP_PATH_CLASSES_MOST};
     struct rmap_path_keys *keys = NULL;
     struct rmap_path_report *report = NULL;
+    for (size_t d = rmap_map_scene(page->map)->n_detector; page->which && d > 0; d--)
+        if (page->which->asked_on[d - 1]) { /* the first that is asked about */
+            request.view.until_detector = true;
+            request.view.detector = (int32_t)d - 1;
+            request.which = page->which;
+        }
     enum rmap_status st =
         rmap_path_keys_create(rmap_map_scene(page->map), &request.view, &keys, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -98,24 +111,65 @@ static enum rmap_status sample_paths(const struct rmap_context *context, struct 
     return rmap_agree(context, st, err);
 }
 
+/* Collective. What each of the first detectors saw of the rays that match. */
+static enum rmap_status scan_images(const struct rmap_context *context, struct page *page,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = rmap_map_scene(page->map)->n_detector;
+    const struct rmap_choice choice = {page->criterion, page->which};
+    page->image = rmap_alloc(RMAP_REPORT_PICTURES, sizeof *page->image);
+    if (!page->image)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for images");
+    RMAP_TRY(rmap_agree(context, st, err));
+    for (size_t d = 0; d < n && d < RMAP_REPORT_PICTURES; d++) {
+        struct rmap_detector_sums *image = &page->image[page->n_image];
+        st = rmap_detector_sums_init(image, page->map, (int32_t)d, false, err);
+        page->n_image += st == RMAP_OK;
+        RMAP_TRY(rmap_agree(context, st, err));
+        RMAP_TRY(rmap_image_scan(context, page->map, &choice, image, err));
+    }
+out:
+    return st;
+}
+
+/* Collective. Which rays the page is of. */
+static enum rmap_status compile(const struct rmap_context *context, const struct rmap_asked *asked,
+                                struct page *page, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = rmap_map_scene(page->map);
+    const struct rmap_index_set every = {.span = (uint32_t)scene->n_detector};
+    enum rmap_status st = rmap_criterion_compile("all", scene, &page->all, err);
+    if (st == RMAP_OK && asked->n > 0)
+        st = rmap_asked_compile(context, asked, 0, scene, &page->criterion, err);
+    if (st == RMAP_OK && page->criterion)
+        st = rmap_asked_which(context, NULL, asked, scene, &every, page->criterion, &page->which,
+                              err);
+    return rmap_agree(context, st, err);
+}
+
 /* Collective. The balance is the tally's; of a large map that is all. */
 static enum rmap_status gather(const struct rmap_context *context, struct page *page,
                                struct rmap_error *err)
 {
     struct rmap_map_summary summary;
-    enum rmap_status st = rmap_criterion_compile("all", rmap_map_scene(page->map), &page->all, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_collect(context, page->map, &(struct rmap_pick){.criterion = page->all},
-                               DRAWN, &page->rays, err));
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_pick pick = {.criterion = page->criterion ? page->criterion : page->all};
+    RMAP_TRY(rmap_scan_collect(context, page->map, &pick, DRAWN, &page->rays, err));
     if (page->rays)
         rmap_figure_draw_thin(page->rays);
     rmap_map_summarise(page->map, &summary);
     page->is_large = page->n_sample > 0 || summary.n_row[RMAP_TABLE_SEGMENT] > LARGE_SEGMENTS;
+    if (page->criterion) { /* no tally knows of it: all is read */
+        page->is_large = false;
+        RMAP_TRY(scan_images(context, page, err));
+    }
     if (page->n_sample == 0)
         page->n_sample = SAMPLED;
     if (!page->is_large) {
-        RMAP_TRY(rmap_energy_run(context, page->map, &(struct rmap_choice){.criterion = NULL},
-                                 &page->scope, &page->sums, err));
+        RMAP_TRY(rmap_energy_run(context, page->map,
+                                 &(struct rmap_choice){page->criterion, page->which}, &page->scope,
+                                 &page->sums, err));
     } else if (context->rank == 0) {
         page->scope = (struct rmap_energy_scope){.scene = rmap_map_scene(page->map)};
         st = rmap_energy_sums_create(&page->scope, &page->sums, err);
@@ -167,8 +221,11 @@ static enum rmap_status show(const struct rmap_context *context, struct page *pa
     struct rmap_energy *energy = NULL;
     enum rmap_status st = rmap_map_compare_directory(page->map, err);
     if (st == RMAP_OK)
-        st = rmap_energy_create(page->map, name, NULL, page->sums, &energy, err);
+        st = rmap_energy_create(page->map, name,
+                                page->criterion ? rmap_criterion_text(page->criterion) : NULL,
+                                page->sums, &energy, err);
     if (st == RMAP_OK) {
+        energy->which = page->which;
         const struct rmap_run_report report = {
             .map = page->map,
             .name = name,
@@ -179,7 +236,9 @@ static enum rmap_status show(const struct rmap_context *context, struct page *pa
                       "take reading all of it (raymap report MAP --energy)."
                     : NULL,
             .rays = page->rays,
-            .paths = page->paths};
+            .paths = page->paths,
+            .image = page->image,
+            .which = page->which};
         st = write_page(context, &report, path, err);
     }
     rmap_energy_destroy(energy);
@@ -190,7 +249,8 @@ enum rmap_status rmap_report_page(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct page page = {0};
-    const char *path = NULL;
+    struct rmap_asked asked = {0};
+    const char *path = NULL, *where = rmap_argument(given, "where");
     char name[RMAP_MAP_NAME_LEN];
     rmap_map_name(given->operand[0], name);
     enum rmap_status st = read_path(context, given, &path, err);
@@ -200,7 +260,9 @@ enum rmap_status rmap_report_page(const struct rmap_context *context,
         (page.n_sample < 1 || page.n_sample > MOST_SAMPLED))
         st = rmap_error_set(err, RMAP_USAGE, "--sample must lie between 1 and %d", MOST_SAMPLED);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, given, &where, &asked, err));
     RMAP_TRY(rmap_load_map(context, given->operand[0], &page.map, err));
+    RMAP_TRY(compile(context, &asked, &page, err));
     RMAP_TRY(gather(context, &page, err));
     if (context->rank == 0)
         st = show(context, &page, name, path, err);
@@ -209,7 +271,13 @@ out:
     rmap_report_paths_destroy(page.paths);
     rmap_energy_sums_destroy(page.sums);
     rmap_portion_destroy(page.rays);
+    for (size_t i = 0; i < page.n_image; i++)
+        rmap_detector_sums_fini(&page.image[i]);
+    rmap_free(page.image);
+    rmap_which_destroy(page.which);
+    rmap_criterion_destroy(page.criterion);
     rmap_criterion_destroy(page.all);
+    rmap_asked_fini(&asked);
     rmap_map_close(page.map);
     return st;
 }

@@ -26,7 +26,7 @@ static const struct rmap_option options[] = {
     {"energy", 'e', NULL, "of a MAP: where the light of each source went, exactly"},
     {"html", 0, NULL, "of a MAP: a page about all of it, for a browser"},
     {"sample", 0, "N", "with --html: paths from the first N rays, for maps too large to read"},
-    {"where", 'w', "CRITERION", "with --energy: of the rays that match only"},
+    {"where", 'w', "CRITERION", "with --energy or --html: of the rays that match only"},
     RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
     {"force", 'f', NULL, "replace OUT", "output html"},
@@ -210,9 +210,12 @@ static enum rmap_status run_report(const struct rmap_context *context,
     if ((energy || html) && (scene || (energy && given->n_operand != 1)))
         return rmap_error_set(err, RMAP_USAGE, "--%s goes with a MAP alone, without a ray",
                               energy ? "energy" : "html");
-    for (size_t i = 0; i < sizeof of_energy / sizeof *of_energy && !energy; i++)
+    for (size_t i = 0; i < sizeof of_energy / sizeof *of_energy && !energy && !html; i++)
         if (rmap_argument(given, of_energy[i]))
-            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy", of_energy[i]);
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy or --html",
+                                  of_energy[i]);
+    if (html && rmap_argument(given, of_page) && rmap_argument(given, "where"))
+        return rmap_error_set(err, RMAP_USAGE, "--where reads all rays: leave --%s out", of_page);
     for (size_t i = 0; i < sizeof of_both / sizeof *of_both && !energy && !html; i++)
         if (rmap_argument(given, of_both[i]))
             return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy or --html", of_both[i]);

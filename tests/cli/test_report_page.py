@@ -195,6 +195,15 @@ assert "The map holds no ray" in check("none.raymap").text
 run("query", "lens.raymap", "registered(sensor)", "-o", "part.raymap", "--quiet")
 assert "registered(sensor)" in check("part.raymap").text
 
+# Stray light: what matches alone, detectors' images and paths by the registrations that the criterion chooses.
+where = "registered(sensor where ghost_order >= 1)"
+ghosts = Page(run("report", "lens.raymap", "--html", "--where", where).decode()).text
+image = json.loads(run("detector", "lens.raymap", "sensor", "--where", where, "--json"))
+best = json.loads(run("paths", "lens.raymap", "--detector", "sensor", "--where", where, "--json"))["classes"][0]
+assert where in ghosts and f"{image['registrations']:,}" in ghosts, ghosts[:2000]
+assert best["sequence"] in ghosts and best["sequence"].endswith("V@sensor"), best
+assert run("report", "lens.raymap", "--html", "--where", where) == run("report", "lens.raymap", "--html", "--where", where, "--threads", 1)
+
 # An unfinished map says so.
 run("trace", os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml"), "-o", "late.raymap",
     "-n", "1G", "--time-limit", "1", "--quiet", "--force", status=6)
@@ -207,7 +216,8 @@ for arguments, status, words in (
         (["odd.raymap", "3", "--html"], 2, ".html"),
         (["odd.raymap", "--html", "a.html", "-o", "b.html"], 2, "one of them"),
         (["odd.raymap", "--html", "--energy"], 2, "--energy or --html"),
-        (["odd.raymap", "--html", "--where", "all"], 2, "--where"),
+        (["odd.raymap", "3", "--where", "all"], 2, "--where"),
+        (["odd.raymap", "--html", "--where", "all", "--sample", "9"], 2, "--where"),
         (["odd.raymap", "--html", "--json"], 2, "-o OUT.html"),
         (["odd.raymap", "--html", "--sample", "0"], 2, "--sample"),
         (["odd.raymap", "--html", "--sample", "1G"], 2, "--sample"),
