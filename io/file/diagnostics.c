@@ -19,6 +19,9 @@ void rmap_diagnostics_fini(struct rmap_diagnostics *diagnostics)
 {
     for (size_t i = 0; i < diagnostics->n; i++)
         rmap_free(diagnostics->item[i].text);
+    for (size_t i = 0; i < diagnostics->n_part; i++)
+        rmap_free(diagnostics->part[i].file);
+    rmap_free(diagnostics->part);
     rmap_free(diagnostics->item);
     rmap_free(diagnostics->file);
     *diagnostics = (struct rmap_diagnostics){0};
@@ -39,6 +42,36 @@ static void blank_controls(char *text)
     for (; *text; text++)
         if ((unsigned char)*text < ' ' || *text == 127)
             *text = '?';
+}
+
+void rmap_diagnostics_begin_part(struct rmap_diagnostics *diagnostics, int first, const char *file,
+                                 size_t file_nbytes)
+{
+    for (size_t i = 0; i < diagnostics->n_part; i++)
+        if (diagnostics->part[i].first == first)
+            return;
+    char *name = rmap_alloc(file_nbytes + 1, 1);
+    if (!name || RMAP_RESERVE(diagnostics->part, diagnostics->cap_part, diagnostics->n_part + 1,
+                              NULL) != RMAP_OK) {
+        rmap_free(name);
+        return;
+    }
+    memcpy(name, file, file_nbytes);
+    blank_controls(name);
+    diagnostics->part[diagnostics->n_part++] = (struct rmap_diagnostics_part){name, first};
+}
+
+const char *rmap_diagnostics_place(const struct rmap_diagnostics *diagnostics, int line,
+                                   int *line_ret)
+{
+    const char *file = NULL;
+    *line_ret = line;
+    for (size_t i = 0; i < diagnostics->n_part; i++)
+        if (line >= diagnostics->part[i].first) {
+            file = diagnostics->part[i].file;
+            *line_ret = line - diagnostics->part[i].first + 1;
+        }
+    return file;
 }
 
 void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
@@ -78,11 +111,15 @@ static int by_place(const void *a, const void *b)
     return left < right ? -1 : left > right;
 }
 
-static void print_item(const char *file, const struct rmap_diagnostic *item, FILE *out)
+static void print_item(const struct rmap_diagnostics *diagnostics,
+                       const struct rmap_diagnostic *item, FILE *out)
 {
     const char *kind = item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning";
+    int line;
+    const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
+    const char *file = part ? part : diagnostics->file ? diagnostics->file : "scene";
     if (item->line > 0)
-        fprintf(out, "%s:%d:%d: %s: %s", file, item->line, item->column, kind, item->text);
+        fprintf(out, "%s:%d:%d: %s: %s", file, line, item->column, kind, item->text);
     else
         fprintf(out, "%s: %s: %s", file, kind, item->text);
 }
@@ -97,12 +134,13 @@ static bool is_same(const struct rmap_diagnostic *a, const struct rmap_diagnosti
 }
 
 /* The first of n items, with those that say the same where there are many: they become NULL. */
-static void print_equals(const char *file, const struct rmap_diagnostic **item, size_t n, FILE *out)
+static void print_equals(const struct rmap_diagnostics *diagnostics,
+                         const struct rmap_diagnostic **item, size_t n, FILE *out)
 {
     size_t n_equal = 0, told = 0;
     for (size_t i = 0; i < n; i++)
         n_equal += is_same(item[0], item[i]);
-    print_item(file, item[0], out);
+    print_item(diagnostics, item[0], out);
     if (n_equal >= EQUAL_TOLD)
         fprintf(out, " (%zu times, also in line", n_equal);
     for (size_t i = 1; i < n && n_equal >= EQUAL_TOLD; i++) {
@@ -126,13 +164,14 @@ void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *ou
         if (order)
             order[i] = &diagnostics->item[i];
         else
-            print_equals(file, (const struct rmap_diagnostic *[]){&diagnostics->item[i]}, 1, out);
+            print_equals(diagnostics, (const struct rmap_diagnostic *[]){&diagnostics->item[i]}, 1,
+                         out);
     }
     if (order)
         qsort(order, diagnostics->n, sizeof(void *), by_place);
     for (size_t i = 0; order && i < diagnostics->n; i++)
         if (order[i])
-            print_equals(file, order + i, diagnostics->n - i, out);
+            print_equals(diagnostics, order + i, diagnostics->n - i, out);
     if (diagnostics->n_dropped)
         fprintf(out, "%s: and %zu more\n", file, diagnostics->n_dropped);
     rmap_free(order);

@@ -20,8 +20,16 @@ struct rmap_diagnostic {
     char *text;
 };
 
+/* A file that the text goes on with, as a scene with what it includes. */
+struct rmap_diagnostics_part {
+    char *file;
+    int first; /* line of the whole text that is its first */
+};
+
 struct rmap_diagnostics {
     char *file;
+    struct rmap_diagnostics_part *part;
+    size_t n_part, cap_part;
     struct rmap_diagnostic *item;
     size_t n, cap;
     size_t n_error;   /* all of them, those without a text too */
@@ -30,6 +38,14 @@ struct rmap_diagnostics {
 
 void rmap_diagnostics_init(struct rmap_diagnostics *diagnostics, const char *file);
 void rmap_diagnostics_fini(struct rmap_diagnostics *diagnostics);
+
+/* From that line on the text is that of another file, until the next begins; told once. */
+void rmap_diagnostics_begin_part(struct rmap_diagnostics *diagnostics, int first, const char *file,
+                                 size_t file_nbytes);
+
+/* Where an item stands: in which file, NULL for the text's own, and in which line of it. */
+const char *rmap_diagnostics_place(const struct rmap_diagnostics *diagnostics, int line,
+                                   int *line_ret);
 
 #define RMAP_DIAGNOSTICS_MAX 1000 /* texts kept; what comes after them is counted only */
 

@@ -14,6 +14,7 @@
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_field_probe.h"
 #include "io/scene/scene_geometries.h"
+#include "io/scene/scene_include.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
@@ -39,8 +40,9 @@ static void check_version(struct rmap_reader *reader)
 const struct rmap_mapping rmap_root_keys = {
     "The scene file",
     NULL,
-    {{"a scene", "raymap units spectrum limits media surfaces geometries objects sources detectors "
-                 "cameras background simulations"}}};
+    {{"a scene",
+      "raymap include units spectrum limits media surfaces geometries objects sources detectors "
+      "cameras background simulations"}}};
 
 static void read_sections(struct rmap_reader *reader)
 {
@@ -70,8 +72,13 @@ static void read_sections(struct rmap_reader *reader)
 static enum rmap_status parse(struct rmap_reader *reader)
 {
     const struct rmap_scene_options *options = &reader->bundle->options;
-    enum rmap_status st = rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes,
-                                          &reader->root, reader->diagnostics, reader->err);
+    enum rmap_status st =
+        rmap_scene_include_files(reader->bundle, reader->diagnostics, reader->err);
+    if (st != RMAP_OK ||
+        reader->diagnostics->n_error > 0) /* half a scene has mistakes without end */
+        return st;
+    st = rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
+                         reader->diagnostics, reader->err);
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
     for (size_t i = 0; st == RMAP_OK && i < options->n_set; i++)

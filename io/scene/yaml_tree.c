@@ -11,6 +11,7 @@
 #include <yaml.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_include.h"
 #include "io/scene/scene_reader.h"
 
 struct anchor {
@@ -23,7 +24,7 @@ struct builder {
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
     const char *text;
-    size_t n_node, n_copied;
+    size_t n_node, n_copied, n_part;
     struct anchor *anchor;
     size_t n_anchor, cap_anchor;
     struct rmap_yaml_node merged; /* the values of `<<` */
@@ -49,17 +50,23 @@ static yaml_mark_t mark_of_offset(const char *text, size_t offset)
     return mark;
 }
 
+/* The n-th line from 0 on; NULL where there are not so many. */
+static const char *line_of(const char *text, size_t n)
+{
+    for (size_t i = 0; i < n && text; i++) {
+        text = strchr(text, '\n');
+        text += text != NULL;
+    }
+    return text;
+}
+
 /* A tab that indents; a bracket that is never closed, for which the parser points at the end of
  * what it swallowed. */
 static void tell_remedy(const struct builder *b, yaml_mark_t mark, char *remedy, size_t nbytes)
 {
     const yaml_parser_t *parser = &b->parser;
-    const char *line = b->text;
+    const char *line = line_of(b->text, mark.line);
     remedy[0] = 0;
-    for (size_t i = 0; i < mark.line && line; i++) {
-        line = strchr(line, '\n');
-        line += line != NULL;
-    }
     if (line && line[strspn(line, " ")] == '\t')
         (void)snprintf(remedy, nbytes, " (a tab indents this line: indent with spaces)");
     else if (parser->context &&
@@ -107,7 +114,7 @@ void rmap_yaml_destroy(struct rmap_yaml_node *node)
         return;
     for (size_t i = 0; i < node->n_item; i++) {
         rmap_free(node->item[i].key);
-        rmap_yaml_destroy(node->item[i].value);
+        rmap_yaml_destroy(node->item[i].value); /* NULL: it has moved */
     }
     rmap_free(node->item);
     rmap_free(node->text);
@@ -404,22 +411,101 @@ out:
     return st;
 }
 
-/* Stream start, one document, stream end. */
+/* True where the document is a file that the scene includes: lines from the next one on are its
+ * own. */
+static bool begins_part(struct builder *b, yaml_mark_t mark)
+{
+    static const char sign[] = RMAP_INCLUDE_MARK;
+    const char *line = line_of(b->text, mark.line);
+    if (!line || strncmp(line, sign, sizeof sign - 1) != 0 || ++b->n_part > RMAP_INCLUDE_MAX)
+        return false;
+    line += sizeof sign - 1;
+    rmap_diagnostics_begin_part(b->diagnostics, (int)mark.line + 2, line, strcspn(line, "\n"));
+    return true;
+}
+
+static bool is_nothing(const struct rmap_yaml_node *node)
+{
+    return node->kind == RMAP_YAML_SCALAR && !node->quoted &&
+           (!node->text[0] || strcmp(node->text, "~") == 0 || strcmp(node->text, "null") == 0);
+}
+
+/* A key behind which nothing stands is as good as none. */
+static void drop_nothing(struct rmap_yaml_node *map)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < map->n_item; i++)
+        if (is_nothing(map->item[i].value)) {
+            rmap_free(map->item[i].key);
+            rmap_yaml_destroy(map->item[i].value);
+        } else {
+            map->item[n++] = map->item[i];
+        }
+    map->n_item = n;
+}
+
+/* Lists of the part go behind those of the whole, keys of its mappings beside those. */
+static enum rmap_status join(struct builder *b, struct rmap_yaml_node *whole,
+                             struct rmap_yaml_node *part)
+{
+    enum rmap_status st = RMAP_OK;
+    if (part->kind != RMAP_YAML_MAP || whole->kind != RMAP_YAML_MAP) {
+        rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, part->line, part->column,
+                             "an included file must be a mapping, as a scene is");
+        return RMAP_OK;
+    }
+    drop_nothing(whole);
+    for (size_t i = 0; i < part->n_item && st == RMAP_OK; i++) {
+        struct rmap_yaml_item *item = &part->item[i];
+        struct rmap_yaml_node *value = item->value, *own = rmap_yaml_get(whole, item->key);
+        if (strcmp(item->key, "raymap") == 0)
+            continue;
+        if (strcmp(item->key, "include") == 0 ||
+            (own && (own->kind != value->kind || own->kind == RMAP_YAML_SCALAR))) {
+            rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, item->line, item->column,
+                                 strcmp(item->key, "include") == 0
+                                     ? "an included file includes no other: name it in the scene"
+                                     : "'%.60s' stands in the scene, too: take one of them away",
+                                 item->key);
+            continue;
+        }
+        if (!own) {
+            st = rmap_yaml_append(whole, item->key, item->line, item->column, value, b->err);
+            item->value = st == RMAP_OK ? NULL : value;
+            continue;
+        }
+        for (size_t k = 0; k < value->n_item && st == RMAP_OK; k++) {
+            struct rmap_yaml_item *inner = &value->item[k];
+            st =
+                rmap_yaml_append(own, inner->key, inner->line, inner->column, inner->value, b->err);
+            inner->value = st == RMAP_OK ? NULL : inner->value;
+        }
+        if (st == RMAP_OK && own->kind == RMAP_YAML_MAP)
+            st = check_duplicate_keys(b, own);
+    }
+    return st;
+}
+
+/* Stream start, one document and the parts that it includes, stream end. */
 static enum rmap_status build_document(struct builder *b, struct rmap_yaml_node **root_ret)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_yaml_node *root = NULL;
+    struct rmap_yaml_node *root = NULL, *part = NULL;
     for (bool end = false; !end;) {
         yaml_event_t event;
         RMAP_TRY(next_event(b, &event));
         yaml_event_type_t type = event.type;
         end = type == YAML_STREAM_END_EVENT;
-        if (type == YAML_DOCUMENT_START_EVENT && root)
+        if (type == YAML_DOCUMENT_START_EVENT && root && !begins_part(b, event.start_mark))
             st = give_up(b, event.start_mark, "a second document: a scene is one document");
         else if (type == YAML_SCALAR_EVENT || type == YAML_SEQUENCE_START_EVENT ||
                  type == YAML_MAPPING_START_EVENT || type == YAML_ALIAS_EVENT)
-            st = build(b, &event, 1, &root);
+            st = build(b, &event, 1, root ? &part : &root);
         yaml_event_delete(&event);
+        if (part && st == RMAP_OK)
+            st = join(b, root, part);
+        rmap_yaml_destroy(part);
+        part = NULL;
         if (st != RMAP_OK)
             goto out;
     }
@@ -457,12 +543,6 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     rmap_names_fini(&b.names);
     yaml_parser_delete(&b.parser);
     return st;
-}
-
-static bool is_nothing(const struct rmap_yaml_node *node)
-{
-    return node->kind == RMAP_YAML_SCALAR && !node->quoted &&
-           (!node->text[0] || strcmp(node->text, "~") == 0 || strcmp(node->text, "null") == 0);
 }
 
 struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key)

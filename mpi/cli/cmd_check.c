@@ -61,10 +61,14 @@ static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
     json_t *list = json_array();
     for (size_t i = 0; i < diagnostics->n; i++) {
         const struct rmap_diagnostic *item = &diagnostics->item[i];
-        (void)json_array_append_new(
-            list, json_pack("{s:s, s:i, s:i, s:s}", "severity",
-                            item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning", "line",
-                            item->line, "column", item->column, "text", item->text));
+        int line;
+        const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
+        json_t *told = json_pack("{s:s, s:i, s:i, s:s}", "severity",
+                                 item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning",
+                                 "line", line, "column", item->column, "text", item->text);
+        if (told && part)
+            (void)json_object_set_new(told, "file", json_string(part));
+        (void)json_array_append_new(list, told);
     }
     return list;
 }
