@@ -55,30 +55,35 @@ static void place_columns(struct rmap_sankey *sankey)
         sankey->x[c] = left + (right - left) * c / (sankey->n_column - 1);
 }
 
-/* Bars, beside the balance: a ray may be registered on its way, by several detectors. */
+/* Bars, beside the balance: a ray may be registered on its way, by several detectors. All of its
+ * light is the pale bar behind each. */
 static double draw_detectors(const struct rmap_energy *energy, double y, struct rmap_svg *svg)
 {
     const struct rmap_energy_table *table = &energy->table[0];
     const size_t n = table->n_detector < DETECTOR_MAX ? table->n_detector : DETECTOR_MAX;
-    double most = 0.0;
+    double most = table->flux;
     if (n == 0)
         return y;
     for (size_t d = 0; d < table->n_detector; d++)
         most = fmax(most, table->row[table->n_row + d].flux);
     struct rmap_svg_text text = {.x = MARGIN, .y = y + 36, .size = RMAP_LABEL_SIZE, .bold = 1};
     char line[256];
-    (void)snprintf(line, sizeof line, "registered on the way, beside the balance%s",
+    (void)snprintf(line, sizeof line,
+                   "registered on the way, beside the balance, of all its light%s",
                    n < table->n_detector ? " (the first detectors)" : "");
     rmap_svg_string(svg, &text, line);
     y += 46;
     for (size_t d = 0; d < n; d++, y += BAR_ROW) {
         const struct rmap_energy_row *row = &table->row[table->n_row + d];
         const double length = most > 0.0 ? BAR_LENGTH * row->flux / most : 0.0;
+        const double whole = most > 0.0 ? BAR_LENGTH * table->flux / most : 0.0;
         text = (struct rmap_svg_text){.x = MARGIN + BAR_NAME,
                                       .y = y + 0.68 * BAR_ROW,
                                       .size = RMAP_TICK_SIZE,
                                       .anchor = RMAP_SVG_END};
         rmap_caption(svg, &text, BAR_NAME, row->name);
+        rmap_svg_rect(svg, MARGIN + BAR_NAME + 8, y + 4, whole, BAR_ROW - 8,
+                      &(struct rmap_svg_style){.fill = "#dfeaec"});
         rmap_svg_rect(svg, MARGIN + BAR_NAME + 8, y + 4, fmax(length, 0.7), BAR_ROW - 8,
                       &(struct rmap_svg_style){.fill = "#2b8c9e"});
         int at = snprintf(line, sizeof line, "%.4g", row->flux);
@@ -89,7 +94,7 @@ static double draw_detectors(const struct rmap_energy *energy, double y, struct 
         if (isfinite(row->share) && at > 0)
             (void)snprintf(line + at, sizeof line - (size_t)at, ", %.3g %%", 100.0 * row->share);
         text.anchor = RMAP_SVG_START;
-        text.x = MARGIN + BAR_NAME + 16 + length;
+        text.x = MARGIN + BAR_NAME + 16 + fmax(length, whole);
         rmap_svg_string(svg, &text, line);
     }
     return y + 6;
