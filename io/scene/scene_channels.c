@@ -319,13 +319,13 @@ static void read_column(struct rmap_reader *reader, const struct rmap_yaml_node 
 }
 
 static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_node *list,
-                          const double *value, size_t n)
+                          const char *word, const double *value, size_t n)
 {
     for (size_t i = 1; i < n; i++) {
         if (value[i] > value[i - 1])
             continue;
-        rmap_reader_error(reader, list->item[i].value,
-                          "wavelengths must increase, but %g follows %g", value[i], value[i - 1]);
+        rmap_reader_error(reader, list->item[i].value, "%ss must increase, but %g follows %g", word,
+                          value[i], value[i - 1]);
         return false;
     }
     return true;
@@ -343,6 +343,8 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
         column[k] = NULL;
     if (!rmap_reader_check_keys(reader, node, "a table", key.word, key.n))
         return;
+    const struct rmap_range *first =
+        strcmp(key.word[0], "angle") == 0 ? &rmap_range_polar : &rmap_range_wavelength;
     size_t n_row = 0;
     for (size_t k = 0; k < key.n; k++) {
         const struct rmap_yaml_node *list = rmap_yaml_get(node, key.word[k]);
@@ -354,17 +356,18 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
             good = false;
             continue;
         }
-        read_column(reader, node, key.word[k], k ? range : &rmap_range_wavelength, &n, &column[k]);
+        read_column(reader, node, key.word[k], k ? range : first, &n, &column[k]);
         good &= n > 0;
         if (k == 0)
             n_row = n;
         else if (n && n_row && n != n_row) {
-            rmap_reader_error(reader, list, "'%s' has %zu entries, 'wavelength' has %zu",
-                              key.word[k], n, n_row);
+            rmap_reader_error(reader, list, "'%s' has %zu entries, '%s' has %zu", key.word[k], n,
+                              key.word[0], n_row);
             good = false;
         }
     }
-    good = good && is_increasing(reader, rmap_yaml_get(node, key.word[0]), column[0], n_row);
+    good = good &&
+           is_increasing(reader, rmap_yaml_get(node, key.word[0]), key.word[0], column[0], n_row);
     if (good)
         *n_ret = n_row;
 }

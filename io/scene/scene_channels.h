@@ -17,9 +17,9 @@ void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_nod
                           const char *key, enum rmap_need need, const struct rmap_range *range,
                           double *value);
 
-/* Columns of a table over wavelength, by their keys: "wavelength n k", the first of which strictly
- * increases; the others are as long, and the first n_required must be there. Arena memory; columns
- * absent stay NULL. */
+/* Columns of a table over wavelength or angle, by their keys: "wavelength n k", the first of which
+ * strictly increases; the others are as long, and the first n_required must be there. Arena memory;
+ * columns absent stay NULL. */
 void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const char *keys, size_t n_required, const struct rmap_range *range,
                        size_t *n_ret, double **column);

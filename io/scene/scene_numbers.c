@@ -72,7 +72,7 @@ static const struct rmap_h5_field source_field[] = {
     NUMBER("source", rmap_source, shape_size, F64, 2, "disc: radius; rectangle: full widths"),
     NUMBER("source", rmap_source, shape_geometry, I32, 1, "mesh: row of /name/geometry"),
     NUMBER("source", rmap_source, frame, F64, 12, "rows of the 3 x 3 matrix, then translation"),
-    NUMBER("source", rmap_source, distribution, I32, 1, "0 isotropic, 1 cone, 2 cosine"),
+    NUMBER("source", rmap_source, distribution, I32, 1, "0 isotropic, 1 cone, 2 cosine, 3 table"),
     NUMBER("source", rmap_source, cone_rad, F64, 1, "half opening of a cone"),
     NUMBER("source", rmap_source, cosine_power, F64, 1, "power of the cosine"),
     NUMBER("source", rmap_source, colour, F64, 0, "share of the flux per channel"),
@@ -110,6 +110,20 @@ static const struct rmap_h5_field cdf_field[] = {
     {"triangle_cdf/value", RMAP_F64, 1, offsetof(struct number, value),
      "mesh sources, source after source: area of the triangles up to each / all"}};
 
+struct kept_knot {
+    int32_t source;
+    struct rmap_profile_knot knot;
+};
+static const struct rmap_h5_field profile_field[] = {
+    NUMBER("profile", kept_knot, source, I32, 1, "row of /name/source"),
+    {"profile/one_minus_cos", RMAP_F64, 1, offsetof(struct kept_knot, knot.one_minus_cos),
+     "knots of intensity tables, source after source: 1 - cos of the angle"},
+    {"profile/intensity", RMAP_F64, 1, offsetof(struct kept_knot, knot.intensity),
+     "of unit flux, 1/sr"},
+    {"profile/below", RMAP_F64, 1, offsetof(struct kept_knot, knot.below),
+     "share of the flux at smaller angles"},
+};
+
 struct turn {
     int32_t source;
     uint64_t rank;
@@ -130,16 +144,18 @@ struct table {
     size_t n_field;
     void *row;
     size_t n, row_nbytes;
+    bool optional; /* not in maps where it has no rows */
 };
 
-enum { N_TABLE = 10, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 11, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
     struct rmap_list_ray *list;
     struct number *cdf;
+    struct kept_knot *knot;
     struct turn *turn;
-    size_t n_list, n_cdf;
+    size_t n_list, n_cdf, n_knot;
 };
 
 static size_t n_triangle_of(const struct rmap_scene *scene, const struct rmap_source *source)
@@ -151,6 +167,7 @@ static void copies_fini(struct copies *copies)
 {
     rmap_free(copies->list);
     rmap_free(copies->cdf);
+    rmap_free(copies->knot);
     rmap_free(copies->turn);
 }
 
@@ -161,15 +178,17 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
     for (size_t s = 0; s < scene->n_source; s++) {
         copies->n_list += scene->source[s].n_list;
         copies->n_cdf += n_triangle_of(scene, &scene->source[s]);
+        copies->n_knot += scene->source[s].profile.n;
     }
     copies->list = rmap_alloc(copies->n_list, sizeof *copies->list);
     copies->cdf = rmap_alloc(copies->n_cdf, sizeof *copies->cdf);
+    copies->knot = rmap_alloc(copies->n_knot, sizeof *copies->knot);
     copies->turn = rmap_alloc(scene->schedule_len, sizeof *copies->turn);
-    if (!copies->list || !copies->cdf || !copies->turn) {
+    if (!copies->list || !copies->cdf || !copies->knot || !copies->turn) {
         copies_fini(copies);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's numbers");
     }
-    size_t list = 0, cdf = 0;
+    size_t list = 0, cdf = 0, knot = 0;
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct rmap_source *source = &scene->source[s];
         size_t n_triangle = n_triangle_of(scene, source);
@@ -177,6 +196,8 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
             memcpy(copies->list + list, source->list, source->n_list * sizeof *source->list);
         if (n_triangle > 0)
             memcpy(copies->cdf + cdf, source->triangle_cdf, n_triangle * sizeof *copies->cdf);
+        for (size_t k = 0; k < source->profile.n; k++)
+            copies->knot[knot++] = (struct kept_knot){(int32_t)s, source->profile.knot[k]};
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -187,7 +208,7 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
 
 static void copies_back(const struct copies *copies, struct rmap_scene *scene)
 {
-    size_t list = 0, cdf = 0;
+    size_t list = 0, cdf = 0, knot = 0;
     for (size_t s = 0; s < scene->n_source; s++) {
         struct rmap_source *source = &scene->source[s];
         size_t n_triangle = n_triangle_of(scene, source);
@@ -195,6 +216,8 @@ static void copies_back(const struct copies *copies, struct rmap_scene *scene)
             memcpy(source->list, copies->list + list, source->n_list * sizeof *source->list);
         if (n_triangle > 0)
             memcpy(source->triangle_cdf, copies->cdf + cdf, n_triangle * sizeof *copies->cdf);
+        for (size_t k = 0; k < source->profile.n; k++)
+            source->profile.knot[k] = copies->knot[knot++].knot;
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -221,6 +244,8 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
         ROWS(list, copies->list, copies->n_list),
         {"triangle_cdf", cdf_field, 1, copies->cdf, copies->n_cdf, sizeof *copies->cdf},
         {"schedule", turn_field, 2, copies->turn, scene->schedule_len, sizeof *copies->turn},
+        {"profile", profile_field, COUNT(profile_field), copies->knot, copies->n_knot,
+         sizeof *copies->knot, .optional = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);
@@ -259,6 +284,8 @@ enum rmap_status rmap_scene_numbers_write(struct rmap_h5 *h5, const struct rmap_
     (void)snprintf(fields.group, PATH_NBYTES, "/model/%zu", space);
     RMAP_TRY(rmap_h5_group(h5, fields.group, err));
     for (size_t k = 0; k < N_TABLE; k++) {
+        if (table[k].optional && table[k].n == 0)
+            continue;
         name_fields(&table[k], space, scene->channels.n, &fields);
         RMAP_TRY(rmap_h5_group(h5, fields.group, err));
         RMAP_TRY(rmap_h5_write_fields(h5, fields.field, table[k].n_field, table[k].row, table[k].n,
@@ -316,6 +343,8 @@ enum rmap_status rmap_scene_numbers_read(struct rmap_h5 *h5, struct rmap_scene *
         return st;
     list_tables(scene, &copies, table);
     for (size_t k = 0; k < N_TABLE; k++) {
+        if (table[k].optional && table[k].n == 0)
+            continue;
         name_fields(&table[k], space, scene->channels.n, &fields);
         RMAP_TRY(read_table(h5, &table[k], &fields, err));
     }

@@ -29,6 +29,7 @@ static void reduce_sources(struct rmap_scene *scene, const bool *keep)
         rmap_free(scene->source[i].name);
         rmap_free(scene->source[i].list);
         rmap_free(scene->source[i].triangle_cdf);
+        rmap_profile_fini(&scene->source[i].profile);
     }
     scene->n_source = n;
 }

@@ -112,7 +112,7 @@ bool rmap_reader_aim_source(struct rmap_reader *reader, const struct rmap_yaml_n
     /* In front of everything: what stands in the way is in the light, too. */
     const double before = rmap_length(rmap_sub(centre, middle)) + reach + radius;
     source->shape = RMAP_EMITTER_DISC;
-    source->shape_size[0] = radius;
+    source->shape_size[0] = radius + before * tan(source->cone_rad);
     source->frame = rmap_affine_frame(direction, rmap_axpy(-before, direction, centre));
     return true;
 }

@@ -101,6 +101,18 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
 }
 
+/* {angle: [0, 30, 90], value: [100, 80, 0]} */
+static void read_profile(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         struct rmap_source *source)
+{
+    double *column[2];
+    size_t n = 0;
+    struct rmap_error err = {0};
+    rmap_reader_table(reader, node, "angle value", 2, &rmap_range_nonnegative, &n, column);
+    if (n > 0 && rmap_profile_init(column[0], column[1], n, &source->profile, &err) != RMAP_OK)
+        rmap_reader_error(reader, node, "%s", err.text);
+}
+
 /* "cosine", "cone 20", {cone: 20}, or the key `cone` beside `distribution`. */
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               struct rmap_source *source)
@@ -112,22 +124,39 @@ static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml
     double cone = 0, cosine_power = 1;
     int choice = 0;
     if (given && given->kind == RMAP_YAML_MAP) {
-        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power");
+        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power table");
         from = given;
     } else if (given) {
         (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "isotropic cosine",
                                  &choice);
     }
     bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
-    if (has_cone && has_power)
-        rmap_reader_error(reader, from, "give 'cone' or 'cosine_power', not both");
+    const struct rmap_yaml_node *table = from == given ? rmap_yaml_get(given, "table") : NULL;
+    if (has_cone + has_power + !!table > 1)
+        rmap_reader_error(reader, from, "give one of 'cone', 'cosine_power' and 'table'");
+    if (table)
+        read_profile(reader, table, source);
     (void)rmap_reader_number(reader, from, "cone", RMAP_OPTIONAL, &angle, &cone);
     (void)rmap_reader_number(reader, from, "cosine_power", RMAP_OPTIONAL, &power, &cosine_power);
-    source->distribution = has_cone                   ? RMAP_DISTRIBUTION_CONE
+    source->distribution = table                      ? RMAP_DISTRIBUTION_TABLE
+                           : has_cone                 ? RMAP_DISTRIBUTION_CONE
                            : has_power || choice == 1 ? RMAP_DISTRIBUTION_COSINE
                                                       : RMAP_DISTRIBUTION_ISOTROPIC;
     source->cone_rad = cone * RMAP_PI / 180;
     source->cosine_power = cosine_power;
+}
+
+/* Of the cone of directions that a collimated source shines in, as the sun's disc is seen. */
+static void read_angular_diameter(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                  struct rmap_source *source)
+{
+    static const struct rmap_range angle = {
+        1e-9, 90, "an angle greater than 0 and up to 90 degrees", RMAP_DIMENSION_ANGLE};
+    double diameter = 0;
+    (void)rmap_reader_number(reader, node, "angular_diameter", RMAP_OPTIONAL, &angle, &diameter);
+    if (diameter > 0)
+        source->distribution = RMAP_DISTRIBUTION_CONE;
+    source->cone_rad = 0.5 * diameter * RMAP_PI / 180;
 }
 
 /* ---- rays ---- */
@@ -184,7 +213,7 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 const struct rmap_mapping rmap_source_keys = {
     "sources",
     "collimated point area rays",
-    {{"a collimated source", "name type shape fills field " PLACED LIGHT},
+    {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT}},
@@ -212,6 +241,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     source->type = (enum rmap_source_type)type;
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
+        read_angular_diameter(reader, node, source);
         if (rmap_reader_aim_source(reader, node, source))
             return;
         read_shape(reader, node, source);

@@ -24,6 +24,8 @@ const struct rmap_range rmap_range_length = {FINITE, RMAP_DIMENSION_LENGTH};
 const struct rmap_range rmap_range_positive_length = {POSITIVE, RMAP_DIMENSION_LENGTH};
 const struct rmap_range rmap_range_nonnegative_length = {NONNEGATIVE, RMAP_DIMENSION_LENGTH};
 const struct rmap_range rmap_range_angle = {FINITE, RMAP_DIMENSION_ANGLE};
+const struct rmap_range rmap_range_polar = {0, 180, "between 0 and 180 degrees",
+                                            RMAP_DIMENSION_ANGLE};
 const struct rmap_range rmap_range_wavelength = {POSITIVE, RMAP_DIMENSION_WAVELENGTH};
 const struct rmap_range rmap_range_temperature = {POSITIVE, RMAP_DIMENSION_TEMPERATURE};
 const struct rmap_range rmap_range_curvature = {FINITE, RMAP_DIMENSION_PER_LENGTH};

@@ -14,6 +14,7 @@
 #include "compact/retrace.h"
 #include "formula/emit.h"
 #include "formula/triangle.h"
+#include "trace/source.h"
 
 /* Surfaces of the rays, in the order of struct rmap_bounded_quadric. */
 struct quadrics {
@@ -438,10 +439,10 @@ WIDE static void depart(const struct rmap_source *source, const struct rmap_comp
     {
         set_lane(axis, i, s->dx, s->dy, s->dz);
     }
-    if (source->type == RMAP_SOURCE_COLLIMATED)
+    if (rmap_source_is_parallel(source))
         return;
     draw_two(seed, id, RMAP_RNG_EMIT_DIRECTION, u, v);
-    if (source->type == RMAP_SOURCE_POINT)
+    if (source->type != RMAP_SOURCE_AREA)
         EACH
         {
             struct rmap_vec3 local = rmap_about_z(u[i] * scale, v[i]);
@@ -461,7 +462,8 @@ static bool plain(const struct rmap_compact_model *model, int32_t source)
         return false;
     const struct rmap_source *s = &model->scene->source[source];
     return s->type != RMAP_SOURCE_RAYS && s->shape != RMAP_EMITTER_MESH &&
-           (s->type != RMAP_SOURCE_POINT || s->distribution != RMAP_DISTRIBUTION_COSINE);
+           (s->type == RMAP_SOURCE_AREA || s->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
+            s->distribution == RMAP_DISTRIBUTION_CONE);
 }
 
 static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t n,

@@ -59,8 +59,8 @@ void rmap_crossing_find(const struct rmap_detector *detector,
 
 /* Where a ray starts: the source's random numbers drawn again. */
 
-static struct rmap_vec3 point_direction(const struct rmap_source *source,
-                                        const struct rmap_compact_source *own, const double u[4])
+static struct rmap_vec3 about_axis(const struct rmap_source *source,
+                                   const struct rmap_compact_source *own, const double u[4])
 {
     struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0);
     switch (source->distribution) {
@@ -74,6 +74,9 @@ static struct rmap_vec3 point_direction(const struct rmap_source *source,
         local = rmap_about_z(
             rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
             u[1]);
+        break;
+    case RMAP_DISTRIBUTION_TABLE:
+        local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -113,11 +116,11 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
                               ? rmap_source_point(model->scene, source, place, &normal)
                               : rmap_source_flat_point(source, place);
     departure->direction = normal;
-    if (source->type == RMAP_SOURCE_COLLIMATED)
+    if (rmap_source_is_parallel(source))
         return;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-    if (source->type == RMAP_SOURCE_POINT) {
-        departure->direction = point_direction(source, own, way);
+    if (source->type != RMAP_SOURCE_AREA) {
+        departure->direction = about_axis(source, own, way);
         return;
     }
     departure->normal = normal;

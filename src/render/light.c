@@ -64,6 +64,8 @@ static double axial_intensity(const struct rmap_source *source)
         return 1.0 / (4.0 * RMAP_PI * half_sine * half_sine);
     case RMAP_DISTRIBUTION_COSINE:
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
+    case RMAP_DISTRIBUTION_TABLE:
+        return 1.0; /* the profile is of unit flux */
     }
     return 0.25 / RMAP_PI;
 }
@@ -159,6 +161,8 @@ static bool see_point(const struct rmap_lights *lights, struct rmap_vec3 from,
         return false;
     if (source->distribution == RMAP_DISTRIBUTION_COSINE)
         factor = cosine > 0.0 ? pow(cosine, source->cosine_power) : 0.0;
+    if (source->distribution == RMAP_DISTRIBUTION_TABLE)
+        factor = rmap_profile_intensity(&source->profile, 1.0 - cosine);
     sample->irradiance = sample->light->strength * factor / (square * lights->unit_m2);
     return sample->irradiance > 0.0;
 }
@@ -171,16 +175,22 @@ static bool in_shape(const struct rmap_source *source, double x, double y)
     return fabs(x) <= 0.5 * size[0] && fabs(y) <= 0.5 * size[1];
 }
 
-/* Frames of all but meshes are rigid. */
-static bool see_beam(struct rmap_vec3 from, struct rmap_light_sample *sample)
+/* Frames of all but meshes are rigid. The radiance of a beam of some angular diameter is the same
+ * all over its cone; one direction of it is looked along. */
+static bool see_beam(struct rmap_vec3 from, const double u[4], struct rmap_light_sample *sample)
 {
     const struct rmap_light *light = sample->light;
+    const struct rmap_source *source = light->source;
+    struct rmap_vec3 along = rmap_vec3(0.0, 0.0, 1.0);
+    if (!rmap_source_is_parallel(source))
+        along = rmap_source_about_axis(source, u);
     struct rmap_vec3 local = rmap_affine_point(&light->to_local, from);
-    if (!(local.z > 0.0) || !in_shape(light->source, local.x, local.y))
+    sample->distance = local.z / along.z;
+    if (!(local.z > 0.0) || !in_shape(source, local.x - along.x * sample->distance,
+                                      local.y - along.y * sample->distance))
         return false;
-    sample->direction = rmap_affine_vector(&light->source->frame, rmap_vec3(0.0, 0.0, -1.0));
-    sample->distance = local.z;
-    sample->irradiance = light->strength;
+    sample->direction = rmap_affine_vector(&source->frame, rmap_scale(along, -1.0));
+    sample->irradiance = light->strength / along.z;
     return true;
 }
 
@@ -241,7 +251,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         seen = see_point(lights, from, sample);
         break;
     case RMAP_SOURCE_COLLIMATED:
-        seen = see_beam(from, sample);
+        seen = see_beam(from, u, sample);
         break;
     case RMAP_SOURCE_AREA:
         seen = see_area(lights, from, u, sample);

@@ -31,6 +31,7 @@ static void destroy_sources(struct rmap_scene *scene)
         rmap_free(scene->source[i].name);
         rmap_free(scene->source[i].triangle_cdf);
         rmap_free(scene->source[i].list);
+        rmap_profile_fini(&scene->source[i].profile);
     }
     rmap_free(scene->source);
 }

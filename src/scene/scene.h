@@ -20,6 +20,7 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/profile.h"
 #include "scene/surface_model.h"
 
 struct rmap_medium {
@@ -88,8 +89,10 @@ enum rmap_emitter {
 
 enum rmap_distribution {
     RMAP_DISTRIBUTION_ISOTROPIC,
-    RMAP_DISTRIBUTION_CONE,   /* uniform in solid angle within cone_rad of the axis */
+    RMAP_DISTRIBUTION_CONE,   /* uniform in solid angle within cone_rad of the axis; POINT, and
+                                 COLLIMATED, whose ISOTROPIC is one direction */
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
+    RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -110,7 +113,8 @@ struct rmap_source {
     struct rmap_affine frame; /* local z: the axis of emission */
     enum rmap_distribution distribution;
     double cone_rad, cosine_power;
-    double flux; /* in the scene's flux_unit */
+    struct rmap_profile profile; /* TABLE */
+    double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
     double share;        /* rays_share, > 0 */

@@ -9,7 +9,7 @@
 #include "base/rng.h"
 #include "formula/emit.h"
 
-static struct rmap_vec3 point_direction(const struct rmap_source *source, const double u[4])
+struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2])
 {
     switch (source->distribution) {
     case RMAP_DISTRIBUTION_ISOTROPIC:
@@ -20,6 +20,8 @@ static struct rmap_vec3 point_direction(const struct rmap_source *source, const 
     }
     case RMAP_DISTRIBUTION_COSINE:
         return rmap_about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
+    case RMAP_DISTRIBUTION_TABLE:
+        return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     }
     return rmap_vec3(0.0, 0.0, 1.0);
 }
@@ -121,7 +123,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
     emission->position = rmap_source_point(scene, source, place, &normal);
     emission->direction = normal;
-    if (source->type == RMAP_SOURCE_COLLIMATED)
+    if (rmap_source_is_parallel(source))
         return;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
     if (source->type == RMAP_SOURCE_AREA) {
@@ -130,8 +132,9 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         emission->normal = normal;
         emission->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
     } else {
-        emission->predicted = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
+        emission->predicted = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
+                              source->distribution == RMAP_DISTRIBUTION_TABLE;
         emission->direction =
-            rmap_normalize(rmap_affine_vector(&source->frame, point_direction(source, way)));
+            rmap_normalize(rmap_affine_vector(&source->frame, rmap_source_about_axis(source, way)));
     }
 }

@@ -11,8 +11,9 @@
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
  * A list of rays gives its row (running number of the source's ray modulo the list's length).
- * Point sources are isotropic, uniform in a cone or ~ cos^power about the frame's z; area sources
- * are Lambertian on the side of their normal, uniform over their area. */
+ * Point sources are isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z,
+ * collimated ones parallel to it or uniform in a cone, their angular diameter; area sources are
+ * Lambertian on the side of their normal, uniform over their area. */
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
@@ -24,5 +25,15 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
 /* The same of an emitter that is no mesh, and its normal everywhere. */
 struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const double u[4]);
 struct rmap_vec3 rmap_source_flat_normal(const struct rmap_source *source);
+
+/* A collimated source all of whose light has one direction. */
+static inline bool rmap_source_is_parallel(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_COLLIMATED &&
+           source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
+}
+
+/* A direction of its light in its frame, about z, by two numbers in (0, 1). */
+struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2]);
 
 #endif

@@ -64,6 +64,10 @@ sources:
      flux: 1 W, medium: air}
   - {name: led, type: point, at: [0, 9, 20], direction: [0, -1, 0.3],
      distribution: {cosine_power: 3}, flux: 1 W, medium: air}
+  - {name: spot, type: point, at: [0, 9, 20], direction: [0, -1, 0.3], flux: 1 W, medium: air,
+     distribution: {table: {angle: [0, 5, 25], value: [1, 3, 0]}}}
+  - {name: sun, type: collimated, shape: {disc: 6}, at: [0, 0, -20], angular_diameter: 3 deg,
+     flux: 1 W, medium: air}
   - {name: list, type: rays, flux: 1 W, medium: air, rays: [
      {origin: [0, 0, -18], direction: [0, 0, 1], wavelength: 500},
      {origin: [1, 2, -18], direction: [0.1, 0, 1]}]}

@@ -82,6 +82,13 @@ def check_floor():
     expect("point, cone", "cone", head() + FLOOR + CAMERA % "" + sources(
         "{name: lamp, type: point, at: [0, 0, 3], direction: [0, 0, -1], cone: 20, flux: 1000 lm}"),
            law * 1000 / (2 * math.pi * (1 - math.cos(math.radians(20)))) / h**2, 64, 1e-4)
+    expect("point, table", "table", head() + FLOOR + CAMERA % "" + sources(
+        "{name: lamp, type: point, at: [0, 0, 3], direction: [0, 0, -1], "
+        "distribution: {table: {angle: [0, 20], value: [5, 5]}}, flux: 1000 lm}"),
+           law * 1000 / (2 * math.pi * (1 - math.cos(math.radians(20)))) / h**2, 64, 1e-4)
+    expect("sun of 0.53 degrees at 60", "sun", head() + FLOOR + CAMERA % "" + sources(
+        "{name: sun, type: collimated, shape: {disc: 1}, at: [5.196152422706632, 0, 3], angular_diameter: 0.53 deg, "
+        "direction: [-0.8660254037844386, 0, -0.5], flux: 1000 lm}"), law * 1000 / math.pi * 0.5, 64, 1e-3)
     expect("beam at 60 degrees", "beam", head() + FLOOR + CAMERA % "" + sources(
         "{name: beam, type: collimated, shape: {disc: 1}, at: [5.196152422706632, 0, 3], "
         "direction: [-0.8660254037844386, 0, -0.5], flux: 1000 lm}"), law * 1000 / math.pi * 0.5, 64, 1e-6)

@@ -61,6 +61,10 @@ static const char all_kinds[] =
     "air}\n"
     "  - {name: led, type: point, at: [1, 0, -8], distribution: {cosine_power: 3.5}, flux: 1 W, "
     "medium: air}\n"
+    "  - {name: lamp, type: point, at: [1, 0, -8], flux: 1 W, medium: air, "
+    "distribution: {table: {angle: [0, 20, 70], value: [1, 2, 0]}}}\n"
+    "  - {name: disc, type: collimated, shape: {disc: 9}, at: [0, 0, -5], angular_diameter: 0.53, "
+    "flux: 1 W, medium: air}\n"
     "  - {name: panel, type: area, shape: {rectangle: [4, 6]}, at: [0, 11, 10], "
     "direction: [0, -1, 0], flux: 1 W, medium: air}\n"
     "detectors:\n" PLANES "  - {name: sky, type: intensity, cells: [90, 180]}\n";

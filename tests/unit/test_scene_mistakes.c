@@ -315,6 +315,10 @@ static const struct mistake mistakes[] = {
      "24:64: error: unknown spectrum 'D55' (did you mean 'D65'?)\n"},
     {24, "  - {name: beam, type: point, distribution: {cone: 190}}",
      "24:52: error: 'cone' must be an angle greater than 0 and up to 180 degrees, not 190\n"},
+    {24, "  - {name: beam, type: point, distribution: {table: {angle: [9, 5], value: [1, 2]}}}",
+     "24:65: error: angles must increase, but 5 follows 9\n"},
+    {24, "  - {name: beam, type: point, distribution: {table: {angle: [0, 5], value: [0, 0]}}}",
+     "24:53: error: an intensity that is above 0 somewhere is wanted\n"},
     {24, "  - {name: beam, type: area, shape: {mesh: ball}}",
      "24:44: error: geometry 'ball' is no mesh: a source's shape is a disc, a rectangle or a "
      "mesh\n"},

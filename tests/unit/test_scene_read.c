@@ -468,8 +468,14 @@ static void test_sources(void **state)
         "  - {name: b, type: point, distribution: {cone: 30}, flux: 2}\n"
         "  - {name: c, type: point, cosine_power: 5, direction: [1, 0, 0]}\n"
         "  - {name: d, type: area, shape: {disc: 2}, distribution: lambertian, rotate: [90, 0, 0], "
-        "flux: 683 lm, spectrum: {lines: {555: 1}}, medium: water}\n");
+        "flux: 683 lm, spectrum: {lines: {555: 1}}, medium: water}\n"
+        "  - {name: e, type: point, distribution: {table: {angle: [0, 0.5 rad], value: [3, 3]}}}\n"
+        "  - {name: f, type: collimated, shape: {disc: 2}, angular_diameter: 0.5 deg}\n");
     const struct rmap_source *s = scene->source;
+    assert_int_equal(s[4].distribution, RMAP_DISTRIBUTION_TABLE);
+    assert_near(s[4].profile.knot[0].intensity * 2 * RMAP_PI * (1 - cos(0.5)), 1, 1e-12);
+    assert_int_equal(s[5].distribution, RMAP_DISTRIBUTION_CONE);
+    assert_near(s[5].cone_rad, 0.25 * RMAP_PI / 180, 1e-15);
     assert_int_equal(scene->flux_unit, RMAP_FLUX_W);
     assert_near(s[0].flux, 5e-3, 1e-18);
     assert_near(s[0].share, 3, 0);

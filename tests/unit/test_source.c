@@ -128,6 +128,55 @@ static void cosine_power(void **state)
     }
 }
 
+/* cos(theta) at every degree; a band, where cos(theta) is uniform between its edges. */
+static void table(void **state)
+{
+    (void)state;
+    double angle[91], value[91];
+    for (int i = 0; i <= 90; i++) {
+        angle[i] = i;
+        value[i] = 7.0 * cos(i * RMAP_PI / 180.0);
+    }
+    for (int k = 0; k < 2; k++) {
+        struct rmap_source *source;
+        struct rmap_scene *scene = scene_of(RMAP_SOURCE_POINT, &source);
+        struct rmap_error err = {0};
+        const double band[] = {60.0, 120.0}, even[] = {2.0, 2.0};
+        source->distribution = RMAP_DISTRIBUTION_TABLE;
+        assert_int_equal(rmap_profile_init(k ? band : angle, k ? even : value, k ? 2 : 91,
+                                           &source->profile, &err),
+                         RMAP_OK);
+        finish(scene);
+        struct moments m = measure(scene);
+        assert_mean(m.direction.z, N, k ? 0.0 : 2.0 / 3.0, k ? 1.0 / 12.0 : 1.0 / 18.0);
+        assert_near(m.z2 / N, k ? 1.0 / 12.0 : 0.5, 4.0 / sqrt(12.0 * N));
+        assert_true(m.z_min >= (k ? -0.5 - 1e-15 : 0.0));
+        double peak = rmap_profile_intensity(&source->profile, k ? 1.0 : 0.0);
+        assert_near(peak, k ? 0.5 / RMAP_PI : 1.0 / RMAP_PI, 1e-4);
+        assert_near(rmap_profile_intensity(&source->profile, 1.8), 0.0, 0.0);
+        rmap_scene_destroy(scene);
+    }
+}
+
+/* The sun's disc: cos(theta) uniform within it, places uniform as without. */
+static void angular_diameter(void **state)
+{
+    (void)state;
+    struct rmap_source *source;
+    struct rmap_scene *scene = scene_of(RMAP_SOURCE_COLLIMATED, &source);
+    source->shape = RMAP_EMITTER_DISC;
+    source->shape_size[0] = 2.0;
+    source->distribution = RMAP_DISTRIBUTION_CONE;
+    source->cone_rad = 0.265 * RMAP_PI / 180.0;
+    finish(scene);
+    struct moments m = measure(scene);
+    double drop = 1.0 - cos(source->cone_rad);
+    assert_true(m.z_min >= 1.0 - drop - 1e-15);
+    assert_near(1.0 - m.direction.z / N, 0.5 * drop, 4.0 * drop / sqrt(12.0 * N) + 1e-15);
+    assert_mean(m.position.x, N, 0.0, 1.0);
+    rmap_scene_destroy(scene);
+}
+
 static void collimated_disc(void **state)
 {
     (void)state;
@@ -237,6 +286,8 @@ int main(void)
         cmocka_unit_test(isotropic),
         cmocka_unit_test(cone),
         cmocka_unit_test(cosine_power),
+        cmocka_unit_test(table),
+        cmocka_unit_test(angular_diameter),
         cmocka_unit_test(collimated_disc),
         cmocka_unit_test(area_rectangle),
         cmocka_unit_test(area_mesh),

@@ -256,7 +256,7 @@ class Decoder:
         model, objects = self.model, columns["segment/object"]
         primitive = np.where(objects < 0, -1, 0).astype(np.int32)
         known = (objects >= 0) & (objects < len(model.is_mesh))
-        listed = known & model.is_mesh[np.where(known, objects, 0)]
+        listed = known & np.append(model.is_mesh, False)[np.where(known, objects, 0)]
         if len(rows["triangle/primitive"]):
             primitive[listed] = rows["triangle/primitive"].view(np.int32)
         lanes["segment/primitive"].offer(np.arange(len(objects)), primitive)

@@ -344,11 +344,11 @@ def depart(model, seed, ray, s):
         position, normal = _on_mesh(model, s, u)
     else:
         position = affine_point(frame, local)
-    if kind == 0:
+    if kind == 0 and source["distribution"][s] == 0:
         return position, normal, no_normal, channel
     way = philox(seed, ray, 0, 1)
-    if kind == 1:
-        local = _point_direction(source, s, way)
+    if kind < 2:
+        local = _point_direction(model, s, way)
         return position, normalize(affine_vector(frame, local)), no_normal, channel
     x, y = basis(normal if shape == 3 else tuple(np.full(n, v[0]) for v in axis))
     local = _about_z(1.0 - np.sqrt(way[0]), way[1])
@@ -356,7 +356,8 @@ def depart(model, seed, ray, s):
     return position, direction, normal, channel
 
 
-def _point_direction(source, s, u):
+def _point_direction(model, s, u):
+    source = model.source
     how = source["distribution"][s]
     if how == 0:
         return _about_z(2.0 * u[0], u[1])
@@ -364,7 +365,20 @@ def _point_direction(source, s, u):
         turns = source["cone_rad"][s] / (4.0 * PI)
         _, half = azimuth(np.array([turns if 0.0 <= turns <= 1.0 else 0.0]))
         return _about_z(u[0] * (2.0 * half[0] * half[0]), u[1])
+    if how == 3:
+        return _about_z(_profile_draw(model.profile, s, u[0]), u[1])
     return _about_z(one_minus_exp(-portable_log(u[0]) / (source["cosine_power"][s] + 1.0)), u[1])
+
+
+def _profile_draw(profile, s, u):
+    own = profile["source"] == s
+    x, f, below = (profile[k][own] for k in ("one_minus_cos", "intensity", "below"))
+    low = np.clip(np.searchsorted(below, u, side="right") - 1, 0, len(x) - 2)
+    width = x[low + 1] - x[low]
+    slope, rest = (f[low + 1] - f[low]) / width, (u - below[low]) / (2.0 * PI)
+    divisor = f[low] + np.sqrt(np.maximum(f[low] * f[low] + 2.0 * slope * rest, 0.0))
+    t = np.where(divisor > 0.0, 2.0 * rest / np.where(divisor > 0.0, divisor, 1.0), 0.0)
+    return x[low] + np.minimum(t, width)
 
 
 def _on_mesh(model, s, u):
