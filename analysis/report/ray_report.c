@@ -202,7 +202,8 @@ static double reflectance_on(const struct rmap_scene *scene, const struct rmap_r
     const struct rmap_medium *near = step->medium >= 0 ? &scene->medium[step->medium] : NULL;
     const struct rmap_medium *far = beyond >= 0 ? &scene->medium[beyond] : NULL;
     bool total;
-    if (surface->type == RMAP_SURFACE_MIRROR && !surface->is_metal)
+    if (surface->type == RMAP_SURFACE_MIXTURE ||
+        (surface->type == RMAP_SURFACE_MIRROR && !surface->is_metal))
         return surface->reflect_specular[channel];
     if (!near || near->field)
         return (double)NAN;

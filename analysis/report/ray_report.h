@@ -30,7 +30,7 @@ struct rmap_report_step {
     double optical_path;  /* from emission to here; NaN from a map, which keeps the sum */
     double incidence_deg; /* between the light and the normal; NaN where nothing is met */
     double reflectance;   /* specular, unpolarised, of the light that arrives: Fresnel's with its
-                             coat, or a mirror's; NaN of other surfaces */
+                             coat, a mirror's or a mixture's; NaN of other surfaces */
     const double *colour; /* [n_channel] shares on arrival, in the report's own memory */
 };
 

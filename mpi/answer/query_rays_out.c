@@ -44,10 +44,7 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
 }
 
 static const struct format json_format = {".json", "[\n", ",\n", "\n]\n", write_json};
-static const struct format csv_format = {".csv", RMAP_RAY_CSV_HEADER "\n", "", "",
-                                         rmap_ray_csv_write};
-static const struct format curved_csv_format = {".csv", RMAP_RAY_CSV_HEADER_CURVED "\n", "", "",
-                                                rmap_ray_csv_write};
+static const struct format csv_format = {".csv", "", "", "", rmap_ray_csv_write};
 static const struct format polydata_format = {".vtp", "", "", "", NULL};
 static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 
@@ -98,8 +95,6 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
     self->map = map;
     self->path = path;
     self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
-    if (self->format == &csv_format && rmap_scene_is_curved(rmap_map_scene(map)))
-        self->format = &curved_csv_format;
     enum rmap_status st = path ? rmap_whole_file_open(&self->whole, path, err) : RMAP_OK;
     RMAP_TRY(st);
     self->file = path ? self->whole.file : stdout;
@@ -108,7 +103,9 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
             self->file, rmap_map_scene(map),
             &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_text(rmap_map_scene(map))},
             &self->polydata, err));
-    fputs(self->format->first, self->file);
+    fputs(self->format == &csv_format ? rmap_ray_csv_header(rmap_map_scene(map))
+                                      : self->format->first,
+          self->file);
     *out_ret = self;
     self = NULL;
 out:

@@ -12,14 +12,17 @@
 #include "accel/accel.h"
 #include "analysis/report/ray_report.h"
 #include "analysis/report/ray_report_print.h"
+#include "io/file/whole_file.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/report_page.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
+#include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/energy_run.h"
+#include "mpi/scan/ray_lines.h"
 #include "trace/tracer.h"
 
 static const struct rmap_option options[] = {
@@ -28,7 +31,9 @@ static const struct rmap_option options[] = {
     {"sample", 0, "N", "with --html: paths from the first N rays, for maps too large to read"},
     {"where", 'w', "CRITERION", "with --energy or --html: of the rays that match only"},
     RMAP_ASKED_OPTIONS,
-    {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
+    {"output", 'o', "OUT",
+     "of rays: OUT.csv, a row per segment; --energy: OUT.csv, OUT.json, OUT.svg or OUT.png; "
+     "--html: OUT.html"},
     {"force", 'f', NULL, "replace OUT", "output html"},
     {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
     {"rays", 0, "A..B", "the same of all rays from A to B; with --json one list of them"},
@@ -36,10 +41,34 @@ static const struct rmap_option options[] = {
     RMAP_SCENE_OPTIONS,
     {NULL}};
 
-/* map: that it was read from, or NULL. */
-static enum rmap_status print_report(const struct rmap_context *context, const struct rmap_map *map,
-                                     const struct rmap_ray_report *report, struct rmap_error *err)
+/* The file of --output, for rows of rays of the scene; none without that option. */
+static enum rmap_status open_csv(const struct rmap_arguments *given, const struct rmap_scene *scene,
+                                 struct rmap_whole_file *csv, struct rmap_error *err)
 {
+    static const char *const suffix[] = {".csv", NULL};
+    enum rmap_status st = RMAP_OK;
+    const char *path = rmap_argument(given, "output");
+    if (!path)
+        return RMAP_OK;
+    RMAP_TRY(rmap_output_check(path, suffix, rmap_argument(given, "force") != NULL, err));
+    RMAP_TRY(rmap_whole_file_open(csv, path, err));
+    fputs(rmap_ray_csv_header(scene), csv->file);
+out:
+    return st;
+}
+
+static enum rmap_status close_csv(struct rmap_whole_file *csv, struct rmap_error *err)
+{
+    return csv->file ? rmap_whole_file_finish(csv, err) : RMAP_OK;
+}
+
+/* map: that it was read from, or NULL; csv: where to in place of standard output, or NULL. */
+static enum rmap_status print_report(const struct rmap_context *context, const struct rmap_map *map,
+                                     const struct rmap_ray_report *report, FILE *csv,
+                                     struct rmap_error *err)
+{
+    if (csv)
+        return rmap_ray_csv_write(report, csv, err);
     json_t *document = context->json ? rmap_ray_report_json(report) : NULL;
     if (context->json)
         return rmap_json_print(map ? rmap_json_of_map(document, map) : document, stdout, err);
@@ -52,6 +81,7 @@ static enum rmap_status report_map(const struct rmap_context *context,
 {
     struct rmap_map *map = NULL;
     struct rmap_ray_report *report = NULL;
+    struct rmap_whole_file csv = {0};
     uint64_t ray = 0;
     enum rmap_status st = rmap_parse_count(given->operand[1], "the ray", &ray, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -59,10 +89,15 @@ static enum rmap_status report_map(const struct rmap_context *context,
     if (context->rank == 0) {
         st = rmap_ray_report_read(map, ray, &report, err);
         if (st == RMAP_OK)
-            st = print_report(context, map, report, err);
+            st = open_csv(given, rmap_map_scene(map), &csv, err);
+        if (st == RMAP_OK)
+            st = print_report(context, map, report, csv.file, err);
+        if (st == RMAP_OK)
+            st = close_csv(&csv, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_whole_file_fini(&csv);
     rmap_ray_report_destroy(report);
     rmap_map_close(map);
     return st;
@@ -106,14 +141,15 @@ static enum rmap_status put(const char *text, struct rmap_error *err)
 
 /* A list has one ray a line, so that its memory is that of one. */
 static enum rmap_status print_next(const struct rmap_context *context, const struct range *range,
-                                   const struct rmap_ray_report *report, struct rmap_error *err)
+                                   const struct rmap_ray_report *report, FILE *csv,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const bool is_first = report->ray == range->first;
-    if (!context->json || !range->is_list) {
-        if (!is_first)
+    if (!context->json || !range->is_list || csv) {
+        if (!is_first && !csv)
             RMAP_TRY(put("\n", err));
-        return print_report(context, NULL, report, err);
+        return print_report(context, NULL, report, csv, err);
     }
     RMAP_TRY(put(is_first ? "[" : ",", err));
     RMAP_TRY(rmap_json_line(rmap_ray_report_json(report), stdout, err));
@@ -126,7 +162,7 @@ out:
 /* Not collective. */
 static enum rmap_status trace_and_print(const struct rmap_context *context,
                                         const struct rmap_scene *scene, const struct range *range,
-                                        uint64_t seed, struct rmap_error *err)
+                                        uint64_t seed, FILE *csv, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_accel *accel = NULL;
@@ -140,7 +176,7 @@ static enum rmap_status trace_and_print(const struct rmap_context *context,
     for (uint64_t n = 0; n <= range->last - range->first; n++) {
         rmap_trace_ray(&tracer, range->first + n, &history.base);
         RMAP_TRY(rmap_ray_report_trace(scene, &history, &report, err));
-        RMAP_TRY(print_next(context, range, report, err));
+        RMAP_TRY(print_next(context, range, report, csv, err));
         rmap_ray_report_destroy(report);
         report = NULL;
     }
@@ -171,6 +207,7 @@ static enum rmap_status report_scene(const struct rmap_context *context,
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     struct rmap_scene_options options_given = {0};
+    struct rmap_whole_file csv = {0};
     struct range range;
     uint64_t seed = 1;
     enum rmap_status st = read_range(given, &range, err);
@@ -182,10 +219,16 @@ static enum rmap_status report_scene(const struct rmap_context *context,
         st = rmap_scene_options_read(given, &options_given, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_scene(context, given->operand[0], &options_given, &bundle, &scene, err));
-    if (context->rank == 0)
-        st = trace_and_print(context, scene, &range, seed, err);
+    if (context->rank == 0) {
+        st = open_csv(given, scene, &csv, err);
+        if (st == RMAP_OK)
+            st = trace_and_print(context, scene, &range, seed, csv.file, err);
+        if (st == RMAP_OK)
+            st = close_csv(&csv, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_whole_file_fini(&csv);
     rmap_scene_destroy(scene);
     rmap_bundle_destroy(bundle);
     rmap_scene_options_fini(&options_given);
@@ -193,8 +236,7 @@ out:
 }
 
 /* Options that say nothing about one ray. */
-static const char *const of_energy[] = {"where", "criteria", "zemax"}, *const of_page = "sample",
-                         *const of_both[] = {"output", "force"};
+static const char *const of_energy[] = {"where", "criteria", "zemax"}, *const of_page = "sample";
 
 static enum rmap_status run_report(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
@@ -216,9 +258,6 @@ static enum rmap_status run_report(const struct rmap_context *context,
                                   of_energy[i]);
     if (html && rmap_argument(given, of_page) && rmap_argument(given, "where"))
         return rmap_error_set(err, RMAP_USAGE, "--where reads all rays: leave --%s out", of_page);
-    for (size_t i = 0; i < sizeof of_both / sizeof *of_both && !energy && !html; i++)
-        if (rmap_argument(given, of_both[i]))
-            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy or --html", of_both[i]);
     if (!html && rmap_argument(given, of_page))
         return rmap_error_set(err, RMAP_USAGE, "--%s goes with --html", of_page);
     if (energy)

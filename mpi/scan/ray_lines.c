@@ -10,6 +10,10 @@
 
 #include "analysis/table/csv_field.h"
 
+#define CSV_HEADER                                                                                 \
+    "ray,source,stop,flux,wavelength,step,object,face,primitive,events,medium,x0,y0,z0,x,y,z,nx,"  \
+    "ny,nz,length,detectors,angle,reflectance"
+
 static void write_number(FILE *out, int digits, double value)
 {
     fputc(',', out);
@@ -105,12 +109,19 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
         write_point(out, report->digits, step->normal);
         write_number(out, report->digits, step->length);
         write_detectors(out, report, i);
+        write_number(out, report->digits, step->incidence_deg);
+        write_number(out, report->digits, step->reflectance);
         if (curved)
             write_curve(out, report, step);
         fputc('\n', out);
         from = step->position;
     }
     return RMAP_OK;
+}
+
+const char *rmap_ray_csv_header(const struct rmap_scene *scene)
+{
+    return rmap_scene_is_curved(scene) ? CSV_HEADER ",curve\n" : CSV_HEADER "\n";
 }
 
 static bool lies_on_object(const struct rmap_detector *detector)

@@ -10,14 +10,12 @@
 #include "analysis/report/ray_report.h"
 
 /* One row per segment: what the ray is, where the segment began and ended, what happened there.
- * Events of one step are joined by '+', registrations on the segment by ';'. Rows of a scene with
+ * Events of one step are joined by '+', registrations on the segment by ';'; angle of incidence in
+ * degrees and specular reflectance, as in the report. Rows of a scene with
  * gradient media end with `curve`: the points of a curved segment between its ends, "x y z;x y z".
  */
-#define RMAP_RAY_CSV_HEADER                                                                        \
-    "ray,source,stop,flux,wavelength,step,object,face,primitive,events,medium,x0,y0,z0,x,y,z,nx,"  \
-    "ny,nz,length,detectors"
-
-#define RMAP_RAY_CSV_HEADER_CURVED RMAP_RAY_CSV_HEADER ",curve"
+/* The first line of such a file. */
+const char *rmap_ray_csv_header(const struct rmap_scene *scene);
 
 enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *out,
                                     struct rmap_error *err);

@@ -83,6 +83,10 @@ cmp stdout.txt scene-12.json || failures=1
 
 # Many rays in one list: each as it is alone, written by any number of ranks; in a gradient medium
 # the first direction of a leg and the path at every step.
+# Rows of a ray, of a map as of its scene, are those of the query's file.
+"$RAYMAP" report a.raymap 12 -o ray.csv && "$RAYMAP" query a.raymap 'ray == 12' -q -o query.csv && cmp ray.csv query.csv || failures=1
+"$RAYMAP" report scene.yaml --rays 12..13 --seed 7 -o rays.csv && [ "$(cut -d, -f1,6-9 rays.csv | grep ^12)" = "$(cut -d, -f1,6-9 ray.csv | grep ^12)" ] || failures=1
+head -1 ray.csv | grep -q ',angle,reflectance' || failures=1
 expect 2 'ends before it begins' "$RAYMAP" report scene.yaml --rays 4..3
 expect 2 'range as 0..99' "$RAYMAP" report scene.yaml --rays 4
 expect 2 'whole number' "$RAYMAP" report scene.yaml --rays 4..x

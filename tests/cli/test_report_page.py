@@ -222,7 +222,7 @@ for arguments, status, words in (
         (["odd.raymap", "--html", "--sample", "0"], 2, "--sample"),
         (["odd.raymap", "--html", "--sample", "1G"], 2, "--sample"),
         (["odd.raymap", "--energy", "--sample", "3"], 2, "--html"),
-        (["odd.raymap", "3", "-o", "x.html"], 2, "--html"),
+        (["odd.raymap", "3", "-o", "x.html"], 2, ".csv"),
         (["odd.yaml", "--html", "--ray", "3"], 2, "without a ray"),
         (["missing.raymap", "--html"], 3, "missing.raymap"),
         (["odd.yaml", "--html"], 4, ""),
