@@ -419,6 +419,7 @@ enum { RAYS_MIN = 32 }; /* of a source: fewer tell nothing */
 static void tell_lost(const struct probe *probe, uint64_t n_ray)
 {
     const struct rmap_scene *scene = probe->tracer->scene;
+    const bool for_pictures = scene->n_camera > 0 && scene->n_detector == 0;
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct sent *sent = &probe->sent[s];
         const struct rmap_source *source = &scene->source[s];
@@ -429,7 +430,7 @@ static void tell_lost(const struct probe *probe, uint64_t n_ray)
                                  "scene without meeting an object or a detector; look at its place "
                                  "and direction",
                                  source->name, (unsigned long long)sent->n);
-        else if (sent->n >= RAYS_MIN && 4 * sent->missed > 3 * sent->n)
+        else if (sent->n >= RAYS_MIN && 2 * sent->missed > sent->n && !for_pictures)
             rmap_diagnostics_add(
                 probe->diagnostics, RMAP_SEVERITY_WARNING, source->line, source->column,
                 "%.0f %% of source '%s' leaves the scene without meeting an object "

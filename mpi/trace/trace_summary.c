@@ -98,6 +98,20 @@ static void find_errors(struct summary *summary)
             (unsigned long long)tally->first_error_ray, summary->error_text);
 }
 
+/* Light that never came out of a body again: its surface has a gap. */
+static void tell_left_inside(const struct rmap_tally *tally)
+{
+    const struct rmap_scene *scene = tally->scene;
+    const int32_t around = rmap_scene_surrounding_medium(scene);
+    for (size_t m = 0; m < scene->n_medium; m++)
+        if (tally->left_elsewhere[m] > 0.0 && (int32_t)m != around && !scene->medium[m].field)
+            fprintf(stderr,
+                    "raymap: %s left the scene inside a body, in '%s': close it there, as with an "
+                    "edge, unless that medium fills the surroundings; raymap check tells where\n",
+                    rmap_counted((uint64_t)tally->left_elsewhere[m], "ray").text,
+                    scene->medium[m].name);
+}
+
 enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
                                       const struct rmap_trace_report *report,
                                       struct rmap_error *err)
@@ -109,6 +123,7 @@ enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
     summary.mean_path = in_map > 0.0 ? summary.segments / in_map : 0.0;
     summary.rate = outcome->seconds > 0 ? (double)outcome->n_ray / outcome->seconds : 0.0;
     find_errors(&summary);
+    tell_left_inside(outcome->tally);
     if (context->json)
         return rmap_json_print(to_json(&summary), stdout, err);
     if (!context->quiet || !report->map_path) /* or else the map is the result */

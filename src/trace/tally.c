@@ -38,7 +38,7 @@ static bool lay_out_images(struct rmap_tally *tally, size_t *n_image)
 }
 
 /* Sizes of the block's parts, in its order; false when they do not fit. */
-#define N_PART 9
+#define N_PART 10
 static bool measure(const struct rmap_scene *scene, size_t n_image, size_t part[N_PART],
                     size_t *n_value)
 {
@@ -46,6 +46,7 @@ static bool measure(const struct rmap_scene *scene, size_t n_image, size_t part[
     part[0] = part[3] = part[4] = part[5] = source;
     part[6] = 1;
     part[7] = part[8] = n_image;
+    part[9] = scene->n_medium;
     if (!multiply(source, scene->n_object, &part[1]) ||
         !multiply(source, scene->n_medium, &part[2]))
         return false;
@@ -74,9 +75,10 @@ enum rmap_status rmap_tally_create(const struct rmap_scene *scene, struct rmap_t
     tally->value = rmap_alloc(tally->n_value, sizeof *tally->value);
     if (!tally->value)
         goto failed;
-    double **field[N_PART] = {&tally->emitted,  &tally->absorbed_object, &tally->absorbed_medium,
-                              &tally->left,     &tally->limit,           &tally->error,
-                              &tally->segments, &tally->image,           &tally->image_squared};
+    double **field[N_PART] = {
+        &tally->emitted,       &tally->absorbed_object, &tally->absorbed_medium, &tally->left,
+        &tally->limit,         &tally->error,           &tally->segments,        &tally->image,
+        &tally->image_squared, &tally->left_elsewhere};
     double *at = tally->value;
     for (int k = 0; k < N_PART; k++) {
         *field[k] = at;
@@ -164,6 +166,8 @@ static void tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_e
         break;
     case RMAP_STOP_LEFT:
         tally->left[source] += ending->weight;
+        if (ending->medium >= 0 && ending->medium != scene->source[source].medium)
+            tally->left_elsewhere[ending->medium] += ending->weight;
         break;
     case RMAP_STOP_LIMIT:
         tally->limit[source] += ending->weight;

@@ -26,6 +26,8 @@ struct rmap_tally {
     double *segments;        /* [1] segments in all */
     double *image;           /* sum of weights per detector, source, cell; see rmap_tally_image */
     double *image_squared;   /* sum of squared weights, same layout */
+    double *left_elsewhere;  /* [n_medium] of `left`, of rays that ended in another medium than they
+                                began in; of what was traced or read, not kept in maps */
     size_t *image_offset;    /* [n_detector + 1], in cells x sources */
 
     uint64_t first_error_ray; /* smallest ray id that ended with an error; UINT64_MAX: none */

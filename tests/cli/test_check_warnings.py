@@ -79,6 +79,9 @@ check("inside", body(BALL, CLEAR + "a", source="point"), "source 's' stands insi
 check("mesh", body(IN % "closed", CLEAR + "a", source=SMALL))
 check("open", body(IN % "open", CLEAR + "a", source=SMALL), "open.yaml:9:5: warning: mesh 'a' is not closed around 'glass': 3 of its edges",
       "leave the scene inside a body, in 'glass' behind 'a'")
+done = subprocess.run([os.environ["RAYMAP"], "trace", "open.yaml", "-n", "3000", "-q", "-o", "open.raymap"], capture_output=True, text=True, check=True)
+if "rays left the scene inside a body, in 'glass': close it there" not in done.stderr:
+    failures.append(done.stderr)
 check("large", body(IN % "large", CLEAR + "a, at: [0, 0, 9]", source=STRAIGHT), "mesh 'a' is 1.73e+03 mm across, 612 times larger than all else")
 check("nan", body(IN % "nan", CLEAR + "a", source=SMALL), "mesh 'body': 3 triangles have corners that are no numbers (NaN or infinite), triangle 1 first",
       "mesh 'a' is not closed")
