@@ -200,21 +200,57 @@ enum rmap_dimension rmap_detector_dimension(const struct rmap_scene *scene,
     return has[1] ? RMAP_DIMENSION_ANGLE : RMAP_DIMENSION_LENGTH;
 }
 
-/* Numbers of a region up to its closing parenthesis, with `rel` as the last word if it stands. */
+/* Numbers of a region up to its closing parenthesis, with `rel` or `world` as the last word if it
+ * stands. */
 struct coordinates {
     struct value *value;
     size_t n, cap;
     bool relative;
+    const struct rmap_detector *world; /* the one detector of coordinates in the world, or NULL */
 };
 
-static enum rmap_status parse_coordinates(struct rmap_parser *parser, enum rmap_dimension dimension,
+/* Value i, x or y of a place. */
+static double coordinate(const struct coordinates *list, size_t i)
+{
+    const double value = value_in(&list->value[i], &list->value[i].factor);
+    return list->world ? rmap_detector_from_world(list->world, (int)(i % 2), value) : value;
+}
+
+/* The word `world` at hand. */
+static enum rmap_status parse_world(struct rmap_parser *parser, const struct rmap_index_set *of,
+                                    struct coordinates *list)
+{
+    const struct rmap_scene *scene = parser->criterion->scene;
+    const struct rmap_token word = parser->token;
+    size_t n = 0;
+    for (size_t d = 0; d < scene->n_detector; d++)
+        if (rmap_index_set_has(of, (int32_t)d)) {
+            list->world = &scene->detector[d];
+            n++;
+        }
+    if (n != 1 || rmap_detector_along(list->world, 0) < 0 ||
+        rmap_detector_along(list->world, 1) < 0)
+        return RMAP_PARSER_FAIL(parser, &word,
+                                "'world' is for one plane whose x and y lie along axes of the "
+                                "world; say where world_x in 0..1 and world_y in 0..1");
+    return rmap_parser_advance(parser);
+}
+
+static enum rmap_status parse_coordinates(struct rmap_parser *parser,
+                                          const struct rmap_index_set *detector,
                                           struct coordinates *list)
 {
     enum rmap_status st = RMAP_OK;
+    const enum rmap_dimension dimension =
+        rmap_detector_dimension(parser->criterion->scene, detector);
     for (;;) {
         if (list->n > 0 && rmap_parser_at_word(parser, "rel")) {
             list->relative = true;
             RMAP_TRY(rmap_parser_advance(parser));
+            break;
+        }
+        if (list->n > 0 && rmap_parser_at_word(parser, "world")) {
+            RMAP_TRY(parse_world(parser, detector, list));
             break;
         }
         RMAP_TRY(RMAP_RESERVE(list->value, list->cap, list->n + 1, parser->err));
@@ -245,7 +281,7 @@ static enum rmap_status set_polygon(struct rmap_parser *parser, const struct rma
     test->corner = block;
     test->n_corner = list->n / 2;
     for (size_t i = 0; i < list->n; i++)
-        test->corner[i / 2][i % 2] = value_in(&list->value[i], &list->value[i].factor);
+        test->corner[i / 2][i % 2] = coordinate(list, i);
     return RMAP_OK;
 }
 
@@ -307,7 +343,8 @@ static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap
                                      : "ellipse wants four numbers cx, cy, rx, ry",
                                 list->n, list->n == 8 ? " (decimals have a point)" : "");
     for (size_t i = 0; i < 4; i++)
-        b[i] = value_in(&list->value[i], &list->value[i].factor);
+        b[i] =
+            rect || i < 2 ? coordinate(list, i) : value_in(&list->value[i], &list->value[i].factor);
     if (rect)
         return set_rect(parser, test);
     if (!(b[2] > 0 && b[3] > 0))
@@ -366,8 +403,7 @@ enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_regis
         RMAP_TRY(parse_cells(parser, test));
         goto out;
     }
-    RMAP_TRY(parse_coordinates(
-        parser, rmap_detector_dimension(parser->criterion->scene, &test->detector), &list));
+    RMAP_TRY(parse_coordinates(parser, &test->detector, &list));
     test->relative = list.relative;
     for (size_t i = 0; i < list.n; i++)
         if (list.relative && list.value[i].has_unit) {

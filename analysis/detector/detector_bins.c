@@ -196,10 +196,26 @@ out:
     return st;
 }
 
-static enum rmap_status read_region(const struct rmap_scene *scene, const char *text,
+/* A range in the world. */
+static void to_detector(struct rmap_detector_bins *bins, int axis)
+{
+    const double from = rmap_detector_from_world(bins->detector, axis, bins->low[axis]);
+    const double to = rmap_detector_from_world(bins->detector, axis, bins->high[axis]);
+    bins->low[axis] = fmin(from, to);
+    bins->high[axis] = fmax(from, to);
+}
+
+static enum rmap_status read_region(const struct rmap_scene *scene, const char *text, bool world,
                                     struct rmap_detector_bins *bins, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    if (world && (bins->rotate_rad != 0.0 || rmap_detector_along(bins->detector, 0) < 0 ||
+                  rmap_detector_along(bins->detector, 1) < 0))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--region in the world: x and y of '%s' do not lie along axes of the "
+                              "world; leave --frame world out, or ask by criteria with world_x, "
+                              "world_y, world_z",
+                              bins->detector->name);
     char field[4][FIELD_NBYTES] = {{0}}, range[2 * FIELD_NBYTES + 16];
     const enum rmap_dimension dimension =
         bins->directions ? RMAP_DIMENSION_ANGLE : RMAP_DIMENSION_LENGTH;
@@ -227,6 +243,8 @@ static enum rmap_status read_region(const struct rmap_scene *scene, const char *
             bins->low[k] *= RMAP_PI / 180.0;
             bins->high[k] *= RMAP_PI / 180.0;
         }
+        if (world)
+            to_detector(bins, k);
         if (!(bins->high[k] > bins->low[k]) || !isfinite(bins->high[k] - bins->low[k]))
             return rmap_error_set(err, RMAP_USAGE, "--region '%.80s' has no extent in %s", text,
                                   k == 0 ? "x" : "y");
@@ -335,7 +353,7 @@ enum rmap_status rmap_detector_bins_read(const struct rmap_scene *scene, int32_t
     }
     cover(bins);
     if (asked->region)
-        RMAP_TRY(read_region(scene, asked->region, bins, err));
+        RMAP_TRY(read_region(scene, asked->region, asked->world, bins, err));
     if (asked->cells[0]) {
         memcpy(bins->n, asked->cells, sizeof bins->n);
     } else if (bins->directions != directed) { /* of 2 degrees */

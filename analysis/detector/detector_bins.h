@@ -39,6 +39,7 @@ struct rmap_detector_bins {
 struct rmap_detector_bins_asked {
     uint32_t cells[2];
     const char *region;   /* "x0,y0,x1,y1", units allowed; over directions theta and phi */
+    bool world;           /* the region is told in the world */
     double rotate_deg;    /* NaN: not given */
     const char *quantity; /* "illuminance" ... */
     const char *over;     /* "area", "direction" */

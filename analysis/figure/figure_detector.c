@@ -48,18 +48,18 @@ static bool is_plane(const struct rmap_detector_image *image)
 }
 
 /* In the world, where an axis of the detector lies along one of it. */
-static void move_to_world(const struct rmap_detector *detector, struct rmap_vec3 along,
-                          double range[2], const char **label)
+static void move_to_world(const struct rmap_detector *detector, int axis, double range[2],
+                          const char **label)
 {
     static const char *const name[] = {"x", "y", "z"};
-    const double part[] = {along.x, along.y, along.z};
-    const double from[] = {detector->origin.x, detector->origin.y, detector->origin.z};
-    for (int k = 0; k < 3; k++)
-        if (fabs(part[k]) > 1.0 - 1e-12) {
-            *label = name[k];
-            range[0] = from[k] + part[k] * range[0];
-            range[1] = from[k] + part[k] * range[1];
-        }
+    const int along = rmap_detector_along(detector, axis);
+    if (along < 0)
+        return;
+    const double zero = rmap_detector_from_world(detector, axis, 0.0);
+    const double sign = rmap_detector_from_world(detector, axis, 1.0) > zero ? 1.0 : -1.0;
+    *label = name[along];
+    for (int k = 0; k < 2; k++)
+        range[k] = sign * (range[k] - zero);
 }
 
 static void lay_out(struct picture *picture)
@@ -80,8 +80,8 @@ static void lay_out(struct picture *picture)
         if (image->world && !turned) {
             axes->x_label = "x (detector)";
             axes->y_label = "y (detector)";
-            move_to_world(image->detector, image->detector->x, axes->x_range, &axes->x_label);
-            move_to_world(image->detector, image->detector->y, axes->y_range, &axes->y_label);
+            move_to_world(image->detector, 0, axes->x_range, &axes->x_label);
+            move_to_world(image->detector, 1, axes->y_range, &axes->y_label);
         }
     } else {
         const struct rmap_detector_bins *bins = &image->bins;

@@ -82,6 +82,7 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     struct rmap_detector_bins_asked *bins = &request->bins;
     const char *cells = rmap_argument(given, "cells"), *rotate = rmap_argument(given, "rotate");
     bins->region = rmap_argument(given, "region");
+    bins->world = request->world;
     bins->quantity = rmap_argument(given, "quantity");
     bins->over = rmap_argument(given, "over");
     bins->rotate_deg = (double)NAN;

@@ -4,6 +4,7 @@
  */
 #include "scene/scene.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -178,4 +179,23 @@ int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)
         }
     rmap_free(count);
     return most;
+}
+
+int rmap_detector_along(const struct rmap_detector *detector, int axis)
+{
+    const struct rmap_vec3 along = axis == 0 ? detector->x : detector->y;
+    const double part[] = {along.x, along.y, along.z};
+    for (int k = 0; k < 3 && detector->type == RMAP_DETECTOR_PLANE; k++)
+        if (fabs(part[k]) > 1.0 - 1e-12)
+            return k;
+    return -1;
+}
+
+double rmap_detector_from_world(const struct rmap_detector *detector, int axis, double value)
+{
+    const int k = rmap_detector_along(detector, axis);
+    const struct rmap_vec3 along = axis == 0 ? detector->x : detector->y;
+    const double part[] = {along.x, along.y, along.z};
+    const double from[] = {detector->origin.x, detector->origin.y, detector->origin.z};
+    return (value - from[k]) * part[k];
 }

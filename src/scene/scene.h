@@ -267,6 +267,12 @@ bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_det
  * 'vacuum', else that in front of most objects; -1: there is none. */
 int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene);
 
+/* The axis of the world (0 x, 1 y, 2 z) along which the x (axis 0) or y (1) of a plane lies; -1:
+ * none. */
+int rmap_detector_along(const struct rmap_detector *detector, int axis);
+/* The detector's coordinate of one in the world along there. */
+double rmap_detector_from_world(const struct rmap_detector *detector, int axis, double value);
+
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
 

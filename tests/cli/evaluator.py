@@ -169,7 +169,7 @@ class Evaluator:
         """The steps that these numbers count."""
         m = self.map
         if word == "ghost_order":
-            ghosts = m.makes_ghosts()[m.segment["object"]]
+            ghosts = m.makes_ghosts()[m.surface_met]
             return ghosts & (m.segment["event"] & MASK["reflect_specular"] != 0)
         if word == "scatter_order":
             return m.segment["event"] & MASK["scatter"] != 0
@@ -399,6 +399,16 @@ class Evaluator:
     def _test_optical_path(self):
         return self._any_registration("optical_path")
 
+    def _from_world(self, pattern, shape, values):
+        """Places in the world in the frame of the one plane that is named; half-axes stay."""
+        d, = np.flatnonzero(self._named("detector", pattern)[:-1])
+        n_place = 2 if shape == "ellipse" else len(values)
+        for i in range(n_place):
+            axis = self.map.detector["xy"[i % 2]][d]
+            along = np.abs(axis).argmax()
+            values[i] = (values[i] - self.map.detector["origin"][d][along]) * axis[along]
+        return values
+
     def _region(self, pattern):
         m, shape = self.map, self._next()
         self._expect("(")
@@ -416,6 +426,10 @@ class Evaluator:
             values.append(value * (unit or 1.0))
             if self._accept(","):
                 relative = self._accept("rel") is not None
+                world = not relative and self._accept("world") is not None
+                if world:
+                    values = self._from_world(pattern, shape, values)
+                    break
         self._expect(")")
         x, y = (m.relative[:, 0], m.relative[:, 1]) if relative else (m.x, m.y)
         if shape == "rect":

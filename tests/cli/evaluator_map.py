@@ -154,8 +154,8 @@ class PlainMap:
         return share[word]
 
     def makes_ghosts(self):
-        """Of each object, and of none: whether a specular reflection there is not meant to be: some
-        side lets light through, or is opaque and reflects less than half of it straight on."""
+        """Of each surface, and of none: whether a specular reflection there is not meant to be: it
+        lets light through, or is opaque and reflects less than half of it straight on."""
         s = self.surface
         by = {k: s[k].reshape(len(s["type"]), -1).max(axis=1)
               for k in ("reflect_specular", "transmit_specular", "transmit_diffuse")}
@@ -164,9 +164,7 @@ class PlainMap:
         mirror = np.where(s["is_metal"].astype(bool),
                           metal.reshape(len(s["type"]), -1).max(axis=1), by["reflect_specular"])
         through = (s["type"] == 0) | (by["transmit_specular"] + by["transmit_diffuse"] > 0)
-        ghosts = np.append(through | ((mirror > 0) & (mirror < 0.5)), False)
-        return np.append(ghosts[self.object["surface_front"]] | ghosts[self.object["surface_back"]],
-                         False)
+        return np.append(through | ((mirror > 0) & (mirror < 0.5)), False)
 
     def triangles_of_face(self, row_objects, faces):
         """For steps on these objects: the face each of their primitives belongs to."""

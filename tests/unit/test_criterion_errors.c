@@ -137,6 +137,9 @@ static const struct {
     {"registered(sensor, polygon(0,0, 1,1, 2,2, 3))", 20, 7,
      "polygon wants pairs x, y for three corners or more"},
     {"registered(sensor, rect(0, 0, 1 mm, 1, rel))", 20, 4, "relative coordinates have no unit"},
+    {"registered(far, rect(0, 0, 1, 1, world))", 34, 5,
+     "'world' is for one plane whose x and y lie along axes of the world; say where world_x in "
+     "0..1 and world_y in 0..1"},
     {"registered(sensor, cells(1..2))", 30, 1,
      "expected ',' and the second range of cells, found ')'"},
     {"registered(sensor, rect(0,0,1,1), rect(0,0,1,1))", 35, 4, "only one region can be given"},
