@@ -69,6 +69,12 @@ with open("wall.csv", encoding="utf-8") as file:
 check(lit and all(10.3 < float(r["x"]) < 10.7 and 0.1 < float(r["y"]) < 0.5 and float(r["z"]) == 5 for r in lit), f"{lit[:3]}")
 place = json.loads(run("query", "wall.raymap", "registered(d where world_x in 10.35..10.65 and world_y in 0.15..0.45) and start_x > 10.35 and start_z == 4", "--json"))
 check(place["rays"]["matched"] == 2000, f"{place['rays']}")
+for criterion, n in (("rect(10.35, 0.15, 10.65, 0.45, world)", 2000), ("ellipse(10.5, 0.3, 0.11, 0.11, world)", 2000), ("rect(9.35, 0.15, 9.65, 0.45, world)", 0)):
+    place = json.loads(run("query", "wall.raymap", f"registered(d, {criterion})", "--json"))
+    check(place["rays"]["matched"] == n, f"{criterion}: {place['rays']}")
+part = json.loads(run("detector", "wall.raymap", "d", "--frame", "world", "--region", "10.35,0.15,10.5,0.45", "--json"))
+check(900 < part["registrations"] < 1100 and 10.35 < part["peak"]["x"] < 10.5, f"{part['registrations']} {part['peak']}")
+run("detector", "wall.raymap", "d", "--frame", "world", "--rotate", "20", "--region", "10,0,11,1", status=2)
 
 run("detector", "wall.raymap", "d", "--over", "direction", "--plot", "polar.svg")
 with open("polar.svg", encoding="utf-8") as file:
