@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_names.h"
 #include "analysis/criterion/criterion_tree.h"
+#include "analysis/criterion/path_in.h"
 #include "analysis/criterion/path_store.h"
 #include "analysis/criterion/registration_angle.h"
 #include "base/alloc.h"
@@ -182,6 +183,9 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
     case RMAP_CRITERION_NUMBER:
         node->columns = rmap_ray_number_columns(node->ray_number);
         return node->columns & ~RMAP_COLUMNS_DISCRETE ? COST_NUMBER : COST_RAY;
+    case RMAP_CRITERION_PATH_IN:
+        node->columns = RMAP_PATH_IN_COLUMNS;
+        return COST_GEOMETRY;
     case RMAP_CRITERION_STEPS:
         node->columns = plan_steps(criterion->scene, &node->steps);
         return node->columns & ~RMAP_COLUMNS_DISCRETE ? COST_GEOMETRY : COST_STEP;

@@ -10,6 +10,7 @@
 
 #include "analysis/criterion/criterion_compare.h"
 #include "analysis/criterion/criterion_tests.h"
+#include "analysis/criterion/path_in.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "base/wide.h"
@@ -42,6 +43,32 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
     }
 }
 
+/* exactly: else of rays that were in none of the media only. */
+static enum rmap_status compare_paths_in(const struct rmap_evaluation *ev,
+                                         const struct rmap_criterion_node *node, bool exactly,
+                                         uint8_t *outcome, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = ev->portion;
+    const uint32_t *n_segment;
+    RMAP_TRY(
+        rmap_evaluation_fetch(ev, exactly ? RMAP_PATH_IN_COLUMNS : RMAP_PATH_IN_DISCRETE, err));
+    RMAP_TRY(rmap_test_count_rows(ev, RMAP_TABLE_SEGMENT, &n_segment, err));
+    for (size_t i = 0, first = 0; i < ev->n_ray; first += n_segment[i++]) {
+        double length = 0.0;
+        outcome[i] = RMAP_OUTCOME_OPEN;
+        if (rmap_path_is_in(&node->media, portion, first, n_segment[i])) {
+            if (!exactly)
+                continue;
+            length = rmap_path_length_in(&node->media, portion, i, first);
+        }
+        outcome[i] =
+            rmap_interval_holds(&node->interval, length) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
+    }
+out:
+    return st;
+}
+
 /* Outcomes by what a test counts. index: of the node, which may stand looser here. */
 static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t index,
                                      const struct rmap_criterion_node *node,
@@ -70,6 +97,9 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
         loose.registrations.region = RMAP_REGION_ALL;
         loose.registrations.box = NULL;
         loose.registrations.where = -1;
+    } else if (loose.kind == RMAP_CRITERION_PATH_IN &&
+               (loose.columns & RMAP_PATH_IN_DISCRETE) == RMAP_PATH_IN_DISCRETE) {
+        return compare_paths_in(ev, &loose, false, outcome, err);
     } else {
         memset(outcome, RMAP_OUTCOME_OPEN, ev->n_ray);
         return RMAP_OK;
@@ -90,6 +120,8 @@ static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t 
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
         compare_ray_numbers(ev, node, outcome);
+    } else if (node->kind == RMAP_CRITERION_PATH_IN) {
+        st = compare_paths_in(ev, node, true, outcome, err);
     } else {
         st = compare_rows(ev, index, node, RMAP_EXACTLY, outcome, err);
     }

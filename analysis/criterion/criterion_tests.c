@@ -66,10 +66,8 @@ static void mark_registrations(const struct rmap_evaluation *ev,
         rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, ev->evaluator->mark);
 }
 
-/* How many rows each ray has in a table: (*n_rows_ret)[n_ray], which add up to those that are
- * there. */
-static enum rmap_status count_rows(const struct rmap_evaluation *ev, enum rmap_table table,
-                                   const uint32_t **n_rows_ret, struct rmap_error *err)
+enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rmap_table table,
+                                      const uint32_t **n_rows_ret, struct rmap_error *err)
 {
     const struct rmap_ray_columns *ray = &ev->portion->ray;
     const size_t n_row = ev->portion->n_row[table];
@@ -115,7 +113,7 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
         node->kind == RMAP_CRITERION_STEPS ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION;
     const uint32_t *n_rows;
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
-    RMAP_TRY(count_rows(ev, table, &n_rows, err));
+    RMAP_TRY(rmap_test_count_rows(ev, table, &n_rows, err));
     if (table == RMAP_TABLE_REGISTRATION)
         mark_registrations(ev, &node->registrations, ev->portion->n_row[table]);
     else if (is_plain(&node->steps))
@@ -183,7 +181,7 @@ static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
     uint64_t *mark = ev->evaluator->mark;
     const uint32_t *n_rows;
     RMAP_TRY(RMAP_RESERVE(ev->evaluator->last, ev->evaluator->last_cap, n_word, err));
-    RMAP_TRY(count_rows(ev, RMAP_TABLE_SEGMENT, &n_rows, err));
+    RMAP_TRY(rmap_test_count_rows(ev, RMAP_TABLE_SEGMENT, &n_rows, err));
     rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
                     mark);
     rmap_bits_last_groups(mark, n_rows, ev->n_ray, ev->evaluator->last);

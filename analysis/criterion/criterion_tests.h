@@ -19,6 +19,12 @@ struct rmap_evaluation {
 enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* How many rows each ray has in a table: (*n_rows_ret)[n_ray], which add up to those that are
+ * there, or RMAP_FORMAT. */
+enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rmap_table table,
+                                      const uint32_t **n_rows_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* What a test marks; valid until the next. index: of the node, which may stand looser here. */
 enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
                                 const struct rmap_criterion_node *node, struct rmap_marks *marks,

@@ -50,6 +50,7 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_SOURCE,        /* a count, 0 or 1 */
     RMAP_CRITERION_ENDED,         /* a count, 0 or 1 */
     RMAP_CRITERION_NUMBER,        /* of the ray */
+    RMAP_CRITERION_PATH_IN,       /* its length inside media */
     RMAP_CRITERION_STEPS,         /* a count of rows of /segment; below `where` of those before the
                                      segment on which the detector was reached */
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
@@ -159,6 +160,7 @@ struct rmap_criterion_node {
             struct rmap_index_set source;
             uint64_t source_bits;
         };
+        struct rmap_index_set media; /* PATH_IN */
         struct rmap_ending_test ending;
         struct rmap_step_test steps;
         struct rmap_registration_test registrations;

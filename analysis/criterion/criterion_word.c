@@ -214,6 +214,22 @@ out:
     return st;
 }
 
+enum rmap_status rmap_parse_media(struct rmap_parser *parser, struct rmap_index_set *media)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_MEDIUM, media));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+out:
+    return st;
+}
+
+static enum rmap_status parse_path_in(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    node->kind = RMAP_CRITERION_PATH_IN;
+    return rmap_parse_media(parser, &node->media);
+}
+
 #define RAY(number, of) .is_number = true, .of_ray = true, .ray_number = number, .dimension = of
 #define ITS(number)     .of_registration = true, .its_number = number
 
@@ -301,8 +317,10 @@ const char *rmap_criterion_word(size_t i)
     return rmap_surface_parameter_word(i);
 }
 
-/* The word of a number of the ray where a detector stands behind it. */
+/* The word of a number of the ray where a detector stands behind it; of its length, a medium. */
 static const struct rmap_word its_word = {"", rmap_parse_any_number};
+static const struct rmap_word path_in_word = {"path_length", parse_path_in, .is_number = true,
+                                              .dimension = RMAP_DIMENSION_LENGTH};
 
 const struct rmap_word *rmap_word_at(const struct rmap_parser *parser,
                                      const struct rmap_token *token)
@@ -446,6 +464,8 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
     RMAP_TRY(rmap_parser_advance(parser));
     if (word->of_registration && !parser->detector && parser->token.kind == RMAP_TOKEN_OPEN)
         word = &its_word; /* optical_path(sensor) */
+    if (word->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH && parser->token.kind == RMAP_TOKEN_OPEN)
+        word = &path_in_word; /* path_length(glass) */
     if (word->parse) {
         RMAP_TRY(word->parse(parser, &node));
     } else {

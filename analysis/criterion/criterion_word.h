@@ -56,6 +56,10 @@ enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rm
 enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
                                 struct rmap_index_set *set) RMAP_MUST_USE;
 
+/* "(NAME)" of media, as behind path_length. */
+enum rmap_status rmap_parse_media(struct rmap_parser *parser,
+                                  struct rmap_index_set *media) RMAP_MUST_USE;
+
 /* Packs marks [n] into a set; without gaps it needs no memory of its own. */
 enum rmap_status rmap_parser_pack_set(struct rmap_parser *parser, const uint8_t *mark, size_t n,
                                       struct rmap_index_set *set) RMAP_MUST_USE;

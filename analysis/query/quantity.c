@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_detector.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/path_in.h"
 #include "analysis/query/quantity_count.h"
 #include "base/alloc.h"
 #include "base/unit.h"
@@ -144,7 +145,13 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
     const struct own_word *own = own_word(parser);
     const struct rmap_word *word = rmap_word_next(parser);
     const bool is_its = word && word->of_registration;
-    if (word && word->of_ray && !(is_its && is_called(parser))) {
+    if (word && word->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH && is_called(parser)) {
+        quantity->kind = RMAP_QUANTITY_PATH_IN;
+        quantity->dimension = RMAP_DIMENSION_LENGTH;
+        st = rmap_parser_advance(parser);
+        if (st == RMAP_OK)
+            st = rmap_parse_media(parser, &quantity->media);
+    } else if (word && word->of_ray && !(is_its && is_called(parser))) {
         quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
         quantity->ray_number = word->ray_number;
         quantity->dimension = word->dimension;
@@ -204,6 +211,8 @@ static rmap_column_set columns_of(const struct rmap_quantity *quantity)
     switch (quantity->kind) {
     case RMAP_QUANTITY_RAY_NUMBER:
         return rmap_ray_number_columns(quantity->ray_number);
+    case RMAP_QUANTITY_PATH_IN:
+        return RMAP_PATH_IN_COLUMNS;
     case RMAP_QUANTITY_ITS_NUMBER:
         return rmap_registration_number_columns(quantity->its_number);
     case RMAP_QUANTITY_COUNT:

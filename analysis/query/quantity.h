@@ -26,6 +26,7 @@
 
 enum rmap_quantity_kind {
     RMAP_QUANTITY_RAY_NUMBER,
+    RMAP_QUANTITY_PATH_IN, /* analysis/criterion/path_in.h */
     RMAP_QUANTITY_ITS_NUMBER,
     RMAP_QUANTITY_COUNT,
     RMAP_QUANTITY_GHOST_ORDER, /* analysis/criterion/path_order.h */
@@ -46,6 +47,7 @@ struct rmap_quantity {
     enum rmap_ray_number ray_number;
     enum rmap_registration_number its_number;
     struct rmap_criterion *counted; /* COUNT: the one test */
+    struct rmap_index_set media;    /* PATH_IN */
 };
 
 /* One or two numbers read at the same places: of rays, or, where one of them is a registration's or

@@ -9,6 +9,7 @@
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_value.h"
+#include "analysis/criterion/path_in.h"
 #include "analysis/query/quantity.h"
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
@@ -205,6 +206,17 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
         value[k] = rmap_ray_number_at(number, ray, readings->ray[k], flux_per_weight);
 }
 
+static void read_paths_in(const struct rmap_quantity *quantity, const struct rmap_portion *portion,
+                          const struct rmap_readings *readings, double *value)
+{
+    size_t ray = 0, first = 0;
+    for (size_t k = 0; k < readings->n; k++) {
+        while (ray < readings->ray[k])
+            first += portion->ray.segment_count[ray++];
+        value[k] = rmap_path_length_in(&quantity->media, portion, ray, first);
+    }
+}
+
 /* Room for two counts of every row of a table. */
 static enum rmap_status reserve_counts(struct rmap_readings *readings, size_t n_row,
                                        struct rmap_error *err)
@@ -280,6 +292,9 @@ static enum rmap_status read_values(const struct search *search,
             read_wavelengths(search, value);
         else
             read_ray_numbers(search, quantity->ray_number, value);
+        break;
+    case RMAP_QUANTITY_PATH_IN:
+        read_paths_in(quantity, portion, readings, value);
         break;
     case RMAP_QUANTITY_ITS_NUMBER:
         for (size_t k = 0; k < readings->n; k++)

@@ -193,6 +193,10 @@ class Evaluator:
                    "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
         if word in ("bounces", "ghost_order", "scatter_order"):
             return self._relation()(self._count(self._steps(word)).astype(float))
+        if word == "path_length" and self._accept("("):
+            media = self._named("medium", self._next())
+            self._expect(")")
+            return self._relation(self._length())(self._path_in(media))
         if word in numbers and not (word == "optical_path" and self._is("(")):
             units = {"wavelength": UNITS["wavelength"], "flux": UNITS[m.flux_unit],
                      "path_length": self._length(), "optical_path": self._length()}.get(word)
@@ -216,6 +220,21 @@ class Evaluator:
         m, upto = self.map, np.append(0, np.cumsum(rows))
         first = m.first_segment[m.ray_of_registration]
         return upto[first + m.registration["segment"]] - upto[first]
+
+    def _path_in(self, media):
+        """Of each ray the length in the media, of curved segments what is left of its whole length."""
+        m = self.map
+        last = m.first_segment + m.ray["segment_count"] - 1
+        counts = np.ones(len(m.segment["medium"]), dtype=bool)
+        counts[last[m.ray["stop"] == STOPS.index("left")]] = False
+        inside, curved = media[m.segment["medium"]], m.segment["event"] & BIT["gradient"] != 0
+
+        def total(rows, weights=None):
+            return np.bincount(m.ray_of_segment[rows], weights=None if weights is None else weights[rows], minlength=m.n_ray)
+        straight = [total(counts & ~curved & (inside == side), m.length) for side in (False, True)]
+        bent = [total(counts & curved & (inside == side)) for side in (False, True)]
+        rest = np.where(bent[0] > 0, np.nan, m.ray["path_length"] - straight[0])
+        return np.where(bent[1] > 0, rest, straight[1])
 
     def _test_source(self):
         wanted = self._named("source", self._next())

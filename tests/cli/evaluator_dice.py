@@ -144,7 +144,10 @@ class Dice:
     def test_number(self):
         m = self.map
         word = self.one_of("segments", "bounces", "ghost_order", "scatter_order", "wavelength", "flux",
-                           "path_length", "optical_path", "ray")
+                           "path_length", "path_in", "optical_path", "ray")
+        if word == "path_in":
+            medium = self.write(self.name("medium", self.row(m.names["medium"])))
+            return f"path_length({medium}) " + self.comparison(m.length, {"": 1.0})
         if word in ("segments", "bounces", "ghost_order", "scatter_order"):
             return word + self.times(9)
         if word == "ray":

@@ -124,6 +124,8 @@ class PlainMap:
         begin[1:] = self.segment["position"][:-1]
         first = self.leg == 0
         begin[first] = self.ray["start"][self.ray_of_segment[first]]
+        x, y, z = (self.segment["position"] - begin).T
+        self.length = np.sqrt(x * x + y * y + z * z)
         cosine = np.einsum("ij,ij->i", self.segment["position"] - begin,
                            self.segment["normal"].astype(float))
         told = (front >= 0) & (back >= 0) & (front != back) & ((medium == front) | (medium == back))

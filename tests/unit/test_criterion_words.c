@@ -54,9 +54,10 @@ static bool is_other(const char *line, const char *at)
 /* Names are arguments of these; what else stands in parentheses is the language's. */
 static bool takes_name(const char *line, const char *at)
 {
-    static const char *const test[] = {
-        "hit", "source", "medium", "surface", "registered",   "crossed", "after",   "at",
-        "x",   "y",      "angle",  "time",    "optical_path", "world_x", "world_y", "world_z"};
+    static const char *const test[] = {"hit",        "source",  "medium", "path_length",  "surface",
+                                       "registered", "crossed", "after",  "at",           "x",
+                                       "y",          "angle",   "time",   "optical_path", "world_x",
+                                       "world_y",    "world_z"};
     const char *open = at;
     while (open > line && *open != '(')
         open--;
