@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The promise: what is installed has its documents with links that lead somewhere, its licence and a manual page per command; `uninstall`
+"""The promise: what is installed has its documents with links that lead somewhere, its licence and a manual page per command; a separate project builds
+against it below DESTDIR; `uninstall`
 takes all of it away; a package for Debian has the same; an archive without git tells the same version."""
 import os
 import re
@@ -68,12 +69,24 @@ def check_tree(root):
     return told
 
 
-for folder in ("tree", "archive"):
+def check_separate_project(root):
+    """A plug-in of somebody else's, built against what is installed below DESTDIR, and run by the program there."""
+    example = os.path.join(root, "usr/share/doc/raymap/examples/plugin")
+    shutil.copytree(example, "project")
+    run("cc", "-std=c17", "-O2", "-fPIC", "-shared", "-I" + os.path.join(root, "usr/include"), "rod.c", "-o", "rod.so", "-lm", cwd="project")
+    program = os.path.join(root, "usr/bin/raymap")
+    run(program, "trace", "scene.yaml", "--allow-plugins", "-n", "200", "-q", "-o", "rod.raymap", cwd="project")
+    if "200 rays" not in run(program, "info", "rod.raymap", cwd="project"):
+        failures.append("the plug-in traced nothing")
+
+
+for folder in ("tree", "archive", "project"):
     shutil.rmtree(folder, ignore_errors=True)
 tree = os.path.abspath("tree")
 check_links(SOURCE + "/docs")
 run("cmake", "--install", BUILD, "--prefix", "/usr", DESTDIR=tree)
 told = check_tree(tree)
+check_separate_project(tree)
 run("cmake", "-P", os.path.join(SOURCE, "cmake/Uninstall.cmake"), cwd=BUILD, DESTDIR=tree)
 if files(tree):
     failures.append(f"left behind: {files(tree)[:5]}")
