@@ -130,6 +130,19 @@ void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct 
     }
 }
 
+double rmap_detector_sums_crowd(const struct rmap_detector_sums *sums)
+{
+    double all = 0.0, others = 0.0;
+    for (size_t c = 0; c < sums->n_cell; c++) {
+        double weight = 0.0;
+        for (size_t s = 0; s < sums->n_source; s++)
+            weight += sums->weight[s * sums->n_cell + c];
+        all += weight;
+        others += weight * fmax(weight - 1.0, 0.0);
+    }
+    return all > 0.0 ? fmax(others / all, all / (double)sums->n_cell) : 0.0;
+}
+
 void rmap_detector_sums_merge(struct rmap_detector_sums *into,
                               const struct rmap_detector_sums *from)
 {

@@ -74,6 +74,10 @@ void rmap_detector_sums_fini(struct rmap_detector_sums *sums);
  * registration is then taken for a ray of its own. */
 void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct rmap_tally *tally);
 
+/* How many registrations a cell of an evenly lit part holds: with how many others one shares its
+ * cell, in the mean, and at least the mean of all cells. 0: nothing was registered. */
+double rmap_detector_sums_crowd(const struct rmap_detector_sums *sums);
+
 /* The same detector's sums of other rays. */
 void rmap_detector_sums_merge(struct rmap_detector_sums *into,
                               const struct rmap_detector_sums *from);

@@ -37,9 +37,10 @@ struct picture {
     struct rmap_colour_bar bar;
     struct rmap_colour_map map;
     bool logarithmic;
-    double top;     /* value at the upper end of the scale */
-    double white;   /* true colour: value that is shown as 1 */
-    size_t n_panel; /* channels, each by itself; 0: their sum */
+    double top;                    /* value at the upper end of the scale */
+    double white;                  /* true colour: value that is shown as 1 */
+    size_t n_panel;                /* channels, each by itself; 0: their sum */
+    uint32_t first_theta, n_theta; /* of directions, the rows that are shown */
 };
 
 static bool is_plane(const struct rmap_detector_image *image)
@@ -60,6 +61,36 @@ static void move_to_world(const struct rmap_detector *detector, int axis, double
     *label = name[along];
     for (int k = 0; k < 2; k++)
         range[k] = sign * (range[k] - zero);
+}
+
+static bool is_lit(const struct rmap_detector_image *image, uint32_t theta)
+{
+    for (uint32_t phi = 0; phi < image->n[1]; phi++)
+        if (image->value[theta + (size_t)phi * image->n[0]] > 0.0)
+            return true;
+    return false;
+}
+
+/* Of all angles theta those with light, up to round ones; of a region that was asked for, all. */
+static void find_lit(struct picture *picture)
+{
+    const struct rmap_detector_image *image = picture->image;
+    const struct rmap_detector_bins *bins = &image->bins;
+    const double whole = bins->high[0] / (0.5 * RMAP_PI);
+    uint32_t low = 0, high = image->n[0];
+    picture->first_theta = 0;
+    picture->n_theta = high;
+    while (low < high && !is_lit(image, low))
+        low++;
+    while (high > low && !is_lit(image, high - 1))
+        high--;
+    if (low == high || bins->low[0] != 0.0 || fabs(whole - rint(whole)) > 1e-9)
+        return;
+    const double step = bins->high[0] * 180.0 / RMAP_PI / image->n[0];
+    const double span = step * (high - low), round = span > 20.0 ? 10.0 : span > 5.0 ? 5.0 : 1.0;
+    picture->first_theta = (uint32_t)floor(floor(step * low / round) * round / step + 1e-9);
+    high = (uint32_t)ceil(ceil(step * high / round - 1e-9) * round / step - 1e-9);
+    picture->n_theta = (high < image->n[0] ? high : image->n[0]) - picture->first_theta;
 }
 
 static void lay_out(struct picture *picture)
@@ -88,8 +119,10 @@ static void lay_out(struct picture *picture)
         const double degree = 180.0 / RMAP_PI;
         axes->x_range[0] = (bins->low[1] + bins->rotate_rad) * degree;
         axes->x_range[1] = (bins->high[1] + bins->rotate_rad) * degree;
-        axes->y_range[0] = bins->low[0] * degree;
-        axes->y_range[1] = bins->high[0] * degree;
+        const double step = (bins->high[0] - bins->low[0]) * degree / image->n[0];
+        find_lit(picture);
+        axes->y_range[0] = bins->low[0] * degree + step * picture->first_theta;
+        axes->y_range[1] = axes->y_range[0] + step * picture->n_theta;
         axes->x_label = "φ";
         axes->y_label = "θ";
         axes->x_unit = axes->y_unit = "deg";
@@ -239,7 +272,9 @@ static enum rmap_status draw_image(const struct picture *picture, struct rmap_sv
             uint32_t across[2], up[2];
             bool plane = is_plane(image);
             covered(x, width, image->n[plane ? 0 : 1], &across[0], &across[1]);
-            covered(height - 1 - y, height, image->n[plane ? 1 : 0], &up[0], &up[1]);
+            covered(height - 1 - y, height, plane ? image->n[1] : picture->n_theta, &up[0], &up[1]);
+            for (int k = 0; k < 2; k++)
+                up[k] += picture->first_theta;
             paint(picture, plane ? across : up, plane ? up : across,
                   rgb + 3 * ((size_t)y * width + x));
         }
@@ -370,7 +405,9 @@ out:
 /* Of the picture, whose columns are those of a plane, or the phi of directions. */
 static double value_of(const void *context, uint32_t i, uint32_t j)
 {
-    const struct rmap_detector_image *image = context;
+    const struct picture *picture = context;
+    const struct rmap_detector_image *image = picture->image;
+    j += picture->first_theta;
     const size_t column = is_plane(image) ? i : j, row = is_plane(image) ? j : i;
     return image->value[column + row * image->n[0]];
 }
@@ -383,7 +420,7 @@ static enum rmap_status draw_plan(const struct picture *picture, struct rmap_svg
     const struct rmap_axes *axes = &picture->axes;
     const bool plane = is_plane(image);
     const struct rmap_cell_grid grid = {
-        {image->n[plane ? 0 : 1], image->n[plane ? 1 : 0]}, value_of, image};
+        {image->n[plane ? 0 : 1], plane ? image->n[1] : picture->n_theta}, value_of, picture};
     const double most[] = {floor(axes->width / RMAP_CELL_WIDTH),
                            floor(axes->height / RMAP_CELL_HEIGHT)};
     if (picture->options->values && (grid.n[0] > most[0] || grid.n[1] > most[1]))

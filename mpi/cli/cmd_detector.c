@@ -30,7 +30,11 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
-    {"cells", 0, "NXxNY", "other cells than the detector's own, as 400x300 or 500"},
+    {"cells", 0, "NXxNY",
+     "other cells than the detector's own, as 400x300 or 500; auto: fewer, so that those with "
+     "light "
+     "hold about 25 registrations",
+     .words = "auto"},
     {"region", 0, "X0,Y0,X1,Y1",
      "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},
     {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
@@ -68,7 +72,7 @@ struct request {
     char **output; /* [n_output] */
     size_t n_output;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels, force, by_source, world;
+    bool tally, channels, force, by_source, world, auto_cells;
     bool spot, mtf;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
@@ -87,7 +91,8 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     bins->over = rmap_argument(given, "over");
     bins->rotate_deg = (double)NAN;
     request->channels = bins->quantity && strcmp(bins->quantity, "spectral") == 0;
-    if (cells)
+    request->auto_cells = cells && strcmp(cells, "auto") == 0;
+    if (cells && !request->auto_cells)
         RMAP_TRY(rmap_read_cells(cells, bins->cells, err));
     if (rotate) {
         char *end = NULL;
@@ -182,11 +187,26 @@ struct selected {
     struct rmap_which *which;
 };
 
+/* In a cell, of --cells auto: errors of a fifth. Below the few, a picture shows noise. */
+static const double REGISTRATIONS_WANTED = 25.0, REGISTRATIONS_FEW = 4.0;
+
 /* What was found; on rank 0. */
 struct answer {
     struct rmap_detector_image *image;
     struct rmap_spot *spot; /* or NULL */
+    double crowd;           /* registrations in a cell with light */
 };
+
+static void tell_sparse(const struct rmap_context *context, const struct request *request,
+                        const struct answer *answer)
+{
+    if (request->n_output > 0 && !context->quiet && answer->crowd > 0.0 &&
+        answer->crowd < REGISTRATIONS_FEW)
+        fprintf(stderr,
+                "raymap: a cell with light has %.2g registrations or so: the picture is noise; "
+                "--cells auto joins cells\n",
+                answer->crowd);
+}
 
 static enum rmap_status show(const struct rmap_context *context, const struct request *request,
                              const struct rmap_map *map, const struct answer *answer,
@@ -208,6 +228,7 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
     rmap_detector_image_print(image, request->where, stdout);
+    tell_sparse(context, request, answer);
     if (request->by_source)
         RMAP_TRY(rmap_detector_image_print_sources(image, stdout, err));
     if (answer->spot)
@@ -427,6 +448,43 @@ out:
     return st;
 }
 
+/* Collective. */
+static enum rmap_status sum_up(const struct rmap_context *context, const struct request *request,
+                               const struct rmap_map *map, const struct rmap_detector_ask *ask,
+                               const struct rmap_choice *choice, struct rmap_detector_sums *sums,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = rmap_detector_sums_init_as(sums, ask, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (request->tally && !ask->colour)
+        rmap_detector_sums_add_tally(sums, rmap_map_tally(map));
+    else
+        st = rmap_image_scan(context, map, choice, sums, err);
+out:
+    return st;
+}
+
+/* Collective. The cells to ask for in place of those in which the sums, of rank 0, were taken. */
+static enum rmap_status take_fewer(const struct rmap_context *context,
+                                   const struct rmap_detector_sums *sums,
+                                   struct rmap_detector_ask *ask, bool *are_fewer_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const double crowd = rmap_detector_sums_crowd(sums);
+    const double joined =
+        crowd > 0.0 && crowd < REGISTRATIONS_WANTED ? sqrt(REGISTRATIONS_WANTED / crowd) : 1.0;
+    uint32_t n[2];
+    for (int k = 0; k < 2; k++)
+        n[k] = (uint32_t)fmax(floor(ask->bins.n[k] / joined), 1.0);
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(n, 2, MPI_UINT32_T, 0, context->comm)));
+    *are_fewer_ret = n[0] < ask->bins.n[0] || n[1] < ask->bins.n[1];
+    memcpy(ask->bins.n, n, sizeof n);
+    ask->bins.stored = ask->bins.stored && !*are_fewer_ret;
+out:
+    return st;
+}
+
 static enum rmap_status run_detector(const struct rmap_context *context,
                                      const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -446,13 +504,17 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     if (st == RMAP_OK)
         st = select(context, given, &request, &ask, &selected, err);
     const struct rmap_choice choice = {selected.criterion, selected.which};
-    if (st == RMAP_OK)
-        st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (request.tally && !ask.colour)
-        rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));
-    else
-        RMAP_TRY(rmap_image_scan(context, map, &choice, &sums, err));
+    RMAP_TRY(sum_up(context, &request, map, &ask, &choice, &sums, err));
+    if (request.auto_cells) {
+        bool are_fewer;
+        RMAP_TRY(take_fewer(context, &sums, &ask, &are_fewer, err));
+        if (are_fewer) {
+            rmap_detector_sums_fini(&sums);
+            RMAP_TRY(sum_up(context, &request, map, &ask, &choice, &sums, err));
+        }
+    }
+    answer.crowd = rmap_detector_sums_crowd(&sums);
     if (context->rank == 0)
         st = rmap_detector_image_create(map, &sums, &answer.image, err);
     if (st == RMAP_OK && context->rank == 0)

@@ -57,6 +57,21 @@ check(other["unit"] == "mW/cm2" and abs(other["mean"]["value"] / image["mean"]["
 check(other["frame"] == "world" and abs(other["peak"]["z"] - 139.5658) < 1e-4 and other["peak"]["x"] == image["peak"]["x"], f"{other['peak']}")
 run("detector", "lens.raymap", "sensor", "--unit", "lx", status=2)
 run("detector", "lens.raymap", "sensor", "--frame", "wolrd", status=2)
+# fewer cells where they hold few registrations, whatever their number before; the flux stays
+even = """raymap: 1
+sources: [{name: s, type: point, distribution: {cone: 33}, flux: 9 lm}]
+detectors: [{name: d, type: plane, at: [0, 0, 9], direction: [0, 0, -1], size: 8, cells: 200}, {name: far, type: intensity, cells: [180, 36]}]
+"""
+with open("even.yaml", "w", encoding="utf-8") as file:
+    file.write(even)
+run("trace", "even.yaml", "-n", "4000", "-o", "even.raymap", "-q")
+noisy = json.loads(run("detector", "even.raymap", "d", "--json"))
+joined = json.loads(run("detector", "even.raymap", "d", "--json", "--cells", "auto"))
+check(10 <= joined["cells"][0] == joined["cells"][1] <= 14 and joined["flux"] == noisy["flux"], f"{joined['cells']} {joined['flux']} {noisy['flux']}")
+run("detector", "even.raymap", "d", "--cells", "automatic", status=2)
+run("detector", "even.raymap", "far", "-o", "far.svg")
+with open("far.svg", encoding="utf-8") as file:
+    check(">40</text>" in (far := file.read()) and ">50</text>" not in far, "theta from 0 to 40 degrees")
 with open("wall.yaml", "w", encoding="utf-8") as file:
     file.write("raymap: 1\nmedia: {air: {index: 1}}\nsurfaces: {black: {type: absorber}}\ngeometries: {wall: {type: rectangle, size: [4, 2]}}\n"
                "objects: [{name: wall, geometry: wall, at: [10, 0, 5], surface: black}]\n"
