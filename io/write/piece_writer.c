@@ -345,13 +345,14 @@ static enum rmap_status choose_names(struct rmap_piece_writer *self, struct rmap
                        self->number, attempt);
         self->temporary = rmap_temporary_path(self->directory, name);
         self->journal_path = self->temporary ? rmap_journal_path(self->temporary) : NULL;
-        if (!self->journal_path)
-            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
-        if (lstat(self->temporary, &info) != 0 && lstat(self->journal_path, &info) != 0)
+        bool named = self->journal_path;
+        if (named && lstat(self->temporary, &info) != 0 && lstat(self->journal_path, &info) != 0)
             return RMAP_OK;
-        rmap_free(self->temporary);
+        rmap_free(self->temporary); /* not ours: the destructor must not remove it */
         rmap_free(self->journal_path);
         self->temporary = self->journal_path = NULL;
+        if (!named)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
     }
 }
 
