@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/table/figure_axes.h"
 #include "analysis/table/photo.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
@@ -30,6 +31,9 @@ static const struct rmap_option options[] = {
     {"time-limit", 't', "TIME", "stop in good order after 90s, 3h50min, 1:30:00"},
     {"size", 0, "WxH", "pixels, instead of the camera's resolution"},
     {"exposure", 'e', "X", "what unit radiance is shown as, 1 being white"},
+    {"clamp", 0, "L",
+     "most luminance (cd/m2, W/(m2 sr)) that a path gets of a lamp met after it has scattered: "
+     "takes bright dots away, and tells how much light with them"},
     {"preview", 'p', NULL, "one path per pixel, and how many such pictures a second"},
     {"seed", 's', "S", "of the random numbers (default 1)"},
     {"force", 'f', NULL, "replace OUT", "output"},
@@ -39,13 +43,18 @@ static const struct rmap_option options[] = {
 static const char *const suffixes[] = {".png", ".exr", NULL};
 enum { DEFAULT_SAMPLES = 64, PIXELS_PER_SIDE_MAX = 65535 };
 
+/* Of so many samples an error of a pixel above this part of the mean luminance is one of few bright
+ * ones; a clamp at this multiple of it takes them away. */
+enum { DOTS_SAMPLES = 16 };
+static const double DOTS_NOISE = 0.5, DOTS_CLAMP = 10.0;
+
 struct request {
     const char *scene_path, *camera;
     char **output;
     size_t n_output;
     uint64_t n_sample, seed;
     bool has_samples, preview;
-    double time_limit_s, exposure;
+    double time_limit_s, exposure, clamp;
     uint32_t size[2]; /* 0: the camera's */
     struct rmap_scene_options scene;
 };
@@ -103,11 +112,14 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given, struct 
     RMAP_TRY(rmap_argument_count(given, "seed", &request->seed, err));
     RMAP_TRY(rmap_argument_seconds(given, "time-limit", &request->time_limit_s, err));
     RMAP_TRY(rmap_argument_number(given, "exposure", &request->exposure, err));
+    RMAP_TRY(rmap_argument_number(given, "clamp", &request->clamp, err));
     RMAP_TRY(read_size(rmap_argument(given, "size"), request->size, err));
     if (request->n_sample < 1)
         st = rmap_error_set(err, RMAP_USAGE, "--samples must be at least 1");
     else if (rmap_argument(given, "exposure") && !(request->exposure > 0.0))
         st = rmap_error_set(err, RMAP_USAGE, "--exposure must be greater than 0");
+    else if (rmap_argument(given, "clamp") && !(request->clamp > 0.0))
+        st = rmap_error_set(err, RMAP_USAGE, "--clamp must be greater than 0");
     else if (request->preview && request->has_samples)
         st = rmap_error_set(err, RMAP_USAGE, "--preview takes one sample; leave out --samples");
 out:
@@ -151,6 +163,8 @@ static enum rmap_status prepare(struct session *session, struct rmap_error *err)
     RMAP_TRY(rmap_load_accel(session->context, session->scene, NULL, &session->accel, err));
     st = rmap_renderer_create(session->scene, session->accel, session->camera, request->size,
                               request->seed, &session->renderer, err);
+    if (st == RMAP_OK)
+        session->renderer->clamp = request->clamp;
     session->rgb = rmap_alloc((size_t)request->size[0] * request->size[1], 3 * sizeof(float));
     session->lit = rmap_alloc((size_t)request->size[0] * request->size[1], 1);
     if (st == RMAP_OK && (!session->rgb || !session->lit))
@@ -179,9 +193,9 @@ static enum rmap_status show(void *self, const struct rmap_film *film, struct rm
         RMAP_TRY(rmap_photo_expose(session->rgb, session->lit,
                                    (size_t)film->size[0] * film->size[1], &session->exposure, err));
     }
-    (void)snprintf(comment, sizeof comment, "raymap: camera %.80s, %llu samples, luminance in %s",
+    (void)snprintf(comment, sizeof comment, "raymap: camera %.80s, %llu samples, luminance in %s%s",
                    session->camera->name, (unsigned long long)film->n_sample,
-                   unit_of(session->scene));
+                   unit_of(session->scene), request->clamp > 0.0 ? ", clamped" : "");
     const struct rmap_photo photo = {.size = {film->size[0], film->size[1]},
                                      .rgb = session->rgb,
                                      .exposure = session->exposure,
@@ -203,7 +217,7 @@ static json_t *report_json(const struct session *session, const struct rmap_rend
     for (size_t i = 0; i < session->request.n_output; i++)
         (void)json_array_append_new(outputs, json_string(session->request.output[i]));
     rmap_film_noise(film, &noise, &mean);
-    return json_pack(
+    json_t *document = json_pack(
         "{s:o, s:s, s:[I,I], s:I, s:I, s:I, s:I, s:I, s:I, s:f, s:f, s:f, s:o, s:f, s:s, s:i, "
         "s:i}",
         "output", outputs, "camera", session->camera->name, "size", (json_int_t)film->size[0],
@@ -214,6 +228,18 @@ static json_t *report_json(const struct session *session, const struct rmap_rend
         (double)film->n_sample / outcome->seconds, "mean", mean, "noise", rmap_json_number(noise),
         "exposure", session->exposure, "unit", unit_of(session->scene), "ranks",
         session->context->size, "threads", outcome->n_thread);
+    if (document && session->request.clamp > 0.0)
+        (void)json_object_set_new(document, "clamp",
+                                  json_pack("{s:f, s:f}", "luminance", session->request.clamp,
+                                            "cut", rmap_film_cut(film)));
+    return document;
+}
+
+/* Of the light that there would be without the clamp. */
+static double cut_share(const struct rmap_film *film, double mean)
+{
+    const double cut = rmap_film_cut(film);
+    return cut > 0.0 ? cut / (mean + cut) : 0.0;
 }
 
 static void report_print(const struct session *session, const struct rmap_render_outcome *outcome)
@@ -232,19 +258,31 @@ static void report_print(const struct session *session, const struct rmap_render
     if (film->n_sample > 1)
         printf(", standard error of a pixel %.3g", noise);
     printf("; exposure %.4g\n", session->exposure);
+    if (session->request.clamp > 0.0)
+        printf("clamp took %.3g %s of it away, %.2g %% of the light\n", rmap_film_cut(film),
+               unit_of(session->scene), 100.0 * cut_share(film, mean));
     for (size_t i = 0; i < session->request.n_output; i++)
         printf("%s\n", session->request.output[i]);
 }
 
 /* On rank 0. */
-static void remark(const struct session *session, const struct rmap_render_counts *counts)
+static void remark(const struct session *session, const struct rmap_render_outcome *outcome)
 {
+    const struct rmap_render_counts *counts = &outcome->counts;
+    double noise, mean;
     const struct rmap_lights *lights = session->renderer->lights;
     if (session->context->quiet)
         return;
     if (lights->n_unseen > 0)
         fprintf(stderr, "raymap: %zu source%s of single rays cannot be seen by a camera\n",
                 lights->n_unseen, lights->n_unseen > 1 ? "s" : "");
+    rmap_film_noise(outcome->film, &noise, &mean);
+    if (outcome->film->n_sample >= DOTS_SAMPLES && noise > DOTS_NOISE * mean &&
+        !(session->request.clamp > 0.0))
+        fprintf(stderr,
+                "raymap: few bright paths make this noise, bright dots in the picture: more "
+                "--samples, or --clamp %g\n",
+                rmap_round_below(DOTS_CLAMP * mean));
     if (counts->n_error > 0)
         fprintf(stderr,
                 "raymap: %llu of %s ended with an error; raymap check says where media do "
@@ -263,7 +301,7 @@ static enum rmap_status conclude(const struct session *session,
     enum rmap_status st = RMAP_OK;
     uint64_t n = outcome->film ? outcome->film->n_sample : 0;
     if (outcome->film) {
-        remark(session, &outcome->counts);
+        remark(session, outcome);
         if (session->context->json)
             RMAP_TRY(rmap_json_print(report_json(session, outcome), stdout, err));
         else if (!session->context->quiet)

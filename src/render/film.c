@@ -61,7 +61,7 @@ static void render_pixel(const struct rmap_renderer *renderer, uint32_t x, uint3
                          uint64_t first, uint64_t n, struct rmap_render_counts *counts,
                          double sum[RMAP_FILM_SUMS])
 {
-    double rgb[4];
+    double rgb[5];
     memset(sum, 0, RMAP_FILM_SUMS * sizeof *sum);
     for (uint64_t sample = first; sample < first + n; sample++) {
         rmap_render_sample(renderer, x, y, sample, counts, rgb);
@@ -70,6 +70,7 @@ static void render_pixel(const struct rmap_renderer *renderer, uint32_t x, uint3
             sum[k] += rgb[k];
         sum[3] += luminance * luminance;
         sum[4] += rgb[3];
+        sum[5] += rgb[4];
     }
 }
 
@@ -123,4 +124,13 @@ void rmap_film_noise(const struct rmap_film *film, double *error, double *mean)
     }
     *mean = n_pixel > 0 ? sum / (double)n_pixel : 0.0;
     *error = film->n_sample > 1 ? sqrt(variance / (double)n_pixel) : (double)NAN;
+}
+
+double rmap_film_cut(const struct rmap_film *film)
+{
+    const size_t n_pixel = film->n_value / RMAP_FILM_SUMS;
+    double sum = 0.0;
+    for (size_t i = 0; i < n_pixel; i++)
+        sum += film->value[RMAP_FILM_SUMS * i + 5];
+    return film->n_sample > 0 ? sum / ((double)n_pixel * (double)film->n_sample) : 0.0;
 }

@@ -9,8 +9,8 @@
 
 #include "render/renderer.h"
 
-/* Red, green, blue, square of the luminance, samples that saw a light itself. */
-#define RMAP_FILM_SUMS 5
+/* Red, green, blue, square of the luminance, samples that saw a light itself, luminance cut off. */
+#define RMAP_FILM_SUMS 6
 #define RMAP_TILE_SIDE 32
 
 struct rmap_film {
@@ -46,5 +46,8 @@ void rmap_film_lit(const struct rmap_film *film, uint8_t *lit);
 /* Root mean square over the picture of the pixels' standard errors of luminance, and the mean
  * luminance; an error of NaN with fewer than 2 samples. */
 void rmap_film_noise(const struct rmap_film *film, double *error, double *mean);
+
+/* Mean luminance that the renderer's clamp took away. */
+double rmap_film_cut(const struct rmap_film *film);
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/rng.h"
+#include "optics/spectrum.h"
 #include "render/camera_ray.h"
 #include "render/renderer.h"
 #include "trace/walk.h"
@@ -18,6 +19,7 @@ struct path {
     double left[2]; /* of the pixel's random numbers */
 
     double rgb[3];
+    double cut;      /* luminance that the renderer's clamp took away */
     double scale;    /* of diffuse transmission between media of different index */
     bool looked;     /* at all lights, from where the segment in hand begins */
     bool lit_once;   /* lights have been looked at before */
@@ -81,6 +83,22 @@ static double index_at(const struct rmap_scene *scene, int32_t medium, int32_t g
     if (gradient > 0 && rmap_gradient_at(&scene->gradient[gradient - 1], channel, p, &n, &slope))
         return n;
     return scene->medium[medium].n[channel];
+}
+
+/* Of light that the path ran into after it had scattered, which few paths find: no more of it than
+ * the clamp leaves. */
+static void clamp(struct path *path, const double before[3])
+{
+    const double most = path->renderer->clamp;
+    double found[3];
+    for (int k = 0; k < 3; k++)
+        found[k] = path->rgb[k] - before[k];
+    const double luminance = rmap_rgb_luminance(found);
+    if (!(most > 0.0) || !path->lit_once || !(luminance > most))
+        return;
+    for (int k = 0; k < 3; k++)
+        path->rgb[k] = before[k] + found[k] * (most / luminance);
+    path->cut += luminance - most;
 }
 
 /* Where light was found, and how much of it per channel: factor x colour, through `share`. */
@@ -166,7 +184,9 @@ static void search_near(struct path *path, struct rmap_vec3 to)
                 found.share = path->before.share;
                 found.factor /= live_sum(path, path->before.share, store);
             }
+            const double before[3] = {path->rgb[0], path->rgb[1], path->rgb[2]};
             add(path, &found);
+            clamp(path, before);
             path->sees_light = path->sees_light || !path->lit_once;
         }
     }
@@ -398,7 +418,7 @@ static bool advance(struct path *path)
 }
 
 void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32_t y,
-                        uint64_t sample, struct rmap_render_counts *counts, double rgb[4])
+                        uint64_t sample, struct rmap_render_counts *counts, double rgb[5])
 {
     struct rmap_tracer tracer = {renderer->scene, renderer->accel, renderer->seed};
     struct path path;
@@ -409,7 +429,7 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     path.counts = counts;
     path.pixel = (uint64_t)y * renderer->size[0] + x;
     path.sample = sample;
-    path.rgb[0] = path.rgb[1] = path.rgb[2] = 0.0;
+    path.rgb[0] = path.rgb[1] = path.rgb[2] = path.cut = 0.0;
     path.scale = 1.0;
     path.looked = path.lit_once = path.sees_light = false;
     rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, NULL);
@@ -423,4 +443,5 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     for (int k = 0; k < 3; k++)
         rgb[k] = path.rgb[k];
     rgb[3] = path.sees_light;
+    rgb[4] = path.cut;
 }

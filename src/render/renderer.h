@@ -31,6 +31,8 @@ struct rmap_renderer {
     const struct rmap_camera *camera; /* borrowed */
     uint32_t size[2];
     uint64_t seed;
+    double clamp; /* most luminance that a path gets of a light that it runs into after it has
+                     scattered; 0: as it comes. What is cut off is a bias, and told */
     struct rmap_lights *lights;
     bool *scatters;                  /* [n_surface]: light that arrives may go anywhere */
     double share[RMAP_CHANNEL_MAX];  /* of a path where it begins, by what eyes see */
@@ -55,9 +57,10 @@ void rmap_render_counts_add(struct rmap_render_counts *counts,
 
 /* One path: linear RGB (IEC 61966-2-1 primaries), its luminance in cd/m2 for sources in lm, else
  * in W/(m2 sr) weighted by V(lambda) (RGB mode: of the components as they are); rgb[3]: 1 where an
- * area light itself was seen, before anything scattered, else 0. Thread-safe; counts are added to.
+ * area light itself was seen, before anything scattered, else 0; rgb[4]: luminance cut off.
+ * Thread-safe; counts are added to.
  */
 void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32_t y,
-                        uint64_t sample, struct rmap_render_counts *counts, double rgb[4]);
+                        uint64_t sample, struct rmap_render_counts *counts, double rgb[5]);
 
 #endif

@@ -124,7 +124,7 @@ static void watch_query(void *context, const struct rmap_ray *ray, double length
 static double render(const struct rmap_renderer *renderer)
 {
     struct rmap_render_counts counts = {0};
-    double rgb[4], sum = 0.0;
+    double rgb[5], sum = 0.0;
     for (uint32_t y = 0; y < renderer->size[1]; y++)
         for (uint32_t x = 0; x < renderer->size[0]; x++) {
             rmap_render_sample(renderer, x, y, 0, &counts, rgb);
