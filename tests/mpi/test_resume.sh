@@ -79,7 +79,8 @@ for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "$
     held=$(held_by $map)
     # Ranks may be done before they notice that mpirun died.
     [ "$held" -gt 0 ] && { [ "$held" -lt $rays ] || [ "$how" = mpirun ]; } || fail "$how: $held rays held"
-    if [ $((n % 2)) -eq 0 ] && [ "$held" -lt $rays ]; then # the second life ends as badly as the first
+    # The second life ends as badly as the first, where enough is left for five commits of one of its ranks.
+    if [ $((n % 2)) -eq 0 ] && [ $((held + 3 * 5 * portions * 4096)) -lt $rays ]; then
         begin $map $((1 + (n + 1) % 3)) $((1 + RANDOM % 5)) --resume
         disturb one-rank $map
     fi
