@@ -32,8 +32,7 @@ static const struct rmap_option options[] = {
     RMAP_RECEIVERS_OPTION,
     {"cells", 0, "NXxNY",
      "other cells than the detector's own, as 400x300 or 500; auto: fewer, so that those with "
-     "light "
-     "hold about 25 registrations",
+     "light hold about 25 registrations",
      .words = "auto"},
     {"region", 0, "X0,Y0,X1,Y1",
      "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},

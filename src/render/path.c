@@ -91,10 +91,12 @@ static void clamp(struct path *path, const double before[3])
 {
     const double most = path->renderer->clamp;
     double found[3];
+    if (!(most > 0.0) || !path->lit_once)
+        return;
     for (int k = 0; k < 3; k++)
         found[k] = path->rgb[k] - before[k];
     const double luminance = rmap_rgb_luminance(found);
-    if (!(most > 0.0) || !path->lit_once || !(luminance > most))
+    if (!(luminance > most))
         return;
     for (int k = 0; k < 3; k++)
         path->rgb[k] = before[k] + found[k] * (most / luminance);

@@ -5,7 +5,6 @@
 #include "scene/profile.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/alloc.h"
 #include "base/vec.h"
@@ -68,17 +67,26 @@ void rmap_profile_fini(struct rmap_profile *profile)
     *profile = (struct rmap_profile){0};
 }
 
-double rmap_profile_draw(const struct rmap_profile *profile, double u)
+/* The first of the two knots between which an angle lies, told by 1 - cos of it, or else by the
+ * share of the flux below it. */
+static size_t find_knot(const struct rmap_profile *profile, bool by_share, double value)
 {
-    const struct rmap_profile_knot *knot = profile->knot;
     size_t low = 0, high = profile->n - 1;
     while (high - low > 1) {
         const size_t middle = low + (high - low) / 2;
-        if (knot[middle].below > u)
+        const struct rmap_profile_knot *knot = &profile->knot[middle];
+        if ((by_share ? knot->below : knot->one_minus_cos) > value)
             high = middle;
         else
             low = middle;
     }
+    return low;
+}
+
+double rmap_profile_draw(const struct rmap_profile *profile, double u)
+{
+    const struct rmap_profile_knot *knot = profile->knot;
+    const size_t low = find_knot(profile, true, u), high = low + 1;
     /* from the knot on the flux is 2 pi (intensity t + slope t^2 / 2) */
     const double width = knot[high].one_minus_cos - knot[low].one_minus_cos;
     const double slope = (knot[high].intensity - knot[low].intensity) / width;
@@ -92,13 +100,10 @@ double rmap_profile_draw(const struct rmap_profile *profile, double u)
 double rmap_profile_intensity(const struct rmap_profile *profile, double one_minus_cos)
 {
     const struct rmap_profile_knot *knot = profile->knot;
-    if (one_minus_cos < knot[0].one_minus_cos)
+    if (one_minus_cos < knot[0].one_minus_cos || one_minus_cos > knot[profile->n - 1].one_minus_cos)
         return 0.0;
-    for (size_t k = 1; k < profile->n; k++)
-        if (one_minus_cos <= knot[k].one_minus_cos) {
-            const double share = (one_minus_cos - knot[k - 1].one_minus_cos) /
-                                 (knot[k].one_minus_cos - knot[k - 1].one_minus_cos);
-            return knot[k - 1].intensity + share * (knot[k].intensity - knot[k - 1].intensity);
-        }
-    return 0.0;
+    knot += find_knot(profile, false, one_minus_cos);
+    const double share =
+        (one_minus_cos - knot[0].one_minus_cos) / (knot[1].one_minus_cos - knot[0].one_minus_cos);
+    return knot[0].intensity + share * (knot[1].intensity - knot[0].intensity);
 }
