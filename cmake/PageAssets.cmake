@@ -13,7 +13,7 @@ endforeach()
 enable_language(ASM)
 set(PAGE_DIR ${PROJECT_SOURCE_DIR}/analysis/page)
 # Later files use earlier ones.
-set(page_scripts data camera stage scene rays marker pick report classes objects detector play main)
+set(page_scripts data camera stage scene rays marker pick report classes objects detector region play main)
 set(PAGE_SCRIPTS "")
 set(page_files ${PAGE_THREE} ${PAGE_ORBIT} ${PAGE_DIR}/page.html ${PAGE_DIR}/page.css
                ${PAGE_DIR}/three-licence.txt)
