@@ -32,6 +32,31 @@ function restRow(rest) {
     element("td", { textContent: whole(here) }), ...classCells(rest));
 }
 
+/* Rays of the page in each class, of those that the region and the criteria choose; where there is such a
+ * choice, those with most flux first, and without the empty ones. */
+function refreshClasses() {
+  const filtered = shown.region !== null || !allCriteriaOn();
+  const rays = new Uint32Array(classes.length + 1), flux = new Float64Array(classes.length + 1);
+  for (let r = 0; r < ray.count; r++) {
+    if ((shown.region && !shown.region[r]) || !isOn(r)) continue;
+    const row = ray.class[r] < 0 ? classes.length : ray.class[r];
+    rays[row] += 1;
+    flux[row] += ray.flux[r];
+  }
+  const rows = classRows.slice(); // the rest stays last
+  if (filtered) rows.sort((a, b) => (flux[b.dataset.class] - flux[a.dataset.class]) || (a.dataset.class - b.dataset.class));
+  rows.forEach((row) => {
+    const { class: index } = row.dataset;
+    row.cells[1].textContent = whole(rays[index]);
+    row.classList.toggle("none", filtered && rays[index] === 0 && Number(index) !== shown.class);
+  });
+  const body = byId("classes").tBodies[0];
+  if (rows.some((row, k) => body.rows[k] !== row)) body.prepend(...rows); // moving takes the keyboard's place away
+  if (data.classes.rest) body.rows[classes.length].cells[1].textContent = whole(rays[classes.length]);
+  byId("classes-filter").textContent = filtered
+    ? `${whole(rays.subarray(0, classes.length).filter((n) => n > 0).length)} of them have rays ${shown.region ? "in the region" : "of the criteria that are on"}, most flux first.` : "";
+}
+
 /* -1: all. */
 function chooseClass(index) {
   shown.class = index;
@@ -46,7 +71,8 @@ function chooseClass(index) {
   refreshRegion();
 }
 
-byId("classes").tBodies[0].append(...classes.map(classRow), ...(data.classes.rest ? [restRow(data.classes.rest)] : []));
+const classRows = classes.map(classRow);
+byId("classes").tBodies[0].append(...classRows, ...(data.classes.rest ? [restRow(data.classes.rest)] : []));
 byId("classes-note").textContent = !classes.length ? "No ray, no class."
   : (data.classes.count === null ? "The largest classes" : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"}`) +
     ` of the ${whole(data.matched)} matching rays, by ${data.classes.by}; flux in ${scene.flux_unit} with its standard error; ` +

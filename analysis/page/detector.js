@@ -7,8 +7,8 @@ const paint = image.getContext("2d");
 const scaleBytes = unpack(data.detectors.scale);
 const FRAME = { left: 46, right: 10, top: 8, bottom: 22, bar: 52 }; // CSS pixels about the picture
 
-/* detector: index; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null */
-const sensor = { index: 0, kind: "rect", region: null, area: null, pressed: null, picture: null, pictures: new Map() };
+/* index: of the detector, -1 before the first; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null */
+const sensor = { index: -1, kind: "rect", region: null, area: null, picture: null, pictures: new Map() };
 const current = () => detectors[sensor.index];
 
 /* Axis of the detector that runs to the right: x of a plane, phi of an intensity grid. */
@@ -123,10 +123,10 @@ function layOut(detector) {
 
 function drawDots(detector) {
   const right = rightAxis(detector), style = getComputedStyle(document.documentElement);
-  paint.fillStyle = detector.image && allCriteriaOn() ? "#7fe0ff" : style.getPropertyValue("--strong");
-  paint.globalAlpha = Math.max(0.15, Math.min(0.9, 30 / Math.sqrt(ray.count)));
-  for (const [i, r] of registrationsOn(sensor.index)) {
-    if (shown.state[r] === HIDDEN) continue;
+  const dots = registrationsOn(sensor.index).filter(([, r]) => shown.state[r] !== HIDDEN);
+  paint.fillStyle = imageHolds(detector) ? "#7fe0ff" : style.getPropertyValue("--strong");
+  paint.globalAlpha = Math.max(0.15, Math.min(0.9, 30 / Math.sqrt(dots.length)));
+  for (const [i] of dots) {
     const place = [0, 1].map((axis) => detectorPlace(detector, registration.relative[2 * i + axis], axis));
     const [x, y] = toCanvas(place[right], place[1 - right]);
     paint.fillRect(x - 1, y - 1, 2, 2);
@@ -170,7 +170,8 @@ function drawFrameAndScale(detector, picture) {
   if (detector.image && !picture) {
     paint.textAlign = "left";
     paint.textBaseline = "top";
-    paint.fillText("the image is of all criteria; these are rays of those that are on", left + 4, top + 4, width - 8);
+    paint.fillText(allCriteriaOn() ? "the image is of all paths; these are rays of the class that is chosen"
+      : "the image is of all criteria; these are rays of those that are on", left + 4, top + 4, width - 8);
   }
   if (!picture) return;
   const x = left + width + 10;
@@ -190,13 +191,15 @@ function drawFrameAndScale(detector, picture) {
   paint.fillText(written(detector.image.unit), left + width + FRAME.bar + 4, top + height + 4);
 }
 
+/* The image is of the light of all criteria and classes; of some, the rays of the page stand for it. */
+const imageHolds = (detector) => detector.image !== null && allCriteriaOn() && shown.class < 0;
+
 function drawImage() {
   const detector = current();
   if (!detector) return;
   layOut(detector);
   const { left, top, width, height } = sensor.area;
-  /* The image is of the light of all criteria; where some are off, the rays of the page stand for the others'. */
-  const picture = detector.image && allCriteriaOn() ? pictureOf(detector, byId("log").checked) : null;
+  const picture = imageHolds(detector) ? pictureOf(detector, byId("log").checked) : null;
   paint.clearRect(0, 0, image.width, image.height);
   paint.imageSmoothingEnabled = false;
   if (picture) paint.drawImage(picture.cells, left, top, width, height);
@@ -218,9 +221,7 @@ function isSpiky(levels, most) {
   return bright.filter((v) => v < 0.03 * most).length > 0.5 * bright.length;
 }
 
-function showDetector(index) {
-  sensor.index = index;
-  sensor.region = null;
+function describeDetector() {
   const detector = current(), of = detector.image;
   const note = of
     ? `${of.quantity}, peak ${figure(of.peak, 4)} ${written(of.unit)}; flux ${figure(of.flux, 5)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit} of ${whole(of.registrations)} registrations` +
@@ -228,9 +229,7 @@ function showDetector(index) {
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;
   byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
-  image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays.`);
-  nameFields();
-  refreshRegion();
+  image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays; arrow keys move what is drawn, with Shift they resize it.`);
 }
 
 /* The value of the cell under the pointer. */
@@ -253,6 +252,5 @@ image.addEventListener("pointerleave", () => (byId("image-value").textContent = 
 byId("log").addEventListener("change", drawImage);
 byId("dots").addEventListener("change", drawImage);
 byId("hang").addEventListener("change", drawImage);
-byId("detector").addEventListener("change", (event) => showDetector(Number(event.target.value)));
 byId("detector").append(...detectors.map((one, index) => element("option", { value: String(index), textContent: one.name })));
 byId("detector-box").hidden = detectors.length === 0;

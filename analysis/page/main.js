@@ -55,10 +55,13 @@ const KEYS = [
   ["+", "+ -", "zoom", () => setHalfHeight(halfHeight() / 1.2)],
   ["-", null, null, () => setHalfHeight(halfHeight() * 1.2)],
   ["Escape", "Esc", "no ray, no class, no region", () => {
+    if (dropDrag()) return;
     chooseRay(-1);
-    if (sensor.region) setKind(sensor.kind);
+    if (sensor.region) takeStep({ region: null });
     if (shown.class >= 0) chooseClass(-1);
   }],
+  ["z", "z Z", "a step of regions back, and on", undo],
+  ["Z", null, null, redo],
   ["?", "?", "this help", () => byId("help").showModal()],
 ];
 
@@ -67,7 +70,8 @@ document.addEventListener("keydown", (event) => {
   const typing = event.key !== "Escape" && event.target.matches("input[type=text], input[type=search], select");
   const own = event.key === " " && event.target.matches("button, summary, input");
   const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
-  if (!key || byId("help").open || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
+  const chord = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() !== "z"; // Ctrl+Z is as z
+  if (!key || byId("help").open || typing || own || sliding || chord || event.altKey) return;
   event.preventDefault();
   if (event.key.startsWith("Arrow") || "+-".includes(event.key)) standing = null;
   key[3]();
@@ -83,6 +87,7 @@ byId("provenance").textContent = `Written by ${data.program}.`;
 byId("keys").append(
   ...[["drag", "turn"], ["right drag, two fingers", "shift"], ["wheel, pinch", "zoom"],
     ["point at a ray", "what happened on that leg"], ["click a ray", "its whole report"],
+    ["drag on an image", "draw a region, move it, or resize it by its edges; with Shift a new one"],
     ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3))].flatMap(([name, text]) =>
     [element("dt", { textContent: name }), element("dd", { textContent: text })]));
 if (ray.count === 0) {
@@ -120,8 +125,7 @@ setView("3d");
 refreshRays();
 if (detectors.length) {
   const first = Math.max(detectors.findIndex((one) => one.image && one.image.registrations > 0), 0);
-  byId("detector").value = String(first);
-  showDetector(first);
+  showState({ index: first });
 }
 
 /* For tests and the curious. */

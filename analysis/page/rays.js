@@ -162,6 +162,8 @@ function whereOf(r) {
   return bits ? 31 - Math.clz32(bits & -bits) : -1;
 }
 
+const isOn = (r) => !where.length || whereOf(r) >= 0;
+
 function bytesOf(ink) {
   const value = parseInt(ink.slice(1), 16);
   return [value >> 16, (value >> 8) & 255, value & 255];
@@ -195,7 +197,7 @@ const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count
 function refreshRays() {
   shown.count = shown.inRegion = shown.legs = 0;
   for (let r = 0; r < ray.count; r++) {
-    const visible = (shown.class < 0 || ray.class[r] === shown.class) && (!where.length || whereOf(r) >= 0);
+    const visible = (shown.class < 0 || ray.class[r] === shown.class) && isOn(r);
     const inside = shown.region ? shown.region[r] === 1 : false;
     shown.state[r] = !visible ? HIDDEN : !shown.region ? SHOWN : inside ? STRONG : DIM;
     shown.count += visible ? 1 : 0;

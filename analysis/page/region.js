@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
 // Regions of a detector: a rectangle or ellipse drawn on its image becomes a criterion, and the rays
-// that are registered in it stand out.
+// that are registered in it stand out. It is moved, resized, typed, and steps of that are undone.
 
-/* Bounds [u0, v0, u1, v1] of the region on the picture. */
+const GRIP = 7; // pixels about an edge that take hold of it
+
+/* hold: what the pointer has of the region (see gripAt), null while it draws a new one. before: the state to undo to. */
+const drag = { from: null, hold: null, before: null };
+const steps = { past: [], undone: [] };
+const state = () => ({ index: sensor.index, kind: sensor.kind, region: sensor.region });
+
+/* Bounds [u0, v0, u1, v1] of the region on the picture, the lesser first. */
 function regionBounds(detector, kind, region) {
-  const right = rightAxis(detector);
-  const [a0, a1, b0, b1] = kind === "rect" ? [region[0], region[2], region[1], region[3]]
-    : [region[0] - region[2], region[0] + region[2], region[1] - region[3], region[1] + region[3]];
+  const right = rightAxis(detector), sorted = (p, q) => [Math.min(p, q), Math.max(p, q)];
+  const [a0, a1] = kind === "rect" ? sorted(region[0], region[2]) : [region[0] - region[2], region[0] + region[2]];
+  const [b0, b1] = kind === "rect" ? sorted(region[1], region[3]) : [region[1] - region[3], region[1] + region[3]];
   return right === 0 ? [a0, b0, a1, b1] : [b0, a0, b1, a1];
 }
 
@@ -24,7 +31,32 @@ function drawRegion(detector) {
     paint.stroke();
   }
   paint.lineWidth = 1;
+  for (const [u, v] of [[0, 0], [0, 1], [1, 0], [1, 1], [0, 0.5], [1, 0.5], [0.5, 0], [0.5, 1]]) {
+    if (sensor.kind === "ellipse" && u !== 0.5 && v !== 0.5) continue; // its corners lie outside of it
+    const [x, y] = [x0 + u * (x1 - x0), y0 + v * (y1 - y0)];
+    paint.fillStyle = "#000000";
+    paint.fillRect(x - 3.5, y - 3.5, 7, 7);
+    paint.fillStyle = "#ffd24d";
+    paint.fillRect(x - 2.5, y - 2.5, 5, 5);
+  }
 }
+
+/* What of the region lies there: its edges [across, up], each 0 for the least, 1 for the greatest, null
+ * for neither; [null, null] is its inside. null: nothing of it. */
+function gripAt(x, y) {
+  if (!sensor.region) return null;
+  const [u0, v0, u1, v1] = regionBounds(current(), sensor.kind, sensor.region);
+  const [x0, y0] = toCanvas(u0, v0), [x1, y1] = toCanvas(u1, v1);
+  const side = (t, a, b) => {
+    const inwards = Math.min(GRIP, Math.abs(b - a) / 4), along = (t - a) * Math.sign(b - a), length = Math.abs(b - a);
+    return along < -GRIP || along > length + GRIP ? undefined : along < inwards ? 0 : along > length - inwards ? 1 : null;
+  };
+  const edges = [side(x, x0, x1), side(y, y0, y1)];
+  return edges.includes(undefined) ? null : edges;
+}
+
+const CURSORS = { "null null": "move", "null 0": "ns-resize", "null 1": "ns-resize", "0 null": "ew-resize", "1 null": "ew-resize",
+  "0 0": "nesw-resize", "1 1": "nesw-resize", "0 1": "nwse-resize", "1 0": "nwse-resize" };
 
 /* As the criterion is evaluated: closed, in the detector's own units, corners in any order. */
 function regionHas(kind, region, x, y) {
@@ -38,7 +70,7 @@ function regionText(detector) {
   return sensor.region ? `registered(${detector.word}, ${sensor.kind}(${sensor.region.join(", ")}))` : null;
 }
 
-/* After a change of region, detector or class. */
+/* After a change of region, detector, class or criteria. */
 function refreshRegion() {
   const detector = current();
   if (!detector) return;
@@ -57,12 +89,13 @@ function refreshRegion() {
     }
   }
   refreshRays();
+  refreshClasses();
   const strong = inside.filter((r) => shown.state[r] === STRONG);
   const registered = strong.reduce((sum, r) => sum + ray.flux[r], 0);
   const flux = ray.flux.reduce((sum, f, r) => sum + (shown.state[r] === STRONG ? f : 0), 0);
   byId("region-count").textContent = sensor.region
     ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` +
-      (detector.image && allCriteriaOn() && shown.class < 0 ? `; of the whole image about ${figure(imageFlux(detector), 4)} ${scene.flux_unit}` : "") : "";
+      (imageHolds(detector) ? `; of the whole image about ${figure(imageFlux(detector), 4)} ${scene.flux_unit}` : "") : "";
   const fields = [...byId("region").querySelectorAll("input")];
   fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
   drawImage();
@@ -75,11 +108,13 @@ function criteriaOn() {
   return on.length ? on.join(" or ") : "ray < 0";
 }
 
-/* Numbers as short as the picture's resolution allows: the text says what was evaluated. Edges go outwards. */
+/* Numbers as short as the picture's resolution allows: the text says what was evaluated. Edges go outwards,
+ * those that are as short already stay. */
 function shortNumber(value, detector, round) {
   const step = Math.max(...[0, 1].map((axis) => span(detector, axis)[1] - span(detector, axis)[0])) / 2000;
   const digits = Math.max(0, Math.min(12, Math.ceil(-Math.log10(step))));
-  return Number((round(value * 10 ** digits) / 10 ** digits).toFixed(digits)) + 0;
+  const scaled = value * 10 ** digits, nearest = Math.round(scaled);
+  return Number(((Math.abs(scaled - nearest) < 1e-6 ? nearest : round(scaled)) / 10 ** digits).toFixed(digits)) + 0;
 }
 
 /* Between two places on the picture, [right, up] each. */
@@ -95,14 +130,50 @@ function regionBetween(from, to) {
   return empty ? null : region;
 }
 
-function setKind(kind) {
-  sensor.kind = kind;
-  sensor.region = null;
-  byId("draw-rect").setAttribute("aria-pressed", String(kind === "rect"));
-  byId("draw-ellipse").setAttribute("aria-pressed", String(kind === "ellipse"));
+/* The region moved by [right, up], its size kept to the last digit. */
+function movedBy(region, by) {
+  const detector = current(), right = rightAxis(detector);
+  const [a, b] = [by[right], by[1 - right]].map((value) => shortNumber(value, detector, Math.round));
+  const add = sensor.kind === "rect" ? [a, b, a, b] : [a, b, 0, 0];
+  return region.map((value, k) => Number((value + add[k]).toPrecision(12)));
+}
+
+/* Those of its edges that are held go to [right, up]. */
+function resizedTo(region, hold, to) {
+  const bounds = regionBounds(current(), sensor.kind, region);
+  hold.forEach((edge, axis) => edge !== null && (bounds[2 * edge + axis] = to[axis]));
+  return regionBetween(bounds.slice(0, 2), bounds.slice(2));
+}
+
+/* A step: some of `index`, `kind`, `region`. */
+function takeStep(next, before = state()) {
+  if (before.region || next.region) {
+    steps.past.push(before);
+    steps.undone = [];
+  }
+  showState(next);
+}
+
+function showState(next) {
+  const { index } = sensor;
+  Object.assign(sensor, next);
+  byId("draw-rect").setAttribute("aria-pressed", String(sensor.kind === "rect"));
+  byId("draw-ellipse").setAttribute("aria-pressed", String(sensor.kind === "ellipse"));
+  byId("undo").disabled = !steps.past.length;
+  byId("redo").disabled = !steps.undone.length;
+  byId("detector").value = String(sensor.index);
+  if (sensor.index !== index) describeDetector();
   nameFields();
   refreshRegion();
 }
+
+/* From one list of states to the other: undone and done again. */
+function goTo(from, to) {
+  if (!from.length) return;
+  to.push(state());
+  showState(from.pop());
+}
+const undo = () => goTo(steps.past, steps.undone), redo = () => goTo(steps.undone, steps.past);
 
 function nameFields() {
   if (!current()) return;
@@ -112,24 +183,53 @@ function nameFields() {
 }
 
 image.addEventListener("pointerdown", (event) => {
-  sensor.pressed = toCoordinates(...placeOn(image, event));
+  const [x, y] = placeOn(image, event);
+  Object.assign(drag, { from: toCoordinates(x, y), hold: event.shiftKey ? null : gripAt(x, y), before: state() });
   image.setPointerCapture(event.pointerId);
 });
 image.addEventListener("pointermove", (event) => {
-  if (!sensor.pressed) return;
-  sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
+  const [x, y] = placeOn(image, event);
+  if (!drag.from) image.style.cursor = (!event.shiftKey && CURSORS[(gripAt(x, y) || []).map(String).join(" ")]) || "crosshair";
+  if (!drag.from) return;
+  const to = toCoordinates(x, y), { region } = drag.before;
+  if (!drag.hold) sensor.region = regionBetween(drag.from, to);
+  else if (drag.hold.some((edge) => edge !== null)) sensor.region = resizedTo(region, drag.hold, to);
+  else sensor.region = movedBy(region, to.map((value, k) => value - drag.from[k]));
   drawImage();
 });
-image.addEventListener("pointerup", (event) => {
-  if (!sensor.pressed) return;
-  sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
-  sensor.pressed = null;
-  refreshRegion();
+/* A press that has not moved is a step only where it takes a region away. */
+image.addEventListener("pointerup", () => {
+  if (!drag.from) return;
+  const { before, hold } = drag, region = sensor.region === before.region && !hold ? null : sensor.region;
+  drag.from = null;
+  if (region !== before.region) takeStep({ region }, before);
 });
-image.addEventListener("pointercancel", () => (sensor.pressed = null));
-byId("draw-rect").addEventListener("click", () => setKind("rect"));
-byId("draw-ellipse").addEventListener("click", () => setKind("ellipse"));
-byId("draw-none").addEventListener("click", () => setKind(sensor.kind));
+/* The pointer was taken away, or Esc pressed. */
+function dropDrag() {
+  if (!drag.from) return false;
+  drag.from = null;
+  showState(drag.before);
+  return true;
+}
+image.addEventListener("pointercancel", dropDrag);
+
+/* Arrows move the region by a hundredth of the picture; with Shift its right and its upper edge. */
+image.addEventListener("keydown", (event) => {
+  const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  if (!way || !sensor.region || event.ctrlKey || event.altKey || event.metaKey) return;
+  event.preventDefault();
+  event.stopPropagation(); // or the scene turns, too
+  const { u, v } = sensor.area, [, , u1, v1] = regionBounds(current(), sensor.kind, sensor.region);
+  const by = [way[0] * (u[1] - u[0]) / 100, way[1] * (v[1] - v[0]) / 100];
+  const region = event.shiftKey ? resizedTo(sensor.region, way.map((k) => (k ? 1 : null)), [u1 + by[0], v1 + by[1]])
+    : movedBy(sensor.region, by);
+  if (region) takeStep({ region });
+});
+for (const kind of ["rect", "ellipse"]) byId(`draw-${kind}`).addEventListener("click", () => takeStep({ kind, region: null }));
+byId("draw-none").addEventListener("click", () => takeStep({ region: null }));
+byId("undo").addEventListener("click", undo);
+byId("redo").addEventListener("click", redo);
+byId("detector").addEventListener("change", (event) => takeStep({ index: Number(event.target.value), region: null }));
 byId("region").addEventListener("submit", (event) => {
   event.preventDefault();
   const typed = [...byId("region").querySelectorAll("input")].map((field) => field.value.trim().replace(",", ".").replace(MINUS, "-"));
@@ -141,7 +241,6 @@ byId("region").addEventListener("submit", (event) => {
     byId("region-count").textContent = `Refused: ${refused}.`;
     return;
   }
-  sensor.region = numbers;
-  refreshRegion();
+  takeStep({ region: numbers });
 });
 copyButton(byId("region-criterion"));

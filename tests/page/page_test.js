@@ -266,7 +266,82 @@ async function takesNumbersAsQuery(page) {
   check(/must be > 0/.test(await take(["0", "0", "0", "1"])), "a half-axis of 0 is refused");
 }
 
+/* Numbers of the region, as its criterion has them. */
+const numbersOf = async (page) =>
+  /(?:rect|ellipse)\(([^)]*)\)/.exec(await page.textContent("#region-criterion code"))[1].split(",").map(Number);
+const near = (a, b, tolerance) => a.every((value, k) => Math.abs(value - b[k]) <= tolerance);
+
+/* A region is moved by its inside, resized by its edges and by keys; every step is undone and done again. */
+async function movesRegions(page) {
+  await page.locator("#image").scrollIntoViewIfNeeded();
+  await page.selectOption("#detector", { label: "sensor" });
+  for (const kind of ["rect", "ellipse"]) {
+    await page.locator(`#draw-${kind}`).click();
+    await drag(page, "#image", [0.3, 0.3], [0.5, 0.5]);
+    const first = await numbersOf(page), size = kind === "rect" ? first[2] - first[0] : 2 * first[2];
+    await drag(page, "#image", [0.4, 0.4], [0.5, 0.4]);
+    const moved = await numbersOf(page), by = moved[0] - first[0], add = kind === "rect" ? [by, 0, by, 0] : [by, 0, 0, 0];
+    check(by > 0.4 * size && by < 0.6 * size && near(moved, first.map((v, k) => v + add[k]), 1e-9), `a ${kind} moves by half its width: ${first} to ${moved}`);
+    await drag(page, "#image", [0.6, 0.4], [0.8, 0.4]);
+    const wider = await numbersOf(page), width = kind === "rect" ? wider[2] - wider[0] : 2 * wider[2];
+    check(width > 1.9 * size && width < 2.1 * size, `its edge makes it ${width / size} times as wide: ${wider}`);
+    check(kind === "rect" ? near(wider.slice(0, 2), moved.slice(0, 2), 1e-9) && wider[3] === moved[3] : near([wider[1], wider[3]], [moved[1], moved[3]], 1e-9),
+      `and leaves the others: ${moved} to ${wider}`);
+    await page.locator("#image").focus();
+    await page.keyboard.press("ArrowUp");
+    await page.keyboard.press("Shift+ArrowRight");
+    const keyed = await numbersOf(page);
+    check(keyed[1] > wider[1] && keyed[2] > wider[2], `keys move and resize it: ${wider} to ${keyed}`);
+    for (const told of [null, wider, moved, first]) {
+      await page.keyboard.press(told === moved ? "Control+z" : "z");
+      if (told) check(near(await numbersOf(page), told, 0), `undone to ${told}: ${await numbersOf(page)}`);
+    }
+    await page.locator("#undo").click();
+    check(await page.locator("#region-criterion").isHidden(), "undone to no region");
+    for (let k = 0; k < 4; k++) await page.keyboard.press("Shift+Z");
+    await page.locator("#redo").click();
+    check(near(await numbersOf(page), keyed, 0), `done again: ${keyed}`);
+    await page.locator("#image").hover({ position: { x: 90, y: 90 } });
+    await page.mouse.down();
+    await page.keyboard.press("Escape");
+    await page.mouse.up();
+    check(near(await numbersOf(page), keyed, 0), "Esc drops what the pointer does");
+    await page.locator("#draw-none").click();
+  }
+}
+
+/* Rays in the table of classes, by the number of the row. */
+const classCounts = (page) => page.locator("#classes tbody tr[data-class]:visible").evaluateAll((rows) =>
+  rows.map((row) => [Number(row.dataset.class), Number(row.cells[1].textContent.replace(/,/g, ""))]));
+
+/* A region chooses classes, a class the image and the counts of a region. */
+async function filtersOneAnother(page) {
+  const last = await page.evaluate(() => raymap.lastRay());
+  const all = await classCounts(page);
+  await page.locator("#image").scrollIntoViewIfNeeded();
+  await page.locator("#draw-rect").click();
+  await drag(page, "#image", [0.35, 0.3], [0.5, 0.5]);
+  const criterion = await page.textContent("#region-criterion code");
+  const inside = await classCounts(page), sum = inside.reduce((n, [, rays]) => n + rays, 0);
+  const rest = Number(await page.locator("#classes tr.rest td").nth(1).textContent().catch(() => 0)) || 0;
+  check(sum + rest === counted("a.raymap", `(${criterion}) and ray <= ${last}`), `${sum} rays of the classes and ${rest} others lie in ${criterion}`);
+  check(inside.length < all.length && inside.every(([, rays]) => rays > 0), `${inside.length} of ${all.length} classes have rays there`);
+  check((await page.textContent("#classes-filter")).startsWith(`${inside.length} of them`), "and the page says so");
+  await picture(page, "filtered.png");
+  const [index, rays] = inside[0];
+  await page.locator(`#classes tr[data-class="${index}"] button`).click();
+  check(!(await page.evaluate(() => raymap.hasImage())), "of a class the image has its rays alone");
+  const both = await page.textContent("#region-criterion code");
+  check(counted("a.raymap", `(${both}) and ray <= ${last}`) === rays, `${both} finds the class's ${rays} rays`);
+  check((await page.textContent("#region-count")).startsWith(`${rays} of`), `the region tells ${rays}`);
+  check(JSON.stringify(await classCounts(page)) === JSON.stringify(inside), "the other classes keep their counts");
+  await picture(page, "filtered-class.png");
+  await page.keyboard.press("Escape");
+  check(JSON.stringify(await classCounts(page)) === JSON.stringify(all), "Esc brings all back");
+}
+
 async function searchesAndNames(page) {
+  await page.locator("#image").scrollIntoViewIfNeeded();
   const box = await page.locator("#image").boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   check(/mm: [\d.e]+ W\/m/.test(await page.textContent("#image-value")), "the value under the pointer is told");
@@ -377,7 +452,7 @@ async function main() {
   const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
   try {
     let page = await open(browser, "a.html");
-    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
+    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, movesRegions, filtersOneAnother, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
     await page.context().close();
 
