@@ -39,13 +39,7 @@ bool rmap_h5_set_deflate(hid_t create, const struct rmap_h5_tiles *tiles)
            H5Pset_deflate(create, DECLARED_LEVEL) >= 0;
 }
 
-/* Buffers for a chunk. */
-struct scratch {
-    struct rmap_deflater *deflater;
-    uint8_t *raw, *plane, *stored;
-};
-
-static void scratch_fini(struct scratch *scratch)
+void rmap_h5_scratch_fini(struct rmap_h5_scratch *scratch)
 {
     rmap_deflater_destroy(scratch->deflater);
     rmap_free(scratch->raw);
@@ -53,9 +47,11 @@ static void scratch_fini(struct scratch *scratch)
     rmap_free(scratch->stored);
 }
 
-static enum rmap_status scratch_init(struct scratch *scratch, size_t n, size_t element_nbytes,
-                                     struct rmap_error *err)
+enum rmap_status rmap_h5_scratch_init(struct rmap_h5_scratch *scratch, size_t n,
+                                      size_t element_nbytes, struct rmap_error *err)
 {
+    scratch->n = n;
+    scratch->element_nbytes = element_nbytes;
     enum rmap_status st = rmap_deflater_create(&scratch->deflater, err);
     if (st != RMAP_OK)
         return st;
@@ -76,13 +72,10 @@ static int cut_dimension(const struct rmap_h5_tiles *tiles)
     return k;
 }
 
-/* Elements [first, first + n) as the chunk at `at`; what the chunk has beyond them is 0. */
-static bool write_tile(hid_t set, struct scratch *scratch, const struct rmap_h5_tiles *tiles,
-                       const uint8_t *first, size_t n, const hsize_t *at)
+bool rmap_h5_write_chunk(hid_t set, struct rmap_h5_scratch *scratch, const void *first, size_t n,
+                         const hsize_t *at)
 {
-    size_t cell = tiles->element_nbytes, all = 1;
-    for (int k = 0; k < tiles->rank; k++)
-        all *= (size_t)tiles->chunk[k];
+    size_t cell = scratch->element_nbytes, all = scratch->n;
     memcpy(scratch->raw, first, n * cell); /* aligned */
     memset(scratch->raw + n * cell, 0, (all - n) * cell);
     rmap_shuffle(scratch->raw, all, cell, scratch->plane, all);
@@ -90,7 +83,7 @@ static bool write_tile(hid_t set, struct scratch *scratch, const struct rmap_h5_
     return H5Dwrite_chunk(set, H5P_DEFAULT, 0, at, nbytes, scratch->stored) >= 0;
 }
 
-static bool write_all(hid_t set, struct scratch *scratch, const struct rmap_h5_tiles *tiles,
+static bool write_all(hid_t set, struct rmap_h5_scratch *scratch, const struct rmap_h5_tiles *tiles,
                       const uint8_t *data)
 {
     int cut = cut_dimension(tiles);
@@ -110,8 +103,8 @@ static bool write_all(hid_t set, struct scratch *scratch, const struct rmap_h5_t
             hsize_t left = tiles->dims[cut] - at[cut];
             size_t n = (size_t)(left < tiles->chunk[cut] ? left : tiles->chunk[cut]);
             size_t first = (o * (size_t)tiles->dims[cut] + (size_t)at[cut]) * inner;
-            if (!write_tile(set, scratch, tiles, data + first * tiles->element_nbytes, n * inner,
-                            at))
+            if (!rmap_h5_write_chunk(set, scratch, data + first * tiles->element_nbytes, n * inner,
+                                     at))
                 return false;
         }
     }
@@ -121,15 +114,15 @@ static bool write_all(hid_t set, struct scratch *scratch, const struct rmap_h5_t
 enum rmap_status rmap_h5_write_tiles(hid_t set, const struct rmap_h5_tiles *tiles, const void *data,
                                      bool *written_ret, struct rmap_error *err)
 {
-    struct scratch scratch = {NULL};
+    struct rmap_h5_scratch scratch = {NULL};
     size_t all = 1;
     *written_ret = false;
     for (int k = 0; k < tiles->rank; k++)
         all *= (size_t)tiles->chunk[k];
-    enum rmap_status st = scratch_init(&scratch, all, tiles->element_nbytes, err);
+    enum rmap_status st = rmap_h5_scratch_init(&scratch, all, tiles->element_nbytes, err);
     if (st == RMAP_OK)
         *written_ret = write_all(set, &scratch, tiles, data);
-    scratch_fini(&scratch);
+    rmap_h5_scratch_fini(&scratch);
     return st;
 }
 

@@ -29,6 +29,21 @@ bool rmap_h5_set_deflate(hid_t create, const struct rmap_h5_tiles *tiles);
 enum rmap_status rmap_h5_write_tiles(hid_t set, const struct rmap_h5_tiles *tiles, const void *data,
                                      bool *written_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Buffers for chunks of n elements; zeroed: none. */
+struct rmap_h5_scratch {
+    struct rmap_deflater *deflater;
+    uint8_t *raw, *plane, *stored;
+    size_t n, element_nbytes;
+};
+enum rmap_status rmap_h5_scratch_init(struct rmap_h5_scratch *scratch, size_t n,
+                                      size_t element_nbytes, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_h5_scratch_fini(struct rmap_h5_scratch *scratch);
+
+/* `n` elements as the chunk at `at` of a dataset with those filters; what the chunk has beyond them
+ * is 0. False: HDF5 failed. */
+bool rmap_h5_write_chunk(hid_t set, struct rmap_h5_scratch *scratch, const void *first, size_t n,
+                         const hsize_t *at);
+
 /* Reads all of a table whose chunks are such and follow each other in its first dimension. data:
  * its elements, aligned for them. False: it is no such table, or not whole; HDF5 is to read it, and
  * will say what is wrong. */

@@ -293,21 +293,15 @@ static bool ends_with(const char *text, const char *end)
 
 static enum rmap_status describe_values(struct rmap_piece_writer *self, struct rmap_error *err)
 {
-    static const char bits[] =
-#define BIT(symbol, bit, letter, word, meaning) word " = 2^" #bit ", "
-        RMAP_EVENT_TABLE(BIT);
-#undef BIT
     const struct rmap_channels *channels = &self->run->scene->channels;
     enum rmap_status st = RMAP_OK;
-    char text[sizeof bits];
-    (void)snprintf(text, sizeof text, "%.*s", (int)(sizeof bits - 3), bits);
     for (int s = 0; st == RMAP_OK && s < self->n_stream; s++) {
         const struct rmap_stream_info *stream = &self->layout->stream[s];
         if (stream->width == 0)
             st = rmap_h5_put(&self->h5, stream->path, "wavelength_nm", RMAP_F64,
                              (size_t)channels->n, channels->wavelength_nm, err);
         else if (ends_with(stream->path, "/event"))
-            st = rmap_h5_put_text(&self->h5, stream->path, "bits", text, err);
+            st = rmap_h5_put_text(&self->h5, stream->path, "bits", rmap_event_bits(), err);
     }
     return st;
 }

@@ -22,7 +22,8 @@
 #include "mpi/command/output.h"
 #include "mpi/scan/ray_lines.h"
 
-/* How one ray is written: first/between/last frame the list. write NULL: as polylines. */
+/* How one ray is written: first/between/last frame the list. write NULL: as polylines, or tables.
+ */
 struct format {
     const char *suffix; /* of the file's name */
     const char *first, *between, *last;
@@ -46,11 +47,13 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
 static const struct format json_format = {".json", "[\n", ",\n", "\n]\n", write_json};
 static const struct format csv_format = {".csv", "", "", "", rmap_ray_csv_write};
 static const struct format polydata_format = {".vtp", "", "", "", NULL};
+static const struct format table_format = {".h5", "", "", "", NULL};
 static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 
 static const struct format *format_of(const char *path)
 {
-    const struct format *const known[] = {&json_format, &csv_format, &polydata_format};
+    const struct format *const known[] = {&json_format, &csv_format, &polydata_format,
+                                          &table_format};
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
         if (rmap_output_is(path, known[i]->suffix))
             return known[i];
@@ -62,13 +65,18 @@ bool rmap_query_rays_named(const char *path)
     return format_of(path) != NULL;
 }
 
+bool rmap_query_rays_are_tables(const char *path)
+{
+    return format_of(path) == &table_format;
+}
+
 enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap_error *err)
 {
     if (!format_of(path))
         return rmap_error_set(err, RMAP_USAGE,
                               "cannot write '%s': -o takes a name that ends in .csv (a row per "
-                              "segment), .json (an array of rays), .vtp (polylines for ParaView) "
-                              "or .raymap (a ray map)",
+                              "segment), .json (an array of rays), .h5 (tables of plain columns), "
+                              ".vtp (polylines for ParaView) or .raymap (a ray map)",
                               path);
     return rmap_output_free(path, force, err);
 }
@@ -81,31 +89,44 @@ struct rmap_rays_out {
     const struct format *format;
     FILE *file;                     /* the whole one's, or stdout */
     struct rmap_polydata *polydata; /* NULL: of no .vtp */
+    struct rmap_table_out *table;   /* NULL: of no .h5 */
     uint64_t n_ray, n_segment;
 };
 
-enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
-                                     const char *path, struct rmap_rays_out **out_ret,
-                                     struct rmap_error *err)
+static enum rmap_status begin_text(struct rmap_rays_out *self, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_map_scene(self->map);
+    if (self->path)
+        RMAP_TRY(rmap_whole_file_open(&self->whole, self->path, err));
+    self->file = self->path ? self->whole.file : stdout;
+    if (self->format == &polydata_format)
+        RMAP_TRY(rmap_polydata_begin(
+            self->file, scene,
+            &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_text(scene)}, &self->polydata,
+            err));
+    fputs(self->format == &csv_format ? rmap_ray_csv_header(scene) : self->format->first,
+          self->file);
+out:
+    return st;
+}
+
+enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
+                                     const struct rmap_table_request *request,
+                                     struct rmap_rays_out **out_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
     struct rmap_rays_out *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
     self->context = context;
     self->map = map;
-    self->path = path;
-    self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
-    enum rmap_status st = path ? rmap_whole_file_open(&self->whole, path, err) : RMAP_OK;
-    RMAP_TRY(st);
-    self->file = path ? self->whole.file : stdout;
-    if (self->format == &polydata_format)
-        RMAP_TRY(rmap_polydata_begin(
-            self->file, rmap_map_scene(map),
-            &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_text(rmap_map_scene(map))},
-            &self->polydata, err));
-    fputs(self->format == &csv_format ? rmap_ray_csv_header(rmap_map_scene(map))
-                                      : self->format->first,
-          self->file);
+    self->path = request->path;
+    self->format = self->path ? format_of(self->path) : context->json ? &json_format : &text_format;
+    if (self->format == &table_format)
+        RMAP_TRY(rmap_table_out_begin(map, request, &self->table, err));
+    else
+        RMAP_TRY(begin_text(self, err));
     *out_ret = self;
     self = NULL;
 out:
@@ -148,9 +169,10 @@ enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *r
                                     struct rmap_error *err)
 {
     struct rmap_rays_out *self = out;
-    enum rmap_status st =
-        self->polydata ? write_polyline(self, ray, err) : write_report(self, ray, err);
-    if (st == RMAP_OK && ferror(self->file))
+    enum rmap_status st = self->table      ? rmap_table_out_take(self->table, ray, err)
+                          : self->polydata ? write_polyline(self, ray, err)
+                                           : write_report(self, ray, err);
+    if (st == RMAP_OK && !self->table && ferror(self->file))
         st = cannot_write(self, err);
     self->n_ray++;
     self->n_segment += ray->portion->ray.segment_count[ray->row];
@@ -161,10 +183,12 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
 {
     if (self->polydata)
         rmap_polydata_finish(self->polydata);
-    fputs(self->format->last, self->file);
+    if (!self->table)
+        fputs(self->format->last, self->file);
     if (!self->path)
         return fflush(self->file) == 0 ? RMAP_OK : cannot_write(self, err);
-    enum rmap_status st = rmap_whole_file_finish(&self->whole, err);
+    enum rmap_status st = self->table ? rmap_table_out_finish(self->table, err)
+                                      : rmap_whole_file_finish(&self->whole, err);
     if (st != RMAP_OK)
         return st;
     if (self->context->json)
@@ -184,6 +208,7 @@ void rmap_rays_out_destroy(struct rmap_rays_out *self)
         return;
     rmap_whole_file_fini(&self->whole);
     rmap_polydata_destroy(self->polydata);
+    rmap_table_out_destroy(self->table);
     rmap_free(self);
 }
 

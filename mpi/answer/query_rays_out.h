@@ -8,6 +8,7 @@
 #include <stdbool.h>
 
 #include "analysis/query/query.h"
+#include "mpi/answer/ray_table_out.h"
 #include "mpi/command/command.h"
 #include "mpi/scan/ray_stream.h"
 
@@ -15,14 +16,16 @@
 enum rmap_status rmap_query_rays_check(const char *path, bool force,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* True for the name of a file of rays: NAME.csv, NAME.json or NAME.vtp, in any case. */
+/* True for the name of a file of rays: NAME.csv, NAME.json, NAME.vtp or NAME.h5, in any case. */
 bool rmap_query_rays_named(const char *path);
+bool rmap_query_rays_are_tables(const char *path); /* NAME.h5 */
 
-/* Where the rays of an answer go, one after another; all of it on rank 0. path NULL: on stdout, a
+/* Where the rays of an answer go, one after another; all of it on rank 0. No path: on stdout, a
  * line per ray (its id and its path in letters), or with --json the array of rays. */
 struct rmap_rays_out;
 enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
-                                     const char *path, struct rmap_rays_out **out_ret,
+                                     const struct rmap_table_request *request,
+                                     struct rmap_rays_out **out_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
                                     struct rmap_error *err) RMAP_MUST_USE;

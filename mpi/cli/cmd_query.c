@@ -27,7 +27,9 @@ static const struct rmap_option options[] = {
     {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
     {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
     {"output", 'o', "OUT",
-     "write the matching rays: OUT.csv, OUT.json, OUT.vtp, or OUT.raymap, a ray map"},
+     "write the matching rays: OUT.csv, OUT.json, OUT.h5, OUT.vtp, or OUT.raymap, a ray map"},
+    {"columns", 0, "LIST",
+     "of OUT.h5: ray, segment, registration, or columns of them, registration/x,ray/flux"},
     {"encoding", 0, "E", "of OUT.raymap: plain or compact (default: that of MAP's first piece)",
      .words = "plain compact"},
     {"local", 0, NULL,
@@ -39,7 +41,7 @@ static const struct rmap_option options[] = {
     {NULL}};
 
 struct request {
-    const char *map_path, *output_path;
+    const char *map_path, *output_path, *columns;
     uint64_t limit;                  /* UINT64_MAX: all */
     struct rmap_sample_order sample; /* most 0: none */
     enum rmap_deal_kind deal;
@@ -80,6 +82,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     *request = (struct request){
         .map_path = given->operand[0],
         .output_path = rmap_argument(given, "output"),
+        .columns = rmap_argument(given, "columns"),
         .limit = UINT64_MAX,
         .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
         .explain = rmap_argument(given, "explain") != NULL,
@@ -96,6 +99,9 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
         return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
+    if (request->columns &&
+        (!request->output_path || !rmap_query_rays_are_tables(request->output_path)))
+        return rmap_error_set(err, RMAP_USAGE, "--columns are those of tables: -o OUT.h5");
     if (rmap_argument(given, "receivers") && request->explain)
         return rmap_error_set(
             err, RMAP_USAGE,
@@ -269,11 +275,15 @@ static enum rmap_status list_rays(const struct rmap_context *context, const stru
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_rays_out *out = NULL;
+    const struct rmap_table_request table = {.path = request->output_path,
+                                             .from = request->map_path,
+                                             .criterion = rmap_criterion_text(search->criterion[0]),
+                                             .columns = request->columns};
     struct rmap_pick pick;
     uint64_t n = 0;
     RMAP_TRY(choose(context, request, search, &pick, err));
     if (context->rank == 0)
-        st = rmap_rays_out_begin(context, search->map, request->output_path, &out, err);
+        st = rmap_rays_out_begin(context, search->map, &table, &out, err);
     RMAP_TRY(rmap_agree(context, st, err));
     const struct rmap_ray_sink sink = {out, rmap_rays_out_take};
     RMAP_TRY(rmap_ray_stream(context, search->map, &pick, request->deal, request->limit, &sink, &n,
@@ -350,7 +360,9 @@ const struct rmap_command rmap_command_query = {
         "Several criteria are counted in one scan. FILE defines names, as in\n\n"
         "  let ghost = registered(sensor where ghost_order >= 1)\n\n"
         "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
-        "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.vtp\n"
+        "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.h5\n"
+        "tables of rays, segments and registrations in plain columns, for h5py and pandas, "
+        "OUT.vtp\n"
         "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays,\n"
         "with the fluxes that they have in MAP. Rays come in the order of their ids. The answer\n"
         "does not depend on the number of ranks and threads.",

@@ -133,7 +133,7 @@ static enum rmap_status list_rays(const struct rmap_session *session,
     if (context->rank == 0 && context->json) {
         list.rays = json_array();
     } else if (context->rank == 0) {
-        st = rmap_rays_out_begin(context, session->map, NULL, &out, err);
+        st = rmap_rays_out_begin(context, session->map, &(struct rmap_table_request){0}, &out, err);
         sink = (struct rmap_ray_sink){out, rmap_rays_out_take};
     }
     RMAP_TRY(rmap_agree(context, st, err));

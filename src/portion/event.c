@@ -56,6 +56,15 @@ char rmap_event_letter(uint32_t events)
     return 0;
 }
 
+const char *rmap_event_bits(void)
+{
+    static const char bits[] =
+#define BIT(symbol, bit, letter, word, meaning) ", " word " = 2^" #bit
+        RMAP_EVENT_TABLE(BIT);
+#undef BIT
+    return bits + 2;
+}
+
 const char *rmap_stop_word(int stop)
 {
     static const char *const word[] = {

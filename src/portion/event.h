@@ -65,6 +65,9 @@ uint32_t rmap_event_mask(const char *word);
  * 0 for none. */
 char rmap_event_letter(uint32_t events);
 
+/* What every bit means: "reflect_specular = 2^0, reflect_diffuse = 2^1, ...". */
+const char *rmap_event_bits(void);
+
 /* Word of a stop reason, or NULL. */
 const char *rmap_stop_word(int stop);
 

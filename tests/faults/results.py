@@ -40,7 +40,7 @@ COMMANDS = [
     (".png", "draw MAP --limit 40 --view 3d --color path -o OUT"),
     (".svg", f"draw MAP --limit 40 --view yz --color criterion --where '{GHOST}' -o OUT"),
     *[(suffix, "render SCENE --samples 1 -o OUT") for suffix in (".png", ".exr")],
-    *[(suffix, f"query MAP '{GHOST}' --limit 30 -o OUT") for suffix in (".csv", ".json", ".vtp")],
+    *[(suffix, f"query MAP '{GHOST}' --limit 30 -o OUT") for suffix in (".csv", ".json", ".vtp", ".h5")],
     ("", "query MAP 'registered(behind)' --receivers RECEIVERS --count"),
     ("", "info MAP --json"),
 ]

@@ -20,11 +20,11 @@ from .program import (Program, RaymapError, compare, detector, energy, info, pat
 from .image import Image, image
 from .plain import plain
 from .reader import EVENTS, STOPS, Map, MapError, Portion, Ray, event_words
-from .tables import frame, records
+from .tables import frame, records, table
 
 __all__ = ["EVENTS", "STOPS", "Image", "Map", "MapError", "Portion", "Program", "Ray",
            "RaymapError", "compare", "detector", "energy", "event_words", "frame", "image", "info",
-           "open", "paths", "plain", "query", "records", "report", "stats"]
+           "open", "paths", "plain", "query", "records", "report", "stats", "table"]
 
 
 def open(path) -> Map:  # noqa: A001 - as gzip.open and h5py.File do

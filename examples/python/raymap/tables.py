@@ -2,10 +2,14 @@
 """A map's tables, and lists of dicts from the program, as flat columns or pandas DataFrames."""
 from __future__ import annotations
 
+import os
+import tempfile
 from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
+import h5py
 import numpy as np
 
+from .program import Path, Program
 from .reader import STOPS, Map, Portion
 
 _AXES = {3: "xyz", 2: "ij"}
@@ -157,6 +161,27 @@ def records(rays: Map, table: str = "ray", *names: str) -> Dict[str, np.ndarray]
         nothing = _Rows(rays, Portion(rays.no_rows(), 0), table)
         parts = [{name: read(nothing) for name, (_, read) in wanted.items()}]
     return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
+
+
+# Names stand in a file of the program's once, and numbers of them in its columns.
+_CODED = {f"{word}_name": word for word in ("source", "stop", "object", "medium", "detector")}
+
+
+def table(map_path: Path, name: str = "ray", *names: str, where: str = "all", program: Optional[Program] = None,
+          **options: Any) -> Dict[str, np.ndarray]:
+    """As records, of the rays that match, by the program: many times faster of a compact map, and no larger than the
+    answer. Segments also have length, angle_of_incidence and reflectance. limit, sample, receivers, ... as of `query`."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = os.path.join(folder, "rows.h5")
+        columns = ",".join(f"{name}/{_CODED.get(one, one)}" for one in names) or name
+        (program or Program()).run("query", map_path, where, "-o", out, "--quiet", columns=columns, **options)
+        with h5py.File(out, "r") as file:
+            rows = {one: column[:] for one, column in file[name].items()}
+            texts = {word: file["name"][word][:].astype(object) for word in _CODED.values()}
+    for one, word in _CODED.items():
+        if word in rows:
+            rows[one] = _named([text.decode() for text in texts[word]], rows[word].astype(np.int64))
+    return {one: rows[one] for one in names or rows}
 
 
 def frame(what: Union[Map, Iterable[Mapping[str, Any]]], table: Optional[str] = None, *names: str):
