@@ -14,6 +14,7 @@
 #include "analysis/criterion/path_in.h"
 #include "analysis/criterion/path_store.h"
 #include "analysis/criterion/registration_angle.h"
+#include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 #include "portion/event.h"
 
@@ -67,7 +68,7 @@ static rmap_column_set plan_steps(const struct rmap_scene *scene, struct rmap_st
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive);
     if (test->side)
         columns |= rmap_side_columns(scene, test->side);
-    return columns;
+    return columns | rmap_step_limit_columns(test);
 }
 
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number)

@@ -93,6 +93,7 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
     if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
         loose.steps.side = NULL;
+        loose.steps.n_limit = 0;
     } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
         loose.registrations.region = RMAP_REGION_ALL;
         loose.registrations.box = NULL;

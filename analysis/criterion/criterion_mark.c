@@ -9,6 +9,7 @@
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/criterion/registration_angle.h"
+#include "analysis/criterion/step_number.h"
 #include "base/byte_set.h"
 #include "base/wide.h"
 #include "portion/event.h"
@@ -154,6 +155,21 @@ static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *si
     }
 }
 
+static void keep_limits(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
+                        const struct rmap_portion *portion, const struct rmap_strip *strip,
+                        uint8_t *flag)
+{
+    size_t ray = strip->ray, ray_row = strip->ray_row;
+    for (size_t i = 0; i < strip->n; i++) {
+        const size_t row = strip->first + i;
+        if (!flag[i])
+            continue;
+        while (row >= ray_row + portion->ray.segment_count[ray])
+            ray_row += portion->ray.segment_count[ray++];
+        flag[i] = rmap_step_limits_hold(criterion->scene, test, portion, row, ray, ray_row);
+    }
+}
+
 void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
                      const struct rmap_portion *portion, const struct rmap_strip *strip,
                      uint8_t *flag)
@@ -175,6 +191,8 @@ void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_s
                                    segment->primitive[first + i]);
     if (test->side)
         keep_sides(criterion, test->side, portion, strip, flag);
+    if (test->n_limit > 0)
+        keep_limits(criterion, test, portion, strip, flag);
 }
 
 double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,

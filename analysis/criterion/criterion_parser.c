@@ -18,6 +18,7 @@
 #include "analysis/criterion/path_order.h"
 #include "analysis/criterion/path_store.h"
 #include "analysis/criterion/path_table.h"
+#include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 #include "portion/event.h"
 
@@ -332,9 +333,11 @@ static enum rmap_status parse_more(struct rmap_parser *parser, struct asked *ask
     void *block = NULL;
     while (parser->token.kind == RMAP_TOKEN_COMMA) {
         RMAP_TRY(rmap_parser_advance(parser));
+        if (rmap_parser_at_word(parser, "where"))
+            break;
         RMAP_TRY(parse_asked(parser, asked));
     }
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+    RMAP_TRY(rmap_parse_step_end(parser, steps, "',' or ')'"));
     if (!asked->side)
         goto out;
     RMAP_TRY(rmap_criterion_block_add(parser->criterion, n_object, 1, &block, parser->err));
@@ -418,7 +421,7 @@ enum rmap_status rmap_parse_event_test(struct rmap_parser *parser, struct rmap_c
     node->kind = RMAP_CRITERION_STEPS;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_event(parser, &node->steps.events));
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    RMAP_TRY(rmap_parse_step_end(parser, &node->steps, "')'"));
 out:
     return st;
 }
@@ -430,7 +433,7 @@ enum rmap_status rmap_parse_medium(struct rmap_parser *parser, struct rmap_crite
     node->steps.of_medium = true;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_MEDIUM, &node->steps.medium));
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    RMAP_TRY(rmap_parse_step_end(parser, &node->steps, "')'"));
 out:
     return st;
 }

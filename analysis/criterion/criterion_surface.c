@@ -8,6 +8,7 @@
 #include "analysis/criterion/criterion_parser.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 
 /* Objects that carry a marked surface, and on which side where that matters. */
@@ -171,7 +172,7 @@ enum rmap_status rmap_parse_surface(struct rmap_parser *parser, struct rmap_crit
         RMAP_TRY(rmap_parser_advance(parser));
         RMAP_TRY(rmap_parse_event(parser, &node->steps.events));
     }
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+    RMAP_TRY(rmap_parse_step_end(parser, &node->steps, "',' or ')'"));
 out:
     return st;
 }

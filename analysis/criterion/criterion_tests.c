@@ -45,7 +45,7 @@ static void mark_segments(const struct rmap_evaluation *ev, const struct rmap_st
     struct rmap_strip strip = {0};
     for (; strip.first < n_row; strip.first += strip.n) {
         strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
-        while (test->side && strip.ray_row + size[strip.ray] <= strip.first)
+        while ((test->side || test->n_limit) && strip.ray_row + size[strip.ray] <= strip.first)
             strip.ray_row += size[strip.ray++];
         rmap_steps_mark(ev->criterion, test, ev->portion, &strip, flag);
         keep_bits(flag, strip.n, ev->evaluator->mark + strip.first / 64);
@@ -84,7 +84,7 @@ enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rma
 static bool is_plain(const struct rmap_step_test *test)
 {
     return !(test->of_object && test->object.member) && !test->of_medium &&
-           test->part == RMAP_PART_ALL && !test->side;
+           test->part == RMAP_PART_ALL && !test->side && test->n_limit == 0;
 }
 
 /* A bit for each segment, of such a test. */

@@ -84,6 +84,8 @@ enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
  * object of these, or the step at the detector's own place. */
 enum rmap_steps_of { RMAP_STEPS_ALL, RMAP_STEPS_LAST, RMAP_STEPS_OWN };
 
+struct rmap_step_limit; /* step_number.h */
+
 /* Which rows of /segment count. What is not given holds for every row. */
 struct rmap_step_test {
     bool of_object, of_medium;
@@ -96,6 +98,9 @@ struct rmap_step_test {
     uint32_t part_low, part_high;
     uint8_t *side; /* [n_object] which sides of an object count: bit 0 front, bit 1 back; NULL: no
                       object needs the question; owned by the criterion */
+    const struct rmap_step_limit *limit; /* [n_limit] what its numbers must keep within; owned by
+                                            the criterion */
+    size_t n_limit;
 };
 
 struct rmap_ending_test {

@@ -14,6 +14,7 @@
 #include "analysis/criterion/criterion_detector.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "portion/event.h"
@@ -314,6 +315,9 @@ const char *rmap_criterion_word(size_t i)
     for (size_t k = 0; rmap_unit_at(k); k++)
         if (rmap_unit_at(k)->in_criteria && i-- == 0)
             return rmap_unit_at(k)->name;
+    for (size_t k = 0; rmap_step_number_word(k); k++)
+        if (i-- == 0)
+            return rmap_step_number_word(k);
     return rmap_surface_parameter_word(i);
 }
 

@@ -247,8 +247,21 @@ class Evaluator:
     def _more_events(self, rows):
         while self._accept(","):
             rows = rows & self._event()
+        return self._count(self._step_end(rows))
+
+    def _step_end(self, rows):
+        """Those of the steps that keep within `where NUMBER COMPARISON and ...`, and the parenthesis."""
+        if self._accept("where"):
+            rows = rows & self._limit()
+            while self._accept("and", "&&", "&"):
+                rows = rows & self._limit()
         self._expect(")")
-        return self._count(rows)
+        return rows
+
+    def _limit(self):
+        word = self._next()
+        units = {"angle": UNITS["angle"], "step": None}.get(word, self._length())
+        return self._relation(units)(self.map.step_numbers()[word])
 
     def _whole_range(self):
         first = last = int(self._next())
@@ -277,18 +290,14 @@ class Evaluator:
         rows = self.objects(self._next())[self.map.segment["object"]]
         while self._accept(","):
             rows = rows & self._asked()
-        self._expect(")")
-        return rows
+        return self._step_end(rows)
 
     def _test_event(self):
-        rows = self._event()
-        self._expect(")")
-        return self._count(rows)
+        return self._count(self._step_end(self._event()))
 
     def _test_medium(self):
         wanted = self._named("medium", self._next())
-        self._expect(")")
-        return self._count(wanted[self.map.segment["medium"]])
+        return self._count(self._step_end(wanted[self.map.segment["medium"]]))
 
     def _test_surface(self):
         m, word = self.map, self._next()
@@ -387,7 +396,7 @@ class Evaluator:
             rows = rows & self._asked()
             while self._accept(","):
                 rows = rows & self._asked()
-            self._expect(")")
+            rows = self._step_end(rows)
         else:
             rows = self._hit_rows()
         own = m.first_segment[m.ray_of_registration] + m.registration["segment"]

@@ -110,15 +110,26 @@ class Dice:
             extra = f", {word} {first}" + (f"..{last}" if self.chance(0.6) else "")
         if self.chance(0.5):
             extra += f", {self.event()}"
-        return f"hit({self.write(which)}{extra})" + (self.times() if self.chance(0.4) else "")
+        return f"hit({self.write(which)}{extra}{self.limits()})" + (self.times() if self.chance(0.4) else "")
+
+    def limits(self):
+        """Behind what else is asked of a step."""
+        if self.chance(0.75):
+            return ""
+        known = self.map.step_numbers()
+        said = []
+        for word in self.random.sample(sorted(known), self.one_of(1, 1, 2)):
+            units = {"angle": {"deg": 1.0, "rad": 180 / np.pi}, "step": {"": 1.0}}.get(word, self.lengths())
+            said.append(word + " " + self.comparison(known[word][np.isfinite(known[word])], units))
+        return " where " + " and ".join(said)
 
     def test_event(self):
-        return f"event({self.event()})" + (self.times() if self.chance(0.5) else "")
+        return f"event({self.event()}{self.limits()})" + (self.times() if self.chance(0.5) else "")
 
     def test_medium(self):
         medium = self.map.segment["medium"]
         name = self.name("medium", medium[self.row(medium)])
-        return f"medium({self.write(name)})" + (self.times() if self.chance(0.5) else "")
+        return f"medium({self.write(name)}{self.limits()})" + (self.times() if self.chance(0.5) else "")
 
     def test_surface(self):
         if self.chance(0.6):
@@ -127,7 +138,7 @@ class Dice:
             what = f"{self.one_of(*SURFACE_NUMBERS)} {self.one_of('<', '>', '<=', '>=')} " \
                    f"{self.random.uniform(0, 1):.3f}"
         extra = f", {self.event()}" if self.chance(0.5) else ""
-        return f"surface({what}{extra})" + (self.times(3) if self.chance(0.3) else "")
+        return f"surface({what}{extra}{self.limits()})" + (self.times(3) if self.chance(0.3) else "")
 
     def test_ended(self):
         m = self.map
@@ -252,7 +263,7 @@ class Dice:
             asked.append(self.one_of(f"triangle 0..{triangle}", f"face {m.faces[which][triangle]}"))
         if self.chance(0.3) or not asked:
             asked.append("side " + self.one_of("front", "back"))
-        return f"at({', '.join(asked)})"
+        return f"at({', '.join(asked)}{self.limits()})"
 
     def its_step(self, rows):
         """Of the steps before a registration, or its own."""
@@ -267,7 +278,7 @@ class Dice:
             return self.one_of("bounces", "ghost_order", "scatter_order") + self.times(3)
         if roll < 0.5:
             event = f", {self.event()}" if self.chance(0.5) else ""
-            return f"after({self.write(self.object())}{event})"
+            return f"after({self.write(self.object())}{event}{self.limits()})"
         return getattr(self, "test_" + self.one_of("hit", "event", "medium", "surface"))()
 
     def test_registered(self):

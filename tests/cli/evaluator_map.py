@@ -124,7 +124,8 @@ class PlainMap:
         begin[1:] = self.segment["position"][:-1]
         first = self.leg == 0
         begin[first] = self.ray["start"][self.ray_of_segment[first]]
-        x, y, z = (self.segment["position"] - begin).T
+        self.light = self.segment["position"] - begin
+        x, y, z = self.light.T
         self.length = np.sqrt(x * x + y * y + z * z)
         cosine = np.einsum("ij,ij->i", self.segment["position"] - begin,
                            self.segment["normal"].astype(float))
@@ -134,6 +135,25 @@ class PlainMap:
                        self.object["surface_back"][which])
         self.surface_met = np.where(which >= 0, met, -1)
         self.in_front = in_front & (which >= 0)
+
+    @functools.lru_cache(maxsize=None)
+    def step_numbers(self):
+        """Of every step; NaN where a number is not defined."""
+        place, which = self.segment["position"].astype(float), self.segment["object"]
+        curved = self.segment["event"] & BIT["gradient"] != 0
+        straight = np.where(curved, np.nan, np.where(self.letter == "X", 0.0, self.length))
+        sums = np.array([np.sum(straight[first:first + leg + 1])
+                         for first, leg in zip(self.first_segment[self.ray_of_segment], self.leg)])
+        local = self.object["to_local"][which]
+        own = np.einsum("ijk,ik->ij", local[:, :9].reshape(-1, 3, 3), place) + local[:, 9:]
+        own[which < 0] = np.nan
+        normal = self.segment["normal"].astype(float)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            cosine = np.abs(np.einsum("ij,ij->i", self.light, normal)) / self.length / np.linalg.norm(normal, axis=1)
+        angle = np.where(curved, np.nan, np.degrees(np.arccos(np.minimum(cosine, 1.0))))
+        return {"angle": angle, "length": straight, "path_length": sums, "step": self.leg.astype(float),
+                **{axis: own[:, k] for k, axis in enumerate("xyz")},
+                **{"world_" + axis: place[:, k] for k, axis in enumerate("xyz")}}
 
     def surface_number(self, word):
         """A parameter of each surface, mean over the channels; NaN where it has none."""

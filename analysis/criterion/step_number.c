@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers of a step, by which a test chooses among the steps of its kind.
+ */
+#include "analysis/criterion/step_number.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_value.h"
+#include "analysis/criterion/criterion_word.h"
+#include "base/vec.h"
+#include "portion/event.h"
+
+#define POSITION RMAP_COLUMN_BIT(RMAP_SEGMENT_position)
+#define LEG                                                                                        \
+    (POSITION | RMAP_COLUMN_BIT(RMAP_RAY_start) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |        \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_event))
+#define OBJECT RMAP_COLUMN_BIT(RMAP_SEGMENT_object)
+
+static const struct {
+    const char *word;
+    enum rmap_dimension dimension;
+    rmap_column_set columns;
+} number_table[] = {
+    [RMAP_STEP_ANGLE] = {"angle", RMAP_DIMENSION_ANGLE, LEG | RMAP_COLUMN_BIT(RMAP_SEGMENT_normal)},
+    [RMAP_STEP_X] = {"x", RMAP_DIMENSION_LENGTH, POSITION | OBJECT},
+    [RMAP_STEP_Y] = {"y", RMAP_DIMENSION_LENGTH, POSITION | OBJECT},
+    [RMAP_STEP_Z] = {"z", RMAP_DIMENSION_LENGTH, POSITION | OBJECT},
+    [RMAP_STEP_WORLD_X] = {"world_x", RMAP_DIMENSION_LENGTH, POSITION},
+    [RMAP_STEP_WORLD_Y] = {"world_y", RMAP_DIMENSION_LENGTH, POSITION},
+    [RMAP_STEP_WORLD_Z] = {"world_z", RMAP_DIMENSION_LENGTH, POSITION},
+    [RMAP_STEP_LENGTH] = {"length", RMAP_DIMENSION_LENGTH, LEG},
+    [RMAP_STEP_PATH_LENGTH] = {"path_length", RMAP_DIMENSION_LENGTH, LEG},
+    /* Indexes know objects, events and media of steps, and not which comes first: */
+    [RMAP_STEP_ORDER] = {"step", RMAP_DIMENSION_NONE, POSITION},
+};
+enum { NUMBERS = sizeof number_table / sizeof *number_table };
+
+const char *rmap_step_number_word(size_t i)
+{
+    return i < NUMBERS ? number_table[i].word : NULL;
+}
+
+static enum rmap_status parse_number(struct rmap_parser *parser, enum rmap_step_number *number_ret)
+{
+    const char *word[NUMBERS];
+    const struct rmap_token token = parser->token;
+    for (size_t i = 0; i < NUMBERS; i++) {
+        word[i] = number_table[i].word;
+        if (rmap_parser_at_word(parser, word[i])) {
+            *number_ret = (enum rmap_step_number)i;
+            return rmap_parser_advance(parser);
+        }
+    }
+    if (token.kind != RMAP_TOKEN_WORD)
+        return rmap_parser_expected(parser, "a number of a step such as angle, x or length");
+    return rmap_parser_fail_word(parser, &token, "number of a step", word, NUMBERS);
+}
+
+static enum rmap_status parse_limit(struct rmap_parser *parser, struct rmap_step_limit *limit)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(parse_number(parser, &limit->number));
+    if (!rmap_parser_at_comparison(parser))
+        return rmap_parser_expected(parser, "a comparison, as in 'angle > 60' or 'x in -1..1'");
+    st = rmap_parse_interval(parser, number_table[limit->number].dimension, &limit->interval);
+out:
+    return st;
+}
+
+static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_step_test *test)
+{
+    enum { MOST = 32 };
+    enum rmap_status st = RMAP_OK;
+    struct rmap_step_limit limit[MOST];
+    void *block = NULL;
+    size_t n = 0;
+    do {
+        if (n == MOST)
+            return RMAP_PARSER_FAIL(parser, &parser->token, "more than %d conditions on a step",
+                                    MOST);
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(parse_limit(parser, &limit[n++]));
+    } while (parser->token.kind == RMAP_TOKEN_AND);
+    RMAP_TRY(rmap_criterion_block_add(parser->criterion, n, sizeof *limit, &block, parser->err));
+    test->limit = memcpy(block, limit, n * sizeof *limit);
+    test->n_limit = n;
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_step_end(struct rmap_parser *parser, struct rmap_step_test *test,
+                                     const char *what)
+{
+    const bool limited = rmap_parser_at_word(parser, "where");
+    enum rmap_status st = limited ? parse_where(parser, test) : RMAP_OK;
+    return st == RMAP_OK
+               ? rmap_parser_take(parser, RMAP_TOKEN_CLOSE, limited ? "'and' or ')'" : what)
+               : st;
+}
+
+rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test)
+{
+    rmap_column_set columns = 0;
+    for (size_t i = 0; i < test->n_limit; i++)
+        columns |= number_table[test->limit[i].number].columns;
+    return columns;
+}
+
+static struct rmap_vec3 point(const float *p)
+{
+    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
+}
+
+/* The straight leg that ends in a row; NaN of a curved one. */
+static struct rmap_vec3 leg(const struct rmap_portion *portion, size_t row, size_t ray,
+                            size_t ray_row)
+{
+    const float *to = portion->segment.position + 3 * row;
+    if (portion->segment.event[row] & RMAP_EVENT_GRADIENT)
+        return rmap_vec3((double)NAN, (double)NAN, (double)NAN);
+    return rmap_sub(point(to), point(row > ray_row ? to - 3 : portion->ray.start + 3 * ray));
+}
+
+static double leg_length(const struct rmap_portion *portion, size_t row, size_t ray, size_t ray_row)
+{
+    if (portion->segment.event[row] & RMAP_EVENT_LEFT)
+        return 0.0;
+    return rmap_length(leg(portion, row, ray, ray_row));
+}
+
+static double path_length(const struct rmap_portion *portion, size_t row, size_t ray,
+                          size_t ray_row)
+{
+    double sum = 0.0;
+    for (size_t k = ray_row; k <= row; k++)
+        sum += leg_length(portion, k, ray, ray_row);
+    return sum;
+}
+
+static double incidence(const struct rmap_portion *portion, size_t row, size_t ray, size_t ray_row)
+{
+    const int16_t *n = portion->segment.normal + 3 * row;
+    const struct rmap_vec3 light = leg(portion, row, ray, ray_row),
+                           normal = rmap_vec3(n[0], n[1], n[2]);
+    const double size = rmap_length(light) * rmap_length(normal);
+    return size > 0.0 ? acos(fmin(fabs(rmap_dot(light, normal)) / size, 1.0)) * 180.0 / RMAP_PI
+                      : (double)NAN;
+}
+
+static double coordinate(struct rmap_vec3 p, int axis)
+{
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
+static double number_at(const struct rmap_scene *scene, enum rmap_step_number number,
+                        const struct rmap_portion *portion, size_t row, size_t ray, size_t ray_row)
+{
+    const struct rmap_segment_columns *segment = &portion->segment;
+    switch (number) {
+    case RMAP_STEP_ANGLE:
+        return incidence(portion, row, ray, ray_row);
+    case RMAP_STEP_X:
+    case RMAP_STEP_Y:
+    case RMAP_STEP_Z:
+        return segment->object[row] < 0
+                   ? (double)NAN
+                   : coordinate(rmap_affine_point(&scene->object[segment->object[row]].to_local,
+                                                  point(segment->position + 3 * row)),
+                                (int)number - RMAP_STEP_X);
+    case RMAP_STEP_WORLD_X:
+    case RMAP_STEP_WORLD_Y:
+    case RMAP_STEP_WORLD_Z:
+        return (double)segment->position[3 * row + (size_t)number - RMAP_STEP_WORLD_X];
+    case RMAP_STEP_LENGTH:
+        return leg_length(portion, row, ray, ray_row);
+    case RMAP_STEP_PATH_LENGTH:
+        return path_length(portion, row, ray, ray_row);
+    case RMAP_STEP_ORDER:
+        return (double)(row - ray_row);
+    }
+    return (double)NAN;
+}
+
+bool rmap_step_limits_hold(const struct rmap_scene *scene, const struct rmap_step_test *test,
+                           const struct rmap_portion *portion, size_t row, size_t ray,
+                           size_t ray_row)
+{
+    for (size_t i = 0; i < test->n_limit; i++)
+        if (!rmap_interval_holds(&test->limit[i].interval, number_at(scene, test->limit[i].number,
+                                                                     portion, row, ray, ray_row)))
+            return false;
+    return true;
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers of a step, by which a test chooses among the steps of its kind:
+ * hit(lens.3, reflect where angle > 60).
+ */
+#ifndef RMAP_STEP_NUMBER_H
+#define RMAP_STEP_NUMBER_H
+
+#include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_tree.h"
+
+enum rmap_step_number {
+    RMAP_STEP_ANGLE, /* of incidence, degrees */
+    RMAP_STEP_X,     /* in the frame of the object met; the scene's length unit */
+    RMAP_STEP_Y,
+    RMAP_STEP_Z,
+    RMAP_STEP_WORLD_X,
+    RMAP_STEP_WORLD_Y,
+    RMAP_STEP_WORLD_Z,
+    RMAP_STEP_LENGTH,      /* of the leg that ends there; 0 of one that leaves */
+    RMAP_STEP_PATH_LENGTH, /* from emission to there */
+    RMAP_STEP_ORDER        /* from 0 within the ray */
+};
+
+struct rmap_step_limit {
+    enum rmap_step_number number;
+    struct rmap_interval interval;
+};
+
+/* The end of a test of steps: `where NUMBER COMPARISON and ...`, if it is there, and the
+ * parenthesis. what: else expected here. */
+enum rmap_status rmap_parse_step_end(struct rmap_parser *parser, struct rmap_step_test *test,
+                                     const char *what) RMAP_MUST_USE;
+
+/* Words of the numbers: the i-th, NULL behind the last. */
+const char *rmap_step_number_word(size_t i);
+
+/* Columns that the limits of a test need; none of them is of discrete ones alone. */
+rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test);
+
+/* Whether a row of /segment, of the ray in row `ray` of /ray whose segments begin at `ray_row`,
+ * keeps within all limits. What is not defined does not: an angle where nothing is met, angle and
+ * lengths of curved legs, and lengths of the way behind them. */
+bool rmap_step_limits_hold(const struct rmap_scene *scene, const struct rmap_step_test *test,
+                           const struct rmap_portion *portion, size_t row, size_t ray,
+                           size_t ray_row);
+
+#endif
