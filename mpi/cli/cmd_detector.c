@@ -92,7 +92,7 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     request->channels = bins->quantity && strcmp(bins->quantity, "spectral") == 0;
     request->auto_cells = cells && strcmp(cells, "auto") == 0;
     if (cells && !request->auto_cells)
-        RMAP_TRY(rmap_read_cells(cells, bins->cells, err));
+        RMAP_TRY(rmap_read_cells(cells, ", or auto", bins->cells, err));
     if (rotate) {
         char *end = NULL;
         bins->rotate_deg = strtod(rotate, &end);

@@ -68,7 +68,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     request->level = (enum rmap_path_level)k;
     enum rmap_status st = rmap_argument_count(given, "top", &request->top, err);
     if (st == RMAP_OK && cells)
-        st = rmap_read_cells(cells, request->bins.cells, err);
+        st = rmap_read_cells(cells, "", request->bins.cells, err);
     if (st == RMAP_OK)
         st = rmap_argument_each(given, "output", &request->output, &request->n_output, err);
     for (size_t i = 0; i < request->n_output && st == RMAP_OK; i++)

@@ -73,7 +73,8 @@ enum rmap_status rmap_find_detector(const struct rmap_scene *scene, const char *
     return st;
 }
 
-enum rmap_status rmap_read_cells(const char *text, uint32_t cells[2], struct rmap_error *err)
+enum rmap_status rmap_read_cells(const char *text, const char *or_else, uint32_t cells[2],
+                                 struct rmap_error *err)
 {
     char *end = NULL, *second = NULL;
     errno = 0;
@@ -83,7 +84,8 @@ enum rmap_status rmap_read_cells(const char *text, uint32_t cells[2], struct rma
         end = second > end + 1 ? second : end;
     }
     if (end == text || *end || errno || text[0] == '-' || n < 1 || m < 1)
-        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': say how many, as 400x300", text);
+        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': say how many, as 400x300%s", text,
+                              or_else);
     if (n > RMAP_DETECTOR_CELLS_MAX || m > RMAP_DETECTOR_CELLS_MAX ||
         n * m > RMAP_DETECTOR_CELLS_MAX)
         return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': %u cells are the most", text,
