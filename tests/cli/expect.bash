@@ -3,14 +3,15 @@
 # For the scripts beside it: runs the program, compares exit status and words.
 #
 #   expect STATUS WORDS COMMAND...   the command exits with STATUS and says WORDS (a grep -E
-#                                    pattern) on stdout or stderr; '' asks for no words
+#                                    pattern) on stdout or stderr; '' asks for no words. It has
+#                                    EXPECT_SECONDS (120)
 set -u
 failures=0
 
 expect() {
     local status=$1 words=$2
     shift 2
-    timeout 120 "$@" >stdout.txt 2>stderr.txt </dev/null
+    timeout "${EXPECT_SECONDS:-120}" "$@" >stdout.txt 2>stderr.txt </dev/null
     local got=$?
     if [ $got -ne "$status" ]; then
         printf 'FAILED: exit status %d, not %d: %s\n' $got "$status" "$*"

@@ -29,7 +29,7 @@ expect 2 'surface, object or group' "$RAYMAP" draw a.raymap --by lens -o b.html
 # With a browser: the page's program runs to its end.
 chromium=${CHROMIUM:-/usr/bin/chromium}
 if command -v "$chromium" >/dev/null; then
-    timeout 200 "$chromium" --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
+    timeout 200 "$chromium" --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-dev-shm-usage \
         --user-data-dir="$PWD/profile" --virtual-time-budget=20000 --dump-dom "file://$PWD/some.html" >dom.html 2>browser.txt
     for words in 'data-ready="yes"' '60 of 60 shown' '<option value="0">&lt;/script&gt;&lt;b&gt;ü'; do
         grep -qF "$words" dom.html || { echo "FAILED: the browser does not show $words"; tail -3 browser.txt; failures=$((failures + 1)); }

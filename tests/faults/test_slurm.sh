@@ -16,6 +16,7 @@ directory=$(mktemp -d "${TMPDIR:-/tmp}/raymap-slurm.XXXXXX")
 trap 'slurm_down; rm -rf "$directory"' EXIT
 trap 'exit 1' INT TERM
 slurm_up "$directory" || {
+    grep -q 'Unable to initialize cgroup plugin' "$directory/slurmd.log" && { echo "no control groups here, without which slurmd does not start"; exit 77; }
     echo "FAILED: Slurm does not come up"
     tail -n 20 "$directory"/*.log
     exit 1

@@ -10,7 +10,7 @@ const { chromium } = require("playwright-core");
 
 const folder = path.resolve(process.argv[2]);
 const CHROMIUM = process.env.CHROMIUM || "/usr/bin/chromium";
-const GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"];
 
 let failures = 0;
 function check(holds, what) {
