@@ -85,6 +85,12 @@ static int by_id(const void *a, const void *b)
     return (*x > *y) - (*x < *y);
 }
 
+void rmap_sort_ids(uint64_t *id, size_t n)
+{
+    if (n > 0)
+        qsort(id, n, sizeof *id, by_id);
+}
+
 enum rmap_status rmap_sample_ids(const struct rmap_sample *sample, uint64_t **id_ret,
                                  struct rmap_error *err)
 {
@@ -93,8 +99,7 @@ enum rmap_status rmap_sample_ids(const struct rmap_sample *sample, uint64_t **id
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu ray ids", sample->n);
     for (size_t i = 0; i < sample->n; i++)
         id[i] = sample->ray[i].id;
-    if (sample->n > 0)
-        qsort(id, sample->n, sizeof *id, by_id);
+    rmap_sort_ids(id, sample->n);
     *id_ret = id;
     return RMAP_OK;
 }

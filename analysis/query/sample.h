@@ -37,6 +37,9 @@ enum rmap_status rmap_sample_add(struct rmap_sample *sample, struct rmap_sample_
 enum rmap_status rmap_sample_ids(const struct rmap_sample *sample, uint64_t **id_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* Ascending. */
+void rmap_sort_ids(uint64_t *id, size_t n);
+
 void rmap_sample_fini(struct rmap_sample *sample);
 
 #endif

@@ -7,13 +7,34 @@
 
 #include <string.h>
 
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
+
+static const uint64_t sign = (uint64_t)1 << 63;
+
+/* Bits of doubles order as numbers do, those of negative ones the other way round. */
+uint64_t rmap_sample_key_of_value(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits & sign ? bits : ~(bits | sign);
+}
+
+double rmap_sample_value_of_key(uint64_t key)
+{
+    const uint64_t bits = key & sign ? key : ~key ^ sign;
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
 
 static void destroy(void *state)
 {
     struct rmap_sample_fold *self = state;
-    if (self)
-        rmap_sample_fini(&self->sample);
+    if (!self)
+        return;
+    rmap_sample_fini(&self->sample);
+    rmap_readings_fini(&self->readings);
     rmap_free(self);
 }
 
@@ -39,11 +60,33 @@ static enum rmap_status add_one(struct rmap_sample_fold *self, struct rmap_sampl
     return rmap_sample_add(&self->sample, ray, err);
 }
 
+/* Each ray by the greatest of its readings, which lie together. */
+static enum rmap_status add_values(struct rmap_sample_fold *self, const struct rmap_matched *rays,
+                                   struct rmap_error *err)
+{
+    const struct rmap_readings *readings = &self->readings;
+    enum rmap_status st = rmap_quantities_read(self->order->of, rays, &self->readings, err);
+    for (size_t k = 0; st == RMAP_OK && k < readings->n;) {
+        const uint32_t row = readings->ray[k];
+        double value = readings->value[0][k];
+        while (++k < readings->n && readings->ray[k] == row)
+            if (readings->value[0][k] > value)
+                value = readings->value[0][k];
+        st = add_one(
+            self,
+            (struct rmap_sample_ray){rmap_sample_key_of_value(value), rays->portion->ray.id[row]},
+            err);
+    }
+    return st;
+}
+
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
     struct rmap_sample_fold *self = state;
     const struct rmap_portion *portion = rays->portion;
     enum rmap_status st = RMAP_OK;
+    if (self->order->of)
+        return add_values(self, rays, err);
     for (size_t i = 0; st == RMAP_OK && i < portion->n_row[RMAP_TABLE_RAY]; i++)
         if (!rays->match || rays->match[i])
             st = add_one(self, rmap_sample_ray_of(self->order, portion->ray.id[i]), err);

@@ -9,6 +9,7 @@
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_map_out.h"
 #include "mpi/answer/query_rays_out.h"
+#include "mpi/answer/query_top_out.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/load.h"
@@ -25,6 +26,8 @@ static const struct rmap_option options[] = {
     {"count", 'c', NULL, "rays, segments and flux that match (the default)"},
     {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
     {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
+    {"top", 0, "N", "list the N matching rays with the greatest values of --of"},
+    {"of", 0, "Q", "a number of the ray or its registrations, as of `raymap stats`", "top"},
     {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
     {"output", 'o', "OUT",
      "write the matching rays: OUT.csv, OUT.json, OUT.h5, OUT.vtp, or OUT.raymap, a ray map"},
@@ -42,7 +45,9 @@ static const struct rmap_option options[] = {
 
 struct request {
     const char *map_path, *output_path, *columns;
+    const char *of;                  /* what the greatest values are of, with `top` */
     uint64_t limit;                  /* UINT64_MAX: all */
+    uint64_t top;                    /* 0: not asked for */
     struct rmap_sample_order sample; /* most 0: none */
     enum rmap_deal_kind deal;
     enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
@@ -63,7 +68,16 @@ static enum rmap_status read_selection(const struct rmap_arguments *given, struc
     RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
     RMAP_TRY(rmap_argument_count(given, "sample", &request->sample.most, err));
     RMAP_TRY(rmap_argument_count(given, "seed", &request->sample.seed, err));
-    if (limit && sample)
+    RMAP_TRY(rmap_argument_count(given, "top", &request->top, err));
+    if (rmap_argument(given, "top") && (limit || sample))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--top, --limit and --sample each say which rays: give one");
+    else if (rmap_argument(given, "top") && (request->top == 0 || !request->of))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            request->of ? "--top 0 lists nothing; ask for at least one ray"
+                                        : "--top lists the greatest values of a number: name it, "
+                                          "--of path_length");
+    else if (limit && sample)
         st = rmap_error_set(err, RMAP_USAGE,
                             "--limit takes the first rays, --sample any of them: give one");
     else if ((limit && request->limit == 0) || (sample && request->sample.most == 0))
@@ -83,18 +97,20 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .map_path = given->operand[0],
         .output_path = rmap_argument(given, "output"),
         .columns = rmap_argument(given, "columns"),
+        .of = rmap_argument(given, "of"),
         .limit = UINT64_MAX,
         .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
         .explain = rmap_argument(given, "explain") != NULL,
         .force = rmap_argument(given, "force") != NULL,
     };
     RMAP_TRY(read_selection(given, request, err));
-    bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0;
+    bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0 ||
+                request->top > 0;
     request->count = rmap_argument(given, "count") || !list;
     if (list && rmap_argument(given, "count"))
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
-                              "--sample and -o");
+                              "--sample, --top and -o");
     request->map = request->output_path && rmap_map_answer_is(request->output_path);
     RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
@@ -150,7 +166,8 @@ static enum rmap_status read_criteria(const struct rmap_context *context,
                               "--criteria FILE); see: raymap query --help");
     if (!request->count && asked->n > 1)
         st = rmap_error_set(err, RMAP_USAGE,
-                            "--limit, --sample and -o take one criterion; join several with 'or'");
+                            "--limit, --sample, --top and -o take one criterion; join several "
+                            "with 'or'");
 out:
     return st;
 }
@@ -163,6 +180,10 @@ struct search {
     struct rmap_registered_list *registered; /* [n_criterion] */
     uint64_t *id;                            /* [n_id] of a sample */
     size_t n_id;
+    struct rmap_quantities *of;  /* of --top, or NULL */
+    struct rmap_which *which;    /* registrations that it is of, or NULL: all */
+    struct rmap_sample_ray *top; /* [n_top], the greatest first */
+    size_t n_top;
 };
 
 static enum rmap_status compile(const struct rmap_context *context, const struct request *request,
@@ -198,6 +219,9 @@ static void release(const struct request *request, struct search *search)
     rmap_free(search->count);
     rmap_free(search->registered);
     rmap_free(search->id);
+    rmap_free(search->top);
+    rmap_which_destroy(search->which);
+    rmap_quantities_destroy(search->of);
     rmap_overlay_destroy(search->overlay);
     rmap_map_close(search->map);
 }
@@ -244,6 +268,48 @@ out:
     return st;
 }
 
+static struct rmap_top_question top_question(const struct request *request,
+                                             const struct search *search)
+{
+    return (struct rmap_top_question){search->map,   search->overlay, search->criterion[0],
+                                      search->which, search->of,      request->top};
+}
+
+/* Collective. */
+static enum rmap_status find_top(const struct rmap_context *context,
+                                 const struct rmap_arguments *given, const struct request *request,
+                                 struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = rmap_quantities_create_over(search->map, search->overlay, &request->of, 1,
+                                                      NULL, &search->of, err);
+    if (st == RMAP_OK && search->of->of_registrations)
+        st = rmap_asked_which(context, given, &request->asked, search->of->scene,
+                              &search->of->detector, search->criterion[0], &search->which, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    const struct rmap_top_question question = top_question(request, search);
+    RMAP_TRY(rmap_top_pick(context, &question, &search->top, &search->n_top, err));
+    search->id = rmap_alloc(search->n_top + 1, sizeof *search->id);
+    if (!search->id)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
+    RMAP_TRY(rmap_agree(context, st, err));
+    search->n_id = search->n_top;
+    for (size_t i = 0; i < search->n_top; i++)
+        search->id[i] = search->top[i].id;
+    rmap_sort_ids(search->id, search->n_id);
+out:
+    return st;
+}
+
+/* Rank 0. */
+static enum rmap_status print_top(const struct rmap_context *context, const struct request *request,
+                                  const struct search *search, struct rmap_error *err)
+{
+    const struct rmap_top_question question = top_question(request, search);
+    if (context->rank > 0)
+        return RMAP_OK;
+    return rmap_query_top_print(context, &question, search->top, search->n_top, err);
+}
+
 /* Collective. What a sample picks is found first, and the first rays of a map that many write; and
  * all rays where receivers decide. */
 static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
@@ -252,6 +318,10 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
 {
     struct rmap_sample_order order = request->sample;
     *pick = (struct rmap_pick){.criterion = search->criterion[0]};
+    if (request->top > 0) {
+        *pick = (struct rmap_pick){.id = search->id, .n_id = search->n_id};
+        return RMAP_OK;
+    }
     if (order.most == 0 && request->map && request->limit < UINT64_MAX)
         order = (struct rmap_sample_order){.most = request->limit};
     if (order.most == 0 && search->overlay)
@@ -305,7 +375,10 @@ static enum rmap_status write_map(const struct rmap_context *context, const stru
     enum rmap_status st = choose(context, request, search, &pick, err);
     if (st != RMAP_OK)
         return st;
-    if (request->sample.most > 0)
+    if (request->top > 0)
+        (void)snprintf(how, sizeof how, "top %llu of %.50s", (unsigned long long)request->top,
+                       search->of->of[0].name);
+    else if (request->sample.most > 0)
         (void)snprintf(how, sizeof how, "sample %llu seed %llu",
                        (unsigned long long)request->sample.most,
                        (unsigned long long)request->sample.seed);
@@ -335,13 +408,16 @@ static enum rmap_status run_query(const struct rmap_context *context,
     RMAP_TRY(rmap_overlay_load(context, given, search.map, &search.overlay, err));
     st = compile(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    if (request.top > 0 && !request.explain)
+        RMAP_TRY(find_top(context, given, &request, &search, err));
     if (request.explain && context->rank == 0)
         st = rmap_query_explain(context, search.map, search.criterion, request.asked.n,
                                 !request.count, err);
     else if (!request.explain)
-        st = request.count ? count_rays(context, &request, &search, err)
-             : request.map ? write_map(context, &request, &search, err)
-                           : list_rays(context, &request, &search, err);
+        st = request.count                             ? count_rays(context, &request, &search, err)
+             : request.top > 0 && !request.output_path ? print_top(context, &request, &search, err)
+             : request.map                             ? write_map(context, &request, &search, err)
+                                                       : list_rays(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     release(&request, &search);
@@ -353,7 +429,7 @@ out:
 const struct rmap_command rmap_command_query = {
     .name = "query",
     .summary = "count, list or export the rays that match a criterion",
-    .operands = "MAP CRITERION... [--criteria FILE] [--limit N | --sample N] [-o OUT]",
+    .operands = "MAP CRITERION... [--criteria FILE] [--limit|--sample|--top N] [-o OUT]",
     .help =
         "Finds the rays whose histories match a criterion, such as\n\n"
         "  raymap query lens.raymap 'registered(sensor where ghost_order >= 1)'\n\n"

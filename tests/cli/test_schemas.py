@@ -61,6 +61,8 @@ def schema_of(words):
     if command == "query":
         listed = "--limit" in words or "--sample" in words
         written = any(word in ("-o", "--output") or word.startswith("--output=") for word in words)
+        if "--top" in words and "--explain" not in words and not written:
+            return "query-top"
         return "query-explain" if "--explain" in words else "query-output" if written else "rays" if listed else "query"
     return command
 

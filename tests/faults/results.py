@@ -41,6 +41,7 @@ COMMANDS = [
     (".svg", f"draw MAP --limit 40 --view yz --color criterion --where '{GHOST}' -o OUT"),
     *[(suffix, "render SCENE --samples 1 -o OUT") for suffix in (".png", ".exr")],
     *[(suffix, f"query MAP '{GHOST}' --limit 30 -o OUT") for suffix in (".csv", ".json", ".vtp", ".h5")],
+    ("", "query MAP all --top 9 --of x(paper) --json"),
     ("", "query MAP 'registered(behind)' --receivers RECEIVERS --count"),
     ("", "info MAP --json"),
 ]
