@@ -32,10 +32,11 @@ struct rmap_session_input {
 };
 
 /* One character, for the editor: 1, 0 at the end, -1 when the line is given up. The editor's own
- * function would wait for a key after a signal that came before it began to wait. */
+ * function would wait for a key after a signal that came before it began to wait. Ctrl-D between
+ * the prompt and the moment when the editor takes the terminal comes as 0. */
 static int read_key(EditLine *terminal, wchar_t *key)
 {
-    enum { LOOK_MS = 100 };
+    enum { LOOK_MS = 100, CTRL_D = 4 };
     FILE *in = NULL;
     mbstate_t state = {0};
     char byte;
@@ -49,6 +50,8 @@ static int read_key(EditLine *terminal, wchar_t *key)
         const ssize_t n = read(ready.fd, &byte, 1);
         if (n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN))
             return (int)n;
+        if (n == 1 && byte == 0)
+            byte = CTRL_D;
         const size_t used = n == 1 ? mbrtowc(key, &byte, 1, &state) : (size_t)-2;
         if (used == (size_t)-1) /* no character: left out */
             memset(&state, 0, sizeof state);
