@@ -20,6 +20,7 @@ struct at {
     const struct rmap_scene *scene; /* in the ray's colour space */
     const struct rmap_table_ray *ray;
     const struct rmap_ray_report *report;
+    const struct rmap_table_quantity *quantity;
     size_t k; /* among the ray's rows */
 };
 
@@ -30,6 +31,7 @@ struct rmap_table_quantity {
     const char *description;
     double (*read)(const struct at *at);
     bool is_reported;
+    enum rmap_registration_number number; /* of registration_number */
 };
 
 static double flux(const struct at *at)
@@ -86,20 +88,11 @@ static double reflectance(const struct at *at)
     return at->report->step[at->k].reflectance;
 }
 
-#define NUMBER(function, number)                                                                   \
-    static double function(const struct at *at)                                                    \
-    {                                                                                              \
-        return rmap_registration_number(at->scene, at->ray->portion,                               \
-                                        at->ray->registration + at->k, number);                    \
-    }
-NUMBER(x, RMAP_REGISTRATION_X)
-NUMBER(y, RMAP_REGISTRATION_Y)
-NUMBER(world_x, RMAP_REGISTRATION_WORLD_X)
-NUMBER(world_y, RMAP_REGISTRATION_WORLD_Y)
-NUMBER(world_z, RMAP_REGISTRATION_WORLD_Z)
-NUMBER(angle, RMAP_REGISTRATION_ANGLE)
-NUMBER(arrival, RMAP_REGISTRATION_TIME)
-#undef NUMBER
+static double registration_number(const struct at *at)
+{
+    return rmap_registration_number(at->scene, at->ray->portion, at->ray->registration + at->k,
+                                    at->quantity->number);
+}
 
 #define FLUX       "flux of the ray"
 #define WAVELENGTH "vacuum wavelength there; NaN where more than one is left"
@@ -114,16 +107,20 @@ static const struct rmap_table_quantity quantity_table[] = {
     {RMAP_TABLE_REGISTRATION, "flux", "flux", FLUX, flux, false},
     {RMAP_TABLE_REGISTRATION, "wavelength", "nm", WAVELENGTH, registration_wavelength, false},
     {RMAP_TABLE_REGISTRATION, "x", NULL, "on the detector; of an intensity detector theta in deg",
-     x, false},
-    {RMAP_TABLE_REGISTRATION, "y", NULL, "on the detector; of an intensity detector phi in deg", y,
-     false},
-    {RMAP_TABLE_REGISTRATION, "world_x", NULL, "NaN of an intensity detector", world_x, false},
-    {RMAP_TABLE_REGISTRATION, "world_y", NULL, "NaN of an intensity detector", world_y, false},
-    {RMAP_TABLE_REGISTRATION, "world_z", NULL, "NaN of an intensity detector", world_z, false},
+     registration_number, false, RMAP_REGISTRATION_X},
+    {RMAP_TABLE_REGISTRATION, "y", NULL, "on the detector; of an intensity detector phi in deg",
+     registration_number, false, RMAP_REGISTRATION_Y},
+    {RMAP_TABLE_REGISTRATION, "world_x", NULL, "NaN of an intensity detector", registration_number,
+     false, RMAP_REGISTRATION_WORLD_X},
+    {RMAP_TABLE_REGISTRATION, "world_y", NULL, "NaN of an intensity detector", registration_number,
+     false, RMAP_REGISTRATION_WORLD_Y},
+    {RMAP_TABLE_REGISTRATION, "world_z", NULL, "NaN of an intensity detector", registration_number,
+     false, RMAP_REGISTRATION_WORLD_Z},
     {RMAP_TABLE_REGISTRATION, "angle", "deg",
-     "between the detector's axis and where the light comes from (intensity: goes to)", angle,
-     false},
-    {RMAP_TABLE_REGISTRATION, "time", "s", "since emission", arrival, false},
+     "between the detector's axis and where the light comes from (intensity: goes to)",
+     registration_number, false, RMAP_REGISTRATION_ANGLE},
+    {RMAP_TABLE_REGISTRATION, "time", "s", "since emission", registration_number, false,
+     RMAP_REGISTRATION_TIME},
 };
 enum { QUANTITIES = sizeof quantity_table / sizeof *quantity_table };
 
@@ -350,7 +347,8 @@ void rmap_ray_table_read(const struct rmap_ray_table *self, const struct rmap_ta
                          size_t k, void *out)
 {
     if (column->quantity) {
-        const struct at at = {self->map, rmap_map_scene_of(self->map, ray->space), ray, report, k};
+        const struct at at = {
+            self->map, rmap_map_scene_of(self->map, ray->space), ray, report, column->quantity, k};
         const double value = column->quantity->read(&at);
         memcpy(out, &value, sizeof value);
         return;

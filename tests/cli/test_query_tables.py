@@ -4,42 +4,17 @@
 map, byte for byte for any number of ranks; --columns chooses; what there is not is told; a failure leaves nothing."""
 import filecmp
 import os
-import pathlib
-import shutil
-import subprocess
 import sys
 
 import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
-SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
-sys.path.insert(0, str(SOURCE / "examples" / "python"))
-import raymap  # noqa: E402
+from asking import check, finish, run, trace  # noqa: E402
+import raymap  # noqa: E402 (asking knows where it is)
 
 TABLES = ("ray", "segment", "registration")
 OWN = {"segment": {"length", "angle_of_incidence", "reflectance"}}
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
-
-
-def run(*words, ranks=1, status=0):
-    before = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
-    done = subprocess.run([*before, os.environ["RAYMAP"], *map(str, words)], text=True, capture_output=True, check=False)
-    check(done.returncode == status, f"{words}: {done.returncode}\n{done.stderr}")
-    return done.stderr
-
-
-def trace(scene, name, n, *more):
-    shutil.rmtree(name, ignore_errors=True)
-    run("trace", SOURCE / "examples" / scene / "scene.yaml", "-o", name, "-n", n, "--quiet", *more)
-    return name
 
 
 def same(one, a, b):
@@ -107,4 +82,4 @@ for words, status, told in ((("--columns", "registration/tme", "-o", "no.h5"), 3
     error = run("query", lens, "all", *words, status=status)
     check(told in error, f"{words}: {error}")
 check(not [name for name in os.listdir(".") if "no.h5" in name or ".part" in name], f"nothing is left: {os.listdir('.')}")
-sys.exit(1 if failures else 0)
+finish()

@@ -3,34 +3,13 @@
 """The promise: `query --top N --of Q` lists the rays with the greatest values, as the columns have them, alike for either encoding
 and any number of ranks; a ray counts by the greatest of its registrations that the criterion chooses; -o writes these rays."""
 import json
-import os
-import pathlib
-import shutil
-import subprocess
 import sys
 
 import numpy as np
 
 sys.dont_write_bytecode = True
-SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
-sys.path.insert(0, str(SOURCE / "examples" / "python"))
-import raymap  # noqa: E402
-
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
-
-
-def run(*words, ranks=1, status=0):
-    before = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
-    done = subprocess.run([*before, os.environ["RAYMAP"], *map(str, words)], text=True, capture_output=True, check=False)
-    check(done.returncode == status, f"{words}: {done.returncode}\n{done.stderr}")
-    return done.stderr if status else done.stdout
+from asking import check, finish, run, trace  # noqa: E402
+import raymap  # noqa: E402 (asking knows where it is)
 
 
 def greatest(ids, values, n):
@@ -51,9 +30,7 @@ def agrees(name, criterion, of, n, ids, values):
 
 
 for encoding in ("compact", "plain"):
-    name = encoding + ".raymap"
-    shutil.rmtree(name, ignore_errors=True)
-    run("trace", SOURCE / "examples" / "double-gauss" / "scene.yaml", "-o", name, "-n", 20000, "--quiet", "--encoding", encoding)
+    name = trace("double-gauss", encoding + ".raymap", 20000, "--encoding", encoding)
     ray = raymap.records(raymap.open(name), "ray")
     agrees(name, "all", "path_length", 50, ray["id"], ray["path_length"])
     agrees(name, "segments > 9", "segments", 200, *(ray[one][ray["segment_count"] > 9] for one in ("id", "segment_count")))
@@ -78,4 +55,4 @@ for more, told in ((("--top", 3), "--of path_length"), (("--top", 0, "--of", "fl
     error = run("query", "compact.raymap", "all", *more, status=2)
     check(told in error, f"{more}: {error}")
 check("did you mean 'time'?" in run("query", "compact.raymap", "all", "--top", 3, "--of", "tme(sensor)", status=3), "unknown number")
-sys.exit(1 if failures else 0)
+finish()
