@@ -8,7 +8,9 @@
 
 #include <string.h>
 
+#include "analysis/query/class_tests.h"
 #include "base/alloc.h"
+#include "base/byte_set.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_history.h"
 #include "io/map/map_memory.h"
@@ -38,6 +40,12 @@ struct rmap_query_known {
     const struct rmap_portion *own; /* NULL: not asked for yet */
     uint8_t *own_outcome;           /* [n_own] */
     size_t own_cap;
+    struct rmap_class_tests *tests;          /* of the steps of own paths */
+    const struct rmap_step_classes *classes; /* that they have in hand, */
+    size_t classes_piece;                    /* of this piece */
+    size_t c;                                /* criterion being evaluated */
+    uint64_t *bits;                          /* of own segments */
+    size_t bits_cap;
 };
 
 /* Whether paths of the map can tell more than a reader keeps anyway. */
@@ -69,8 +77,12 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
     self->map = map;
     self->criterion = criterion;
     self->n_criterion = n_criterion;
-    *known_ret = self;
-    return RMAP_OK;
+    const enum rmap_status st = rmap_class_tests_create(criterion, n_criterion, &self->tests, err);
+    if (st == RMAP_OK)
+        *known_ret = self;
+    else
+        rmap_query_known_destroy(self);
+    return st;
 }
 
 static void forget(struct decision *decision)
@@ -95,6 +107,8 @@ void rmap_query_known_destroy(struct rmap_query_known *self)
     rmap_evaluator_fini(&self->evaluator);
     rmap_free(self->decision);
     rmap_free(self->own_outcome);
+    rmap_class_tests_destroy(self->tests);
+    rmap_free(self->bits);
     rmap_free(self);
 }
 
@@ -192,9 +206,71 @@ static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_err
     if (self->own)
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->own_outcome, self->own_cap, n + 1, err));
-    st = rmap_cursor_own_paths(self->cursor, &self->own, err);
+    st = rmap_cursor_own_paths(self->cursor, 0, &self->own, err);
 out:
     return st;
+}
+
+/* As rmap_criterion_input.fetch: what no class answers. */
+static enum rmap_status fetch_own(void *context, rmap_column_set columns, struct rmap_error *err)
+{
+    struct rmap_query_known *self = context;
+    return rmap_cursor_own_paths(self->cursor, columns, &self->own, err);
+}
+
+/* A bit for each own segment whose class passes. */
+static void mark_classes(const struct rmap_query_known *self, const uint32_t *class,
+                         const uint8_t *pass)
+{
+    const size_t n = self->summary.n_own_segment, n_class = self->summary.classes->n;
+    for (size_t i = 0; i < n; i += 64) {
+        const size_t end = n - i < 64 ? n - i : 64;
+        uint64_t word = 0;
+        for (size_t k = 0; k < end; k++)
+            word |= (uint64_t)(class[i + k] < n_class && pass[class[i + k]]) << k;
+        self->bits[i / 64] = word;
+    }
+    self->bits[rmap_bit_words(n)] = 0;
+}
+
+/* As rmap_criterion_input.mark: steps, by their classes. */
+static enum rmap_status mark_own(void *context, int32_t index,
+                                 const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_known *self = context;
+    const struct rmap_path_summary *summary = &self->summary;
+    const void *pass = NULL;
+    const uint32_t *class;
+    if (node->kind != RMAP_CRITERION_STEPS || !summary->classes)
+        return RMAP_OK;
+    /* Dictionaries that are let go may come back elsewhere, or another one in their place. */
+    if (self->classes != summary->classes || self->classes_piece != self->piece)
+        RMAP_TRY(rmap_class_tests_enter(self->tests, summary->classes->of, summary->classes->n,
+                                        NULL, 0, err));
+    self->classes = summary->classes;
+    self->classes_piece = self->piece;
+    RMAP_TRY(rmap_class_tests_answer(self->tests, self->c, index, node, &pass, err));
+    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap, summary->n_own_segment / 64 + 2, err));
+    RMAP_TRY(rmap_cursor_own_classes(self->cursor, &class, err));
+    mark_classes(self, class, pass);
+    *marks = (struct rmap_marks){self->bits, self->own->ray.segment_count};
+out:
+    return st;
+}
+
+static enum rmap_status evaluate_own(struct rmap_query_known *self, size_t c,
+                                     struct rmap_error *err)
+{
+    const struct rmap_criterion_input input = {.portion = self->own,
+                                               .columns = RMAP_COLUMNS_DISCRETE,
+                                               .context = self,
+                                               .fetch = fetch_own,
+                                               .mark = mark_own};
+    self->c = c;
+    return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->own_outcome,
+                                 err);
 }
 
 /* Theirs take their places. */
@@ -223,7 +299,7 @@ enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t
         outcome[i] = known[self->summary.path[i]];
     if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
-        RMAP_TRY(evaluate_rays(self, c, self->own, self->own_outcome, err));
+        RMAP_TRY(evaluate_own(self, c, err));
         place_own(self, outcome);
     }
 out:

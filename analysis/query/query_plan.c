@@ -6,7 +6,7 @@
 
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query_outcomes.h"
-#include "compact/compact.h"
+#include "compact/streams.h"
 
 /* Bytes of a portion's columns, decoded. */
 static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_portion_info *info,
@@ -58,7 +58,7 @@ static void add_columns(struct rmap_query_plan *plan, const struct rmap_map *map
     plan->decoded_nbytes += decoded_nbytes(map, info, columns);
     if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT) {
         plan->n_compact++;
-        plan->n_retraced += rmap_compact_retraces(columns);
+        plan->n_retraced += (columns & rmap_compact_traced(false)) != 0;
     }
 }
 

@@ -89,7 +89,7 @@ static enum rmap_status write_file(struct rmap_h5 *h5, const char *temporary,
                                    const struct rmap_piece_info *piece,
                                    const struct rmap_history_bytes *bytes, struct rmap_error *err)
 {
-    static const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR};
+    static const int32_t version[2] = {RMAP_FORMAT_OLDEST, 0};
     enum rmap_status st = RMAP_OK;
     struct rmap_range range = {.nbytes = bytes->body_nbytes};
     RMAP_TRY(rmap_h5_create(h5, temporary, err));

@@ -115,7 +115,7 @@ static bool take_chunks(struct reading *self, size_t nbytes, enum rmap_status *s
 
 static bool is_curved(const struct rmap_journal_header *header)
 {
-    return header->format_major == RMAP_FORMAT_CURVED_MAJOR;
+    return header->format_major == RMAP_JOURNAL_CURVED;
 }
 
 static bool take_portions(struct reading *self, size_t nbytes, enum rmap_status *st,
@@ -204,7 +204,7 @@ static enum rmap_status check_header(const struct rmap_journal_header *h, const 
     if (memcmp(h->magic, RMAP_JOURNAL_MAGIC, sizeof h->magic) != 0)
         return rmap_error_set(err, RMAP_FORMAT, "%s is no journal of a ray map, or damaged", path);
     *other_version_ret = h->version != RMAP_JOURNAL_VERSION ||
-                         (h->format_major != RMAP_FORMAT_MAJOR && !is_curved(h)) ||
+                         (h->format_major != RMAP_JOURNAL_STRAIGHT && !is_curved(h)) ||
                          h->encoding >= RMAP_ENCODING_COUNT ||
                          !rmap_layout_of(h->encoding, RMAP_COLOUR_RGB);
     if (*other_version_ret)

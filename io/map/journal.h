@@ -30,6 +30,10 @@
 #define RMAP_JOURNAL_MAGIC   "rmapjrnl"
 #define RMAP_JOURNAL_VERSION 1
 
+/* format_major: what rows of portions count. The map's format is not told: who reads a journal has
+ * opened its map. */
+enum { RMAP_JOURNAL_STRAIGHT = 2, RMAP_JOURNAL_CURVED = 4 /* with /curve */ };
+
 enum rmap_journal_record {
     RMAP_JOURNAL_HEADER = 1,
     RMAP_JOURNAL_CHUNK,
@@ -42,7 +46,7 @@ enum rmap_journal_record {
 struct rmap_journal_header {
     char magic[8];
     uint32_t version;                      /* RMAP_JOURNAL_VERSION */
-    uint32_t format_major, format_minor;   /* RMAP_FORMAT_CURVED_MAJOR: with /curve */
+    uint32_t format_major, format_minor;   /* as above, 0 */
     uint32_t chunk_nbytes, portion_nbytes; /* of a row in CHUNK, in PORTION */
     uint32_t encoding;                     /* enum rmap_encoding */
     uint32_t mode;                         /* enum rmap_colour_mode */

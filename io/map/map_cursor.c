@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "compact/decode_paths.h"
 #include "compact/paths.h"
 #include "compact/ray_selection.h"
 #include "compact/streams.h"
@@ -38,16 +39,18 @@ struct rmap_cursor {
     rmap_column_set present;         /* columns of it that have been read */
     rmap_column_set kept;            /* and those that the map's store has */
     uint64_t streams;                /* of a compact one, in `buffer` */
-    struct rmap_portion *portion;    /* of the space in hand; borrowed from there */
-    struct rmap_portion shown;       /* that, without columns that only decoding needed */
-    struct rmap_portion selected;    /* the same of rays that were selected */
-    uint32_t *some;                  /* [n_ray] their rows */
+    bool knows_header;               /* of a compact one: */
+    struct rmap_compact_summary header;
+    struct rmap_portion *portion; /* of the space in hand; borrowed from there */
+    struct rmap_portion shown;    /* that, without columns that only decoding needed */
+    struct rmap_portion selected; /* the same of rays that were selected */
+    uint32_t *some;               /* [n_ray] their rows */
     size_t some_cap;
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
     size_t paths_piece;                  /* whose they are */
-    struct rmap_portion *own;            /* rays with paths of their own, */
-    bool has_own;                        /* of the portion in hand */
+    struct rmap_portion *own;            /* rays with paths of their own, of the portion in hand, */
+    rmap_column_set own_columns;         /* with these columns */
 };
 
 static enum rmap_status cursor_check_limits(const struct rmap_cursor *cursor,
@@ -145,6 +148,32 @@ static void say_where(const struct rmap_cursor *self, const struct rmap_portion_
                        (unsigned long long)info->first_ray);
 }
 
+/* Reads the header of the portion in hand, if it has one. */
+static enum rmap_status know_header(struct rmap_cursor *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    struct compact_rows in_hand;
+    if (self->knows_header ||
+        self->map->content.piece[info->piece].encoding != RMAP_ENCODING_COMPACT)
+        return RMAP_OK;
+    RMAP_TRY(enter_rows(self, info, rmap_compact_header_streams(), &in_hand, err));
+    st = rmap_compact_summarise_header(&in_hand.rows, &self->header, err);
+    if (st != RMAP_OK)
+        say_where(self, info, err);
+    self->knows_header = st == RMAP_OK;
+out:
+    return st;
+}
+
+enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
+                                   struct rmap_error *err)
+{
+    const enum rmap_status st = know_header(self, err);
+    *are_one_ret = self->knows_header && self->header.weigh_one;
+    return st;
+}
+
 /* Decodes columns of a portion of a compact piece into cursor->portion, where those that are
  * present stay. */
 static enum rmap_status cursor_read_compact(struct rmap_cursor *self,
@@ -154,32 +183,13 @@ static enum rmap_status cursor_read_compact(struct rmap_cursor *self,
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor_space *space = &self->space[info->space];
     struct compact_rows in_hand;
-    RMAP_TRY(enter_rows(self, info, rmap_compact_streams(columns), &in_hand, err));
+    RMAP_TRY(enter_rows(self, info, rmap_compact_streams(columns, &self->header), &in_hand, err));
     if (!space->decoder)
         RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
     st = rmap_compact_decode(space->decoder, self->paths, &in_hand.rows, in_hand.n_row, columns,
                              self->present, self->portion, err);
     if (st != RMAP_OK)
         say_where(self, info, err);
-out:
-    return st;
-}
-
-enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
-                                   struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    struct compact_rows in_hand;
-    struct rmap_compact_summary summary = {.weigh_one = false};
-    *are_one_ret = false;
-    if (self->map->content.piece[info->piece].encoding != RMAP_ENCODING_COMPACT)
-        return RMAP_OK;
-    RMAP_TRY(enter_rows(self, info, rmap_compact_header_streams(), &in_hand, err));
-    st = rmap_compact_summarise_header(&in_hand.rows, &summary, err);
-    if (st != RMAP_OK)
-        say_where(self, info, err);
-    *are_one_ret = summary.weigh_one;
 out:
     return st;
 }
@@ -195,7 +205,7 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, struct rmap_
     *paths = (struct rmap_path_summary){.paths = NULL};
     if (self->map->content.piece[piece].encoding != RMAP_ENCODING_COMPACT)
         return RMAP_OK;
-    RMAP_TRY(enter_rows(self, info, rmap_compact_told_streams(), &in_hand, err));
+    RMAP_TRY(enter_rows(self, info, rmap_compact_summary_streams(), &in_hand, err));
     st = rmap_compact_summarise(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row, &summary,
                                 err);
     if (st != RMAP_OK) {
@@ -209,7 +219,9 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, struct rmap_
             .first_segment = rmap_path_table_first_segments(self->paths),
             .first_registration = rmap_path_table_first_registrations(self->paths),
             .path = summary.path,
-            .n_own = summary.n_own};
+            .n_own = summary.n_own,
+            .classes = summary.classed ? rmap_path_table_classes(self->paths) : NULL,
+            .n_own_segment = in_hand.rows.n_row[RMAP_COMPACT_OWN_SEGMENT]};
 out:
     return st;
 }
@@ -228,26 +240,39 @@ static void fill_own_rays(const uint32_t *path, size_t n_ray, uint64_t first_ray
     own->first_ray = n_own > 0 ? own->ray.id[0] : first_ray;
 }
 
-enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self,
+enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set columns,
                                        const struct rmap_portion **own_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     struct compact_rows in_hand;
-    if (self->has_own)
+    columns = self->own_columns | ((columns | RMAP_HEAD_COLUMNS) & RMAP_COLUMNS_DISCRETE);
+    if (columns == self->own_columns)
         goto out;
     if (!self->own && !(self->own = rmap_alloc(1, sizeof *self->own)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
-    RMAP_TRY(enter_rows(self, info, rmap_compact_told_streams(), &in_hand, err));
-    RMAP_TRY(rmap_compact_decode_own(in_hand.model, &in_hand.rows, self->own, err));
+    RMAP_TRY(know_header(self, err));
+    RMAP_TRY(enter_rows(self, info, rmap_compact_streams(columns, &self->header), &in_hand, err));
+    RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, columns, self->own,
+                                     err));
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c))
+        if (columns & RMAP_COLUMN_BIT(c))
             RMAP_TRY(cursor_check_limits(self, self->own, (enum rmap_column)c, info, err));
     fill_own_rays(in_hand.rows.data[RMAP_STREAM_ray_path], in_hand.n_row[RMAP_TABLE_RAY],
                   info->first_ray, self->own);
-    self->has_own = true;
+    self->own_columns = columns;
 out:
     *own_ret = self->own;
+    return st;
+}
+
+enum rmap_status rmap_cursor_own_classes(struct rmap_cursor *self, const uint32_t **class_ret,
+                                         struct rmap_error *err)
+{
+    struct compact_rows in_hand;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    const enum rmap_status st = enter_rows(self, info, rmap_compact_class_streams(), &in_hand, err);
+    *class_ret = st == RMAP_OK ? in_hand.rows.data[RMAP_STREAM_OWN_object] : NULL;
     return st;
 }
 
@@ -435,7 +460,9 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->kept = 0;
     self->streams = 0;
     self->in_hand = portion;
-    self->has_own = false;
+    self->own_columns = 0;
+    self->knows_header = false;
+    self->header = (struct rmap_compact_summary){.placed = false};
     cursor_leave_paths(self, (size_t)info->piece);
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
@@ -481,7 +508,7 @@ static void show_columns(const struct rmap_portion *rows, rmap_column_set column
  * say, and traced again once. */
 static rmap_column_set compact_columns(const struct rmap_cursor *self, rmap_column_set columns)
 {
-    if (rmap_compact_retraces(columns))
+    if (columns & rmap_compact_traced(self->header.placed))
         columns |= self->columns;
     if (columns & RMAP_COLUMNS_DISCRETE)
         columns |= self->columns & RMAP_COLUMNS_DISCRETE;
@@ -497,6 +524,7 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN) {
         RMAP_TRY(read_plain(self, info, fresh, err));
     } else {
+        RMAP_TRY(know_header(self, err));
         fresh = compact_columns(self, columns);
         RMAP_TRY(cursor_read_compact(self, info, fresh, err));
     }
@@ -546,7 +574,7 @@ bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_se
     struct rmap_map_kept kept;
     rmap_map_kept(map, &kept);
     return map->content.piece[info->piece].encoding == RMAP_ENCODING_COMPACT &&
-           rmap_compact_retraces(columns) && kept.budget == 0 &&
+           (columns & rmap_compact_traced(false)) && kept.budget == 0 &&
            !((columns & RMAP_COLUMNS_CURVE) && info->n_row[RMAP_TABLE_CURVE] > 0);
 }
 
@@ -575,14 +603,15 @@ static enum rmap_status decode_selected(struct rmap_cursor *self,
     struct compact_rows in_hand;
     const struct rmap_rows *rows = NULL;
     size_t n_row[RMAP_TABLE_COUNT];
-    RMAP_TRY(enter_rows(self, info, rmap_compact_selection_streams(), &in_hand, err));
+    RMAP_TRY(enter_rows(self, info, rmap_compact_selection_streams(columns, &self->header),
+                        &in_hand, err));
     if (!space->decoder)
         RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
     if (!space->selection)
         RMAP_TRY(rmap_compact_selection_create(in_hand.model, &space->selection, err));
     if (!space->selected)
         RMAP_TRY(rmap_portion_create(0, self->portion->n_channel, &space->selected, err));
-    st = rmap_compact_select(space->selection, self->paths, &in_hand.rows, in_hand.n_row,
+    st = rmap_compact_select(space->selection, self->paths, &in_hand.rows, in_hand.n_row, columns,
                              self->some, n, &rows, n_row, err);
     if (st == RMAP_OK)
         st = rmap_compact_decode(space->decoder, self->paths, rows, n_row, columns, 0,
@@ -603,8 +632,9 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     size_t n = 0;
     *selected_ret = NULL;
     if (!rmap_map_selects(self->map, self->in_hand, columns) ||
-        !rmap_compact_retraces(columns & ~self->present))
+        !(columns & ~self->present & rmap_compact_traced(false)))
         return RMAP_OK;
+    RMAP_TRY(know_header(self, err));
     RMAP_TRY(list_marked(self, mark, wanted, &n, err));
     if (n == 0 || n * SELECTED_SHARE > info->n_row[RMAP_TABLE_RAY])
         goto out;

@@ -59,10 +59,17 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *cursor,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of one that was summed up so, the rays with paths of their own, side by side in their order, with
- * those columns, ids and weights. */
-enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
+ * the discrete columns that `columns` names or an earlier call did, sources, stops, counts, ids and
+ * weights. The portion is the same one for every call. */
+enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor, rmap_column_set columns,
                                        const struct rmap_portion **own_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one that was summed up with classes: those of the segments of these rays. *class_ret:
+ * [n_own_segment], rows of the classes, in order; others may be there. Valid while the portion is
+ * in hand. */
+enum rmap_status rmap_cursor_own_classes(struct rmap_cursor *cursor, const uint32_t **class_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);

@@ -19,12 +19,19 @@
  * when map.h5 is damaged. */
 #define RMAP_INDEX_START "map-start.h5"
 
-#define RMAP_FORMAT_MAJOR 2
+#define RMAP_FORMAT_MAJOR 5
 #define RMAP_FORMAT_MINOR 0
-/* Of maps of picked rays and their pieces: ids of a portion may have gaps. */
-#define RMAP_FORMAT_PICKED_MAJOR 3
-/* Of maps whose scene has gradient media, picked or not, and their pieces: with /curve. */
-#define RMAP_FORMAT_CURVED_MAJOR 4
+/* The oldest that is read. Formats 2 to 4 say in their number what 5 has features for: 3 that ids
+ * of a portion may have gaps, 4 that there is /curve. */
+#define RMAP_FORMAT_OLDEST 2
+#define RMAP_FORMAT_CURVED 4
+
+/* What a reader of format 5 must know, by name, in the attribute `features`. */
+#define RMAP_FEATURE_CURVES "curves" /* /curve: the scene has gradient media */
+#define RMAP_FEATURE_GAPS   "gaps"   /* ids of a portion may have gaps: picked rays */
+#define RMAP_FEATURE_PLACES "places" /* compact portions may have places stand by themselves */
+#define RMAP_FEATURE_CLASSES                                                                       \
+    "classes" /* compact portions may have classes of steps for segments of own paths */
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

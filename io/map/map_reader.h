@@ -151,6 +151,7 @@ struct rmap_map_kept {
 };
 
 struct rmap_cursor;
+struct rmap_step_classes;
 
 /* A portion by the paths of its rays: those that refer to the same one are alike in
  * RMAP_COLUMNS_DISCRETE. All borrowed until the cursor takes another portion in hand. */
@@ -158,8 +159,10 @@ struct rmap_path_summary {
     const struct rmap_portion *paths; /* the piece's paths as rays, with those columns; NULL: the
                                          portion is not summed up so */
     const uint32_t *first_segment, *first_registration; /* [its rays] of each one's rows */
-    const uint32_t *path; /* [n_ray] 1 + row of `paths`; 0: one of its own */
-    size_t n_own;         /* rays with such */
+    const uint32_t *path;                    /* [n_ray] 1 + row of `paths`; 0: one of its own */
+    size_t n_own;                            /* rays with such */
+    size_t n_own_segment;                    /* theirs */
+    const struct rmap_step_classes *classes; /* of the piece's steps; NULL: theirs are not stored */
 };
 
 #endif

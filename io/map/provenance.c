@@ -128,11 +128,15 @@ out:
     return st;
 }
 
-static int32_t format_of(const struct rmap_run *run)
+static enum rmap_status put_features(struct rmap_h5 *h5, const struct rmap_run *run,
+                                     struct rmap_error *err)
 {
-    if (rmap_scene_is_curved(run->scene))
-        return RMAP_FORMAT_CURVED_MAJOR;
-    return run->selection ? RMAP_FORMAT_PICKED_MAJOR : RMAP_FORMAT_MAJOR;
+    char text[64];
+    (void)snprintf(text, sizeof text, "%s%s%s",
+                   rmap_scene_is_curved(run->scene) ? RMAP_FEATURE_CURVES " " : "",
+                   run->selection ? RMAP_FEATURE_GAPS " " : "",
+                   RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES);
+    return rmap_h5_put_text(h5, "/", "features", text, err);
 }
 
 /* The shared objects that gave gradient media their index: "medium xxh3:0123456789abcdef, ...". */
@@ -161,12 +165,13 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
                                      const struct rmap_run *run,
                                      const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
-    const int32_t version[2] = {format_of(run), RMAP_FORMAT_MINOR}, tracer = tracer_of(run);
+    const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR}, tracer = tracer_of(run);
     const struct rmap_scene *scene = run->scene;
     const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_h5_put_text(h5, "/", "filetype", filetype, err));
     RMAP_TRY(rmap_h5_put(h5, "/", "version", RMAP_I32, 2, version, err));
+    RMAP_TRY(put_features(h5, run, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "program_version", RMAP_VERSION, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "git_revision", RMAP_GIT_REVISION, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "compiler", RMAP_COMPILER, err));
@@ -188,6 +193,41 @@ out:
     return st;
 }
 
+enum { FEATURES_NBYTES = 512 };
+
+/* A word of a list. */
+static bool has_feature(const char *features, const char *name)
+{
+    const size_t n = strlen(name);
+    for (const char *at = features; *at; at += strcspn(at, " ")) {
+        at += strspn(at, " ");
+        if (strcspn(at, " ") == n && strncmp(at, name, n) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Names what a file needs and this program has not got. */
+static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *err)
+{
+    static const char known[] =
+        RMAP_FEATURE_CURVES " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES;
+    char features[FEATURES_NBYTES];
+    enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
+    for (char *at = features, *end; st == RMAP_OK && *(at += strspn(at, " ")); at = end) {
+        end = at + strcspn(at, " ");
+        const bool last = *end == 0;
+        *end = 0;
+        if (!has_feature(known, at))
+            st = rmap_error_set(
+                err, RMAP_FORMAT,
+                "%s needs '%s', which this program does not know: use a newer raymap", h5->path,
+                at);
+        end += last ? 0 : 1;
+    }
+    return st;
+}
+
 enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
                                        struct rmap_error *err)
 {
@@ -199,18 +239,23 @@ enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is an HDF5 file, but not a '%s': give the map's directory",
                               h5->path, filetype);
-    if (version[0] < RMAP_FORMAT_MAJOR || version[0] > RMAP_FORMAT_CURVED_MAJOR)
+    if (version[0] < RMAP_FORMAT_OLDEST || version[0] > RMAP_FORMAT_MAJOR)
         return rmap_error_set(
             err, RMAP_FORMAT,
             "%s has format version %d.%d; this program reads %d.x to %d.x: use %s raymap", h5->path,
-            (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR, RMAP_FORMAT_CURVED_MAJOR,
+            (int)version[0], (int)version[1], RMAP_FORMAT_OLDEST, RMAP_FORMAT_MAJOR,
             version[0] > RMAP_FORMAT_MAJOR ? "a newer" : "an older");
-    return RMAP_OK;
+    return version[0] < RMAP_FORMAT_MAJOR ? RMAP_OK : check_features(h5, err);
 }
 
 bool rmap_provenance_is_curved(struct rmap_h5 *h5)
 {
     int32_t version[2] = {0};
-    return rmap_h5_get(h5, "/", "version", RMAP_I32, 2, version, NULL) == RMAP_OK &&
-           version[0] == RMAP_FORMAT_CURVED_MAJOR;
+    char features[FEATURES_NBYTES];
+    if (rmap_h5_get(h5, "/", "version", RMAP_I32, 2, version, NULL) != RMAP_OK)
+        return false;
+    if (version[0] < RMAP_FORMAT_MAJOR)
+        return version[0] == RMAP_FORMAT_CURVED;
+    return rmap_h5_get_text(h5, "/", "features", features, sizeof features, NULL) == RMAP_OK &&
+           has_feature(features, RMAP_FEATURE_CURVES);
 }

@@ -107,9 +107,9 @@ enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal
     uint8_t *to;
     memcpy(full.magic, RMAP_JOURNAL_MAGIC, sizeof full.magic);
     full.version = RMAP_JOURNAL_VERSION;
-    bool curved = full.format_major == RMAP_FORMAT_CURVED_MAJOR;
-    full.format_major = curved ? RMAP_FORMAT_CURVED_MAJOR : RMAP_FORMAT_MAJOR;
-    full.format_minor = RMAP_FORMAT_MINOR;
+    bool curved = full.format_major == RMAP_JOURNAL_CURVED;
+    full.format_major = curved ? RMAP_JOURNAL_CURVED : RMAP_JOURNAL_STRAIGHT;
+    full.format_minor = 0;
     full.chunk_nbytes = (uint32_t)rmap_journal_row_nbytes(rmap_chunk_fields());
     full.portion_nbytes = (uint32_t)rmap_journal_row_nbytes(rmap_portion_fields_piece(curved));
     struct rmap_journal_writer *self = rmap_alloc(1, sizeof *self);

@@ -29,7 +29,7 @@ enum rmap_status rmap_journal_add_tail(struct rmap_journal_batch *batch, int str
 struct rmap_journal_writer;
 
 /* A new file with the header, whose magic, version and row sizes are set here, and the format
- * unless it says RMAP_FORMAT_CURVED_MAJOR; nothing is synced before the first commit. RMAP_SYSTEM,
+ * unless it says RMAP_JOURNAL_CURVED; nothing is synced before the first commit. RMAP_SYSTEM,
  * also when the file exists. */
 enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal_header *header,
                                      struct rmap_journal_writer **writer_ret,

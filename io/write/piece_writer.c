@@ -72,8 +72,8 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
 static enum rmap_status begin_journal(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     const struct rmap_piece_origin *origin = &self->origin;
-    struct rmap_journal_header header = {.format_major = self->curved ? RMAP_FORMAT_CURVED_MAJOR
-                                                                      : RMAP_FORMAT_MAJOR,
+    struct rmap_journal_header header = {.format_major = self->curved ? RMAP_JOURNAL_CURVED
+                                                                      : RMAP_JOURNAL_STRAIGHT,
                                          .encoding = (uint32_t)origin->encoding,
                                          .mode = (uint32_t)origin->mode,
                                          .n_channel = (uint32_t)origin->n_channel,

@@ -149,8 +149,9 @@ static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, 
     rmap_step_float3(direction_of(ray), crossing.direction);
     while (ray->crossing < ray->crossing_end && r->crossing_segment[ray->crossing] <= ray->step) {
         size_t row = ray->crossing++, its = (uint32_t)r->crossing_detector[row];
-        uint16_t *cell = out->cell ? out->cell + 2 * row : crossing.cell;
-        uint16_t *relative = out->relative ? out->relative + 2 * row : crossing.relative;
+        uint16_t *cell = out->cell && !r->placed ? out->cell + 2 * row : crossing.cell;
+        uint16_t *relative =
+            out->relative && !r->placed ? out->relative + 2 * row : crossing.relative;
         double at[2] = {0.0, 0.0};
         crossing.optical_path = length;
         if (its >= r->model->n_detector) {

@@ -7,6 +7,7 @@
 #include "base/alloc.h"
 #include "compact/damaged.h"
 #include "compact/decode_paths.h"
+#include "compact/detect.h"
 #include "compact/encoder.h"
 #include "compact/primitives.h"
 #include "compact/retrace.h"
@@ -49,6 +50,10 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->hash);
     rmap_free(encoder->begin);
     rmap_free(encoder->word);
+    rmap_step_classes_fini(&encoder->steps);
+    rmap_free(encoder->step);
+    rmap_free(encoder->class_of);
+    rmap_free(encoder->own_class);
     rmap_free(encoder->triangle);
     rmap_free(encoder->medium);
     rmap_free(encoder->curve.ray);
@@ -87,6 +92,7 @@ static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
     ROOM(hash, encoder->n_ray + n);
     ROOM(begin, encoder->n_ray + n);
     ROOM(word, encoder->n_word + words);
+    ROOM(step, encoder->n_segment + s);
     ROOM(triangle, encoder->n_triangle + s);
     ROOM(medium, s);
 #undef ROOM
@@ -122,9 +128,10 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
     const uint8_t *channel = encoder->channel + encoder->n_ray;
-    const struct rmap_retrace r =
+    struct rmap_retrace r =
         rmap_retrace_of(encoder->model, encoder->seed, part, channel, encoder->lane);
     const struct rmap_portion *rows = part;
+    r.placed = true;
     if (few) {
         RMAP_TRY(rmap_few_gather(encoder->few, part, channel, err));
         rows = encoder->few->rows;
@@ -135,8 +142,9 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        const struct rmap_retrace of_few = rmap_retrace_of(encoder->model, encoder->seed, rows,
-                                                           encoder->few->channel, encoder->lane);
+        struct rmap_retrace of_few = rmap_retrace_of(encoder->model, encoder->seed, rows,
+                                                     encoder->few->channel, encoder->lane);
+        of_few.placed = true;
         RMAP_TRY(rmap_settle_encode_few(&encoder->batch, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
@@ -149,11 +157,11 @@ out:
 static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_one,
                               struct rmap_error *err)
 {
-    const uint64_t start[RMAP_HEADER_COUNT] = {[RMAP_HEADER_MODES] =
-                                                   one_by_one ? RMAP_HEADER_ONE_BY_ONE : 0,
-                                               [RMAP_HEADER_SEED] = encoder->seed,
-                                               [RMAP_HEADER_FIRST] = encoder->first_ray};
-    return rmap_lanes_store(encoder->lane, start, &encoder->store, err);
+    struct rmap_lane_header header = {.seed = encoder->seed,
+                                      .first_ray = encoder->first_ray,
+                                      .one_by_one = one_by_one,
+                                      .placed = true};
+    return rmap_lanes_store(encoder->lane, &header, &encoder->store, err);
 }
 
 /* all: the part is the portion. *one_by_one_ret as in retrace; *whole_ret, where not all: its rays
@@ -256,33 +264,12 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
-/* Columns that only the segments, traced again, tell; and those that do without. */
-#define OF_SEGMENTS(column, role) | (RMAP_LANE_##role != RMAP_LANE_SIMPLE ? BIT(RMAP_##column) : 0)
-#define SIMPLE(column, role)      | (RMAP_LANE_##role == RMAP_LANE_SIMPLE ? BIT(RMAP_##column) : 0)
-#define SEGMENT_COLUMNS           (0 RMAP_LANES(OF_SEGMENTS))
-#define SIMPLE_COLUMNS            (0 RMAP_LANES(SIMPLE))
-
-#define CROSSING_LANES                                                                             \
-    (BIT(RMAP_REGISTRATION_cell) | BIT(RMAP_REGISTRATION_relative) |                               \
-     BIT(RMAP_REGISTRATION_direction) | BIT(RMAP_REGISTRATION_optical_path))
+/* Columns that lanes have. */
+#define LANE(column, role) | BIT(RMAP_##column)
+#define LANE_COLUMNS       (0 RMAP_LANES(LANE))
 
 #define COLOUR_COLUMNS                                                                             \
     (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path))
-
-/* What must be decoded so that these columns can be. */
-static rmap_column_set with_needs(rmap_column_set columns)
-{
-    if (columns & SEGMENT_COLUMNS)
-        columns |= BIT(RMAP_RAY_id) | BIT(RMAP_SEGMENT_primitive) | BIT(RMAP_SEGMENT_medium) |
-                   RMAP_HEAD_COLUMNS;
-    if (columns & CROSSING_LANES)
-        columns |= BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector);
-    if (columns & BIT(RMAP_SEGMENT_primitive))
-        columns |= BIT(RMAP_SEGMENT_object);
-    if (columns & BIT(RMAP_SEGMENT_medium))
-        columns |= BIT(RMAP_SEGMENT_object) | BIT(RMAP_SEGMENT_event);
-    return columns;
-}
 
 /* The streams are there. */
 static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t streams,
@@ -297,13 +284,6 @@ static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t str
     return RMAP_OK;
 }
 
-/* Numbers that stand in the lane's column as predicted become the truth. */
-static void correct(struct rmap_lane *lane)
-{
-    if (lane->next < lane->n)
-        rmap_lane_amend(lane, 0, lane->n);
-}
-
 static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
                                         struct rmap_lane *lane, const struct rmap_rows *rows,
                                         struct rmap_portion *out, struct rmap_error *err)
@@ -312,7 +292,7 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
     size_t n = out->n_row[RMAP_TABLE_SEGMENT], n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
     size_t k = rmap_primitives_place(model, out->segment.object, n, triangle, n_triangle,
                                      out->segment.primitive);
-    correct(lane);
+    rmap_lane_finish(lane);
     if (k > n_triangle)
         return rmap_portion_damaged("it has too few triangles", err);
     return k == n_triangle ? RMAP_OK : rmap_portion_damaged("it has too many triangles", err);
@@ -334,11 +314,11 @@ static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_
     for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_start_primitive)); i++)
         out->ray.start_primitive[i] = -1;
     if (columns & BIT(RMAP_RAY_weight))
-        correct(&lane[RMAP_LANE_RAY_weight]);
+        rmap_lane_finish(&lane[RMAP_LANE_RAY_weight]);
     if (columns & BIT(RMAP_RAY_wavelength))
-        correct(&lane[RMAP_LANE_RAY_wavelength]);
+        rmap_lane_finish(&lane[RMAP_LANE_RAY_wavelength]);
     if (columns & BIT(RMAP_RAY_start_primitive))
-        correct(&lane[RMAP_LANE_RAY_start_primitive]);
+        rmap_lane_finish(&lane[RMAP_LANE_RAY_start_primitive]);
 }
 
 /* Media: what the paths say stands in the column; offered to itself it becomes the truth. */
@@ -362,51 +342,73 @@ static void fill_curve(const struct rmap_rows *rows, rmap_column_set columns,
 #undef FILL
 }
 
-static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
-                                     const struct rmap_rows *rows, const uint64_t *header,
-                                     rmap_column_set columns, struct rmap_portion *out,
-                                     struct rmap_error *err)
+/* What detectors recorded of a place: as it stands, and its cells. */
+static void fill_places(struct rmap_compact_decoder *decoder, rmap_column_set columns,
+                        struct rmap_portion *out)
 {
-    struct rmap_retrace r = rmap_retrace_of(decoder->model, header[RMAP_HEADER_SEED], out,
+    struct rmap_lane *lane = decoder->lane;
+    const struct rmap_registration_columns *hit = &out->registration;
+    const size_t n = out->n_row[RMAP_TABLE_REGISTRATION];
+    if (columns & BIT(RMAP_REGISTRATION_relative))
+        rmap_lane_finish(&lane[RMAP_LANE_REGISTRATION_relative]);
+    if (!(columns & BIT(RMAP_REGISTRATION_cell)))
+        return;
+    for (size_t i = 0; i < n; i++)
+        rmap_detect_cell(decoder->model, hit->detector[i], hit->relative + 2 * i,
+                         hit->cell + 2 * i);
+    rmap_lane_finish(&lane[RMAP_LANE_REGISTRATION_cell]);
+}
+
+static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
+                                     const struct rmap_rows *rows,
+                                     const struct rmap_lane_header *header, rmap_column_set traced,
+                                     struct rmap_portion *out, struct rmap_error *err)
+{
+    struct rmap_retrace r = rmap_retrace_of(decoder->model, header->seed, out,
                                             rows->data[RMAP_STREAM_ray_channel], decoder->lane);
-    if (!(columns & CROSSING_LANES))
+    bool crosses = false;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        crosses |= (traced & BIT(c)) &&
+                   rmap_column_info((enum rmap_column)c)->table == RMAP_TABLE_REGISTRATION;
+    if (!crosses)
         r.crossing_segment = NULL;
-    r.colour = (columns & COLOUR_COLUMNS) || decoder->model->absorbing;
-    bool one_by_one = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
-    return rmap_settle_decode(&decoder->batch, &r, one_by_one, out, err);
+    r.placed = header->placed;
+    r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;
+    return rmap_settle_decode(&decoder->batch, &r, header->one_by_one, out, err);
 }
 
 static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
                                    const struct rmap_rows *rows, rmap_column_set columns,
-                                   struct rmap_portion *out, struct rmap_error *err)
+                                   rmap_column_set traced, struct rmap_portion *out,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_lane *lane = decoder->lane;
+    struct rmap_lane_header header;
     const struct rmap_lane_store store = rmap_lane_store_of(rows);
-    RMAP_TRY(rmap_lanes_load(lane, &store, columns, out, err));
-    out->first_ray = store.pool64[RMAP_HEADER_FIRST];
+    const rmap_column_set used = traced ? RMAP_COLUMNS_ALL : columns;
+    RMAP_TRY(rmap_lanes_load(lane, &store, columns, used, out, &header, err));
+    out->first_ray = header.first_ray;
     fill_simple(decoder, rows, out->first_ray, columns, out);
     if (columns & BIT(RMAP_SEGMENT_primitive))
         RMAP_TRY(
             fill_primitives(decoder->model, &lane[RMAP_LANE_SEGMENT_primitive], rows, out, err));
     if (columns & BIT(RMAP_SEGMENT_medium))
         correct_media(&lane[RMAP_LANE_SEGMENT_medium], out);
-    if (columns & SEGMENT_COLUMNS)
-        RMAP_TRY(retrace_rows(decoder, rows, store.pool64, columns, out, err));
+    if (header.placed)
+        fill_places(decoder, columns, out);
+    if (traced)
+        RMAP_TRY(retrace_rows(decoder, rows, &header, traced, out, err));
 out:
     return st;
 }
 
-bool rmap_compact_retraces(rmap_column_set columns)
-{
-    return (columns & SEGMENT_COLUMNS) != 0;
-}
-
 /* Of columns that are to be decoded, what must be made, where some are there. Media are written
  * with what they follow from. */
-static rmap_column_set without_present(rmap_column_set columns, rmap_column_set present)
+static rmap_column_set without_present(rmap_column_set columns, rmap_column_set present,
+                                       bool placed)
 {
-    const rmap_column_set wanted = with_needs(columns & ~present);
+    const rmap_column_set wanted = rmap_compact_needs(columns & ~present, placed);
     const rmap_column_set again = wanted & ~present & BIT(RMAP_SEGMENT_medium)
                                       ? BIT(RMAP_SEGMENT_object) | BIT(RMAP_SEGMENT_event)
                                       : 0;
@@ -416,19 +418,21 @@ static rmap_column_set without_present(rmap_column_set columns, rmap_column_set 
 static enum rmap_status fill(struct rmap_compact_decoder *decoder,
                              const struct rmap_path_table *table, const struct rmap_rows *rows,
                              const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
-                             struct rmap_portion *out, struct rmap_error *err)
+                             const struct rmap_compact_summary *summary, struct rmap_portion *out,
+                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
+    const rmap_column_set traced = columns & rmap_compact_traced(summary->placed);
+    const struct rmap_own_paths own = rmap_own_paths(decoder->model, table, rows, summary->classed);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
         out->n_row[t] = 0;
         RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
         out->n_row[t] = n_row[t];
     }
-    rmap_paths_fill(&own, table, columns, out);
+    rmap_paths_fill(&own, columns, out);
     fill_curve(rows, columns, out);
-    if (columns & (SEGMENT_COLUMNS | SIMPLE_COLUMNS))
-        st = fill_lanes(decoder, rows, columns, out, err);
+    if (columns & LANE_COLUMNS)
+        st = fill_lanes(decoder, rows, columns, traced, out, err);
 out:
     return st;
 }
@@ -446,17 +450,22 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);
-    RMAP_TRY(check_streams(rows, rmap_compact_streams(columns), err));
+    struct rmap_compact_summary summary;
+    RMAP_TRY(check_streams(rows, rmap_compact_header_streams(), err));
+    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
+    RMAP_TRY(check_streams(rows, rmap_compact_streams(columns & ~present, &summary), err));
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
         return rmap_portion_damaged(
             "it has not as many points of curved segments as the index says", err);
     if (!present) {
-        const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
-        RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));
+        const struct rmap_own_paths own =
+            rmap_own_paths(decoder->model, table, rows, summary.classed);
+        RMAP_TRY(rmap_own_paths_check(&own, n_row, err));
     }
-    st = fill(decoder, table, rows, n_row, without_present(columns, present), out, err);
+    st = fill(decoder, table, rows, n_row, without_present(columns, present, summary.placed),
+              &summary, out, err);
 out:
     if (st != RMAP_OK)
         rmap_portion_clear(out);

@@ -78,9 +78,6 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                                      rmap_column_set present, struct rmap_portion *out,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Whether rays must be traced again for these columns, which takes longest by far. */
-bool rmap_compact_retraces(rmap_column_set columns);
-
 /* What the rays of a portion are known by, without going through their segments. */
 struct rmap_compact_summary {
     const uint32_t *path; /* [n_ray] 1 + row of the table; 0: the next of its own; borrowed from the
@@ -89,6 +86,8 @@ struct rmap_compact_summary {
     bool weigh_one;       /* each weighs 1 */
     bool ids_run;         /* row i has the id first_ray + i */
     bool media_known;     /* media are those that the paths say */
+    bool placed;          /* places of registrations stand by themselves */
+    bool classed;         /* segments of own paths are stored as classes of steps */
     uint64_t first_ray;
 };
 

@@ -12,12 +12,15 @@
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
-                                     const struct rmap_rows *rows)
+                                     const struct rmap_path_table *table,
+                                     const struct rmap_rows *rows, bool classed)
 {
     void *const *data = rows->data;
     const uint32_t *object = data[RMAP_STREAM_OWN_object];
     size_t n_segment = rows->n_row[RMAP_COMPACT_OWN_SEGMENT];
     return (struct rmap_own_paths){.model = model,
+                                   .table = table,
+                                   .classed = classed,
                                    .n = rows->n_row[RMAP_COMPACT_OWN],
                                    .n_registration = rows->n_row[RMAP_COMPACT_OWN_REGISTRATION],
                                    .n_segment = n_segment,
@@ -37,9 +40,9 @@ struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
 /* At most 2^32 rays of 2^32
  * rows: no sum is too large. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
-                                      const struct rmap_path_table *table,
                                       const size_t n_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
+    const struct rmap_path_table *table = own->table;
     size_t n_mine = 0;
     uint64_t n[2] = {0, 0}, own_n[2] = {0, 0};
     for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i++) {
@@ -111,15 +114,34 @@ static void fill_heads(const struct rmap_path_table *table, const struct rmap_ow
     }
 }
 
-/* Path k of the portion's own, whose segments begin at row `from`. */
-static inline struct rmap_folded_path own_path(const struct rmap_own_paths *own, size_t k,
-                                               size_t from)
+/* What the classes of n segments say. */
+static inline void look_up(const struct rmap_step_classes *classes, const uint32_t *class, size_t n,
+                           const struct rmap_path_columns *out)
 {
-    return (struct rmap_folded_path){.source = own->source[k],
-                                     .stop = own->stop[k],
-                                     .n = own->segment_count[k],
-                                     .object = own->object + from,
-                                     .event = own->event + from};
+    for (size_t k = 0; k < n; k++) {
+        const size_t its = class[k] < classes->n ? class[k] : classes->n; /* one more is there */
+        const struct rmap_step_class *step = &classes->of[its];
+        if (out->object)
+            out->object[k] = step->object;
+        if (out->event)
+            out->event[k] = step->event;
+        if (out->medium)
+            out->medium[k] = (int16_t)step->medium;
+    }
+}
+
+void rmap_own_path_unfold(const struct rmap_own_paths *own, size_t k, size_t from,
+                          const struct rmap_path_columns *out)
+{
+    const struct rmap_folded_path path = {.source = own->source[k],
+                                          .stop = own->stop[k],
+                                          .n = own->segment_count[k],
+                                          .object = own->object + from,
+                                          .event = own->event + from};
+    if (own->classed)
+        look_up(&own->table->classes, path.object, path.n, out);
+    else
+        rmap_path_unfold(own->model, &path, out);
 }
 
 /* Those of rows from `row` on. */
@@ -148,18 +170,19 @@ static inline void copy_segments(const struct rmap_path_columns *from, size_t n,
 }
 
 /* Objects, events, and media as the paths say. */
-static void fill_segments(const struct rmap_path_table *table, const struct rmap_own_paths *own,
-                          size_t n_ray, const struct rmap_path_columns *out)
+static void fill_segments(const struct rmap_own_paths *own, size_t n_ray,
+                          const struct rmap_path_columns *out)
 {
+    const struct rmap_path_table *table = own->table;
     const struct rmap_path_columns known = table_rows(table);
     size_t k = 0, from = 0, to = 0;
     for (size_t i = 0; i < n_ray; i++) {
         const struct rmap_path_columns segments = rows_from(out, to);
         if (own->path[i] == 0) {
-            const struct rmap_folded_path path = own_path(own, k++, from);
-            rmap_path_unfold(own->model, &path, &segments);
-            from += path.n;
-            to += path.n;
+            const size_t n = own->segment_count[k];
+            rmap_own_path_unfold(own, k++, from, &segments);
+            from += n;
+            to += n;
             continue;
         }
         const struct rmap_known_path *path = &table->path[own->path[i] - 1];
@@ -234,9 +257,19 @@ static struct rmap_own_paths own_or_one(const struct rmap_own_paths *own)
     return some;
 }
 
-void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_table *table,
-                     rmap_column_set columns, struct rmap_portion *out)
+static struct rmap_path_columns segment_columns(rmap_column_set columns,
+                                                const struct rmap_portion *out)
 {
+    return (struct rmap_path_columns){
+        .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
+        .event = columns & BIT(RMAP_SEGMENT_event) ? out->segment.event : NULL,
+        .medium = columns & BIT(RMAP_SEGMENT_medium) ? out->segment.medium : NULL};
+}
+
+void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
+                     struct rmap_portion *out)
+{
+    const struct rmap_path_table *table = own->table;
     size_t n_ray = out->n_row[RMAP_TABLE_RAY];
     const struct rmap_own_paths some = own_or_one(own);
     struct rmap_known_path no_path = {.source = 0};
@@ -245,12 +278,9 @@ void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_ta
         known.path = &no_path;
     if (columns & RMAP_HEAD_COLUMNS)
         fill_heads(&known, &some, columns, out);
-    const struct rmap_path_columns segments = {
-        .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
-        .event = columns & BIT(RMAP_SEGMENT_event) ? out->segment.event : NULL,
-        .medium = columns & BIT(RMAP_SEGMENT_medium) ? out->segment.medium : NULL};
+    const struct rmap_path_columns segments = segment_columns(columns, out);
     if (segments.object || segments.event)
-        fill_segments(table, own, n_ray, &segments);
+        fill_segments(own, n_ray, &segments);
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(&known, &some, columns, out);
@@ -262,23 +292,26 @@ static void copy(void *to, const void *from, size_t nbytes)
         memcpy(to, from, nbytes);
 }
 
-void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion *out)
+void rmap_own_paths_unfold(const struct rmap_own_paths *own, rmap_column_set columns,
+                           struct rmap_portion *out)
 {
     const struct rmap_ray_columns *ray = &out->ray;
     const struct rmap_registration_columns *hit = &out->registration;
-    const struct rmap_path_columns segments = {
-        .object = out->segment.object, .event = out->segment.event, .medium = out->segment.medium};
+    const struct rmap_path_columns segments = segment_columns(columns, out);
     copy(ray->source, own->source, own->n * sizeof *ray->source);
     copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
     copy(ray->segment_count, own->segment_count, own->n * sizeof *ray->segment_count);
     copy(ray->registration_count, own->registration_count,
          own->n * sizeof *ray->registration_count);
-    copy(hit->segment, own->segment, own->n_registration * sizeof *hit->segment);
-    copy(hit->detector, own->detector, own->n_registration * sizeof *hit->detector);
-    copy(hit->registered, own->registered, own->n_registration * sizeof *hit->registered);
-    for (size_t k = 0, from = 0; k < own->n; from += own->segment_count[k++]) {
-        const struct rmap_folded_path path = own_path(own, k, from);
+    if (columns & BIT(RMAP_REGISTRATION_segment))
+        copy(hit->segment, own->segment, own->n_registration * sizeof *hit->segment);
+    if (columns & BIT(RMAP_REGISTRATION_detector))
+        copy(hit->detector, own->detector, own->n_registration * sizeof *hit->detector);
+    if (columns & BIT(RMAP_REGISTRATION_registered))
+        copy(hit->registered, own->registered, own->n_registration * sizeof *hit->registered);
+    const bool any = segments.object || segments.event || segments.medium;
+    for (size_t k = 0, from = 0; any && k < own->n; from += own->segment_count[k++]) {
         const struct rmap_path_columns to = rows_from(&segments, from);
-        rmap_path_unfold(own->model, &path, &to);
+        rmap_own_path_unfold(own, k, from, &to);
     }
 }

@@ -16,6 +16,8 @@
 /* A portion's paths: those that its rays refer to, and its own ones. Streams as typed rows. */
 struct rmap_own_paths {
     const struct rmap_compact_model *model;
+    const struct rmap_path_table *table;
+    bool classed; /* object: the classes of segments; event: nothing */
     const uint32_t *path;
     const int32_t *source, *detector;
     const uint8_t *stop, *registered;
@@ -23,20 +25,25 @@ struct rmap_own_paths {
     size_t n, n_segment, n_registration; /* rows of its own */
 };
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
-                                     const struct rmap_rows *rows);
+                                     const struct rmap_path_table *table,
+                                     const struct rmap_rows *rows, bool classed);
 
 /* The paths exist, and their rows add up to what the index promises. RMAP_FORMAT. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
-                                      const struct rmap_path_table *table,
                                       const size_t n_row[RMAP_TABLE_COUNT],
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Columns asked for, whose rows are there. */
-void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_table *table,
-                     rmap_column_set columns, struct rmap_portion *out);
+void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
+                     struct rmap_portion *out);
 
-/* The own paths alone, as rays side by side: all columns of out that are RMAP_COLUMNS_DISCRETE,
- * whose rows are there. */
-void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion *out);
+/* The segments of own path k, which begin at row `from` of theirs. */
+void rmap_own_path_unfold(const struct rmap_own_paths *own, size_t k, size_t from,
+                          const struct rmap_path_columns *out);
+
+/* The own paths alone, as rays side by side: what heads tell but for start_object, and what else of
+ * RMAP_COLUMNS_DISCRETE `columns` names; their rows are there. */
+void rmap_own_paths_unfold(const struct rmap_own_paths *own, rmap_column_set columns,
+                           struct rmap_portion *out);
 
 #endif

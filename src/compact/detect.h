@@ -24,6 +24,18 @@ static inline void rmap_detect_point(const struct rmap_detector *detector, struc
     relative[1] = rmap_dot(offset, detector->y) / detector->size[1] + 0.5;
 }
 
+/* The cell that a recorded place is most likely in; 0 for an unknown detector. */
+static inline void rmap_detect_cell(const struct rmap_compact_model *model, int32_t detector,
+                                    const uint16_t recorded[2], uint16_t cell[2])
+{
+    const bool known = detector >= 0 && (size_t)detector < model->n_detector;
+    for (int k = 0; k < 2; k++) {
+        const uint64_t n = known ? model->scene->detector[detector].cells[k] : 1;
+        const uint64_t at = recorded[k] * n / UINT16_MAX;
+        cell[k] = (uint16_t)(at < n ? at : n - 1);
+    }
+}
+
 typedef double rmap_pair __attribute__((vector_size(16)));
 typedef int64_t rmap_pair_order __attribute__((vector_size(16)));
 

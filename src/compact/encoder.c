@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/alloc.h"
+#include "compact/detect.h"
 #include "compact/encoder.h"
 
 /* What a part is encoded to without a look at where its segments go. */
@@ -100,11 +102,24 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           sizeof *encoder->medium, encoder->medium);
 }
 
+/* Cells, from the places recorded; those stand as they are. */
+static void offer_cells(struct rmap_compact_encoder *encoder, const struct rmap_portion *part)
+{
+    const struct rmap_registration_columns *hit = &part->registration;
+    for (size_t i = 0; i < part->n_row[RMAP_TABLE_REGISTRATION]; i++) {
+        uint16_t cell[2];
+        rmap_detect_cell(encoder->model, hit->detector[i], hit->relative + 2 * i, cell);
+        (void)rmap_lane_offer(&encoder->lane[RMAP_LANE_REGISTRATION_cell], 2 * i, 2, sizeof *cell,
+                              cell);
+    }
+}
+
 void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
                        bool all)
 {
     list_triangles(encoder, part, all);
     offer_simple(encoder, part);
+    offer_cells(encoder, part);
 }
 
 /* Paths of rays on their way into a piece: spelled as words, looked up, entered. */
@@ -115,9 +130,12 @@ void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_p
 #include "compact/encoder.h"
 
 /* The words of ray i, whose rows begin at s and r, and the media of its segments. */
-static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap_portion *portion,
-                       size_t i, size_t s, size_t r, uint32_t *word, int16_t *expected_medium)
+static uint32_t *spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion,
+                       size_t i, size_t s, size_t r, uint32_t *word)
 {
+    const struct rmap_compact_model *model = encoder->model;
+    int16_t *expected_medium = encoder->medium + s;
+    uint32_t *class = encoder->step + encoder->n_segment + s;
     const struct rmap_segment_columns *segment = &portion->segment;
     const struct rmap_registration_columns *registration = &portion->registration;
     uint32_t n = portion->ray.segment_count[i], m = portion->ray.registration_count[i];
@@ -139,6 +157,9 @@ static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap
         stored_from = stored;
         word[n + k] = event ^ from->expected;
         expected_medium[k] = (int16_t)medium;
+        const struct rmap_step_class step = {(int32_t)object, event, (int16_t)medium};
+        if (encoder->status == RMAP_OK)
+            encoder->status = rmap_step_class_enter(&encoder->steps, &step, &class[k], NULL);
         medium = rmap_medium_after(from, medium, event);
     }
     if (n > 0)
@@ -157,7 +178,7 @@ void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_p
     size_t s = 0, r = 0, n_before = encoder->n_ray;
     uint32_t *word = encoder->word + encoder->n_word;
     for (size_t i = 0; i < part->n_row[RMAP_TABLE_RAY]; i++) {
-        uint32_t *end = spell(encoder->model, part, i, s, r, word, encoder->medium + s);
+        uint32_t *end = spell(encoder, part, i, s, r, word);
         uint64_t hash = XXH3_64bits(word, (size_t)(end - word) * sizeof *word);
         encoder->hash[n_before + i] = hash ? hash : 1;
         encoder->begin[n_before + i] = (size_t)(word - encoder->word);
@@ -197,25 +218,107 @@ static void hand_out_paths(const struct rmap_path_rows *from, enum rmap_compact_
     rows->n_row[table + 2] = from->n_registration;
 }
 
+/* A path was entered: its classes are known from now on. class: of its n segments. */
+static enum rmap_status add_classes(struct rmap_compact_encoder *encoder,
+                                    struct rmap_path_book *book, const uint32_t *class, size_t n,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < n; k++)
+        RMAP_TRY(rmap_step_class_enter(rmap_path_book_classes(book), &encoder->steps.of[class[k]],
+                                       &encoder->class_of[class[k]], err));
+out:
+    return st;
+}
+
+/* Numbers of the piece for classes of n segments of an own path; false: it has not got all. */
+static bool number_classes(struct rmap_compact_encoder *encoder, struct rmap_path_book *book,
+                           const uint32_t *class, size_t n, uint32_t *number)
+{
+    bool all = true;
+    for (size_t k = 0; k < n; k++) {
+        uint32_t *known = &encoder->class_of[class[k]];
+        if (*known == RMAP_NO_STEP_CLASS)
+            *known =
+                rmap_step_class_find(rmap_path_book_classes(book), &encoder->steps.of[class[k]]);
+        number[k] = *known;
+        all &= *known != RMAP_NO_STEP_CLASS;
+    }
+    return all;
+}
+
+/* Looks the path of ray i up, whose segments are of these classes; one with a step that no path of
+ * the dictionary has is entered for it. *classed: becomes false where there is no room for that. */
+static enum rmap_status resolve_ray(struct rmap_compact_encoder *encoder,
+                                    struct rmap_path_book *book, size_t i, const uint32_t *class,
+                                    bool *classed, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const uint32_t *word = encoder->word + encoder->begin[i];
+    const size_t n = word[RMAP_WORD_SEGMENTS];
+    uint32_t *path = &encoder->path[i];
+    bool added;
+    RMAP_TRY(rmap_path_book_find(book, word, encoder->hash[i], path, &added, err));
+    if (*path == 0 && *classed &&
+        !number_classes(encoder, book, class, n, encoder->own_class + encoder->own.n_segment)) {
+        RMAP_TRY(rmap_path_book_enter(book, word, encoder->hash[i], path, err));
+        added = *path > 0;
+        *classed = added;
+    }
+    if (added)
+        RMAP_TRY(add_classes(encoder, book, class, n, err));
+    if (*path == 0)
+        rmap_path_rows_add(&encoder->own, word);
+    else if (added)
+        rmap_path_rows_add(&encoder->entered, word);
+out:
+    return st;
+}
+
+/* Room for classes by numbers of the piece, of which none is known yet. */
+static enum rmap_status begin_classes(struct rmap_compact_encoder *encoder, struct rmap_error *err)
+{
+    enum rmap_status st = encoder->status;
+    const size_t n = encoder->steps.n;
+    if (st != RMAP_OK)
+        return rmap_error_set(err, st, "out of memory for classes of steps");
+    RMAP_TRY(RMAP_RESERVE(encoder->class_of, encoder->cap_class_of, n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(encoder->own_class, encoder->cap_own_class, encoder->n_segment + 1, err));
+    memset(encoder->class_of, 0xff, n * sizeof *encoder->class_of);
+out:
+    return st;
+}
+
+/* Segments of own paths become their classes. */
+static void store_classes(struct rmap_compact_encoder *encoder)
+{
+    const size_t n = encoder->own.n_segment;
+    if (n > 0) {
+        memcpy(encoder->own.object, encoder->own_class, n * sizeof *encoder->own.object);
+        memset(encoder->own.event, 0, n * sizeof *encoder->own.event);
+    }
+    rmap_lane_header_set_classed(encoder->store.pool64);
+}
+
 enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
                                       struct rmap_path_book *book, struct rmap_rows *rows,
                                       struct rmap_error *err)
 {
     const size_t ahead = 8;
     enum rmap_status st = RMAP_OK;
+    const uint32_t *class = encoder->step;
+    bool classed = true;
     RMAP_TRY(empty(&encoder->own, encoder, err));
     RMAP_TRY(empty(&encoder->entered, encoder, err));
+    RMAP_TRY(begin_classes(encoder, err));
     for (size_t i = 0; i < encoder->n_ray; i++) {
-        const uint32_t *word = encoder->word + encoder->begin[i];
-        bool added;
         if (i + ahead < encoder->n_ray)
             rmap_path_book_expect(book, encoder->hash[i + ahead]);
-        RMAP_TRY(rmap_path_book_find(book, word, encoder->hash[i], &encoder->path[i], &added, err));
-        if (encoder->path[i] == 0)
-            rmap_path_rows_add(&encoder->own, word);
-        else if (added)
-            rmap_path_rows_add(&encoder->entered, word);
+        RMAP_TRY(resolve_ray(encoder, book, i, class, &classed, err));
+        class += encoder->word[encoder->begin[i] + RMAP_WORD_SEGMENTS];
     }
+    if (classed)
+        store_classes(encoder);
     *rows =
         (struct rmap_rows){.layout = &rmap_compact_layout, .n_channel = encoder->model->n_channel};
     hand_out_paths(&encoder->own, RMAP_COMPACT_OWN, RMAP_STREAM_OWN_source, rows);

@@ -25,6 +25,12 @@ struct rmap_compact_encoder {
 
     uint32_t *word;
     size_t cap_word;
+    struct rmap_step_classes steps; /* met so far, numbered as they came */
+    uint32_t *step;                 /* class of each segment, [n_segment], by these numbers; */
+    uint32_t *class_of;             /* [steps.n] and by those of the piece in hand, where known; */
+    uint32_t *own_class;            /* of the segments of own paths, by those of the piece */
+    size_t cap_step, cap_class_of, cap_own_class;
+    enum rmap_status status; /* RMAP_SYSTEM once memory ran short for them */
     uint32_t *triangle;
     size_t n_triangle, cap_triangle;
     int16_t *medium; /* expected, [segments of the part in hand] */

@@ -9,8 +9,11 @@
 #include "compact/lane.h"
 #include "compact/streams.h"
 
-static const enum rmap_column lane_column[RMAP_LANE_COUNT] = {
-#define COLUMN(column, role) RMAP_##column,
+static const struct {
+    enum rmap_column column;
+    enum rmap_lane_role role;
+} known_lane[RMAP_LANE_COUNT] = {
+#define COLUMN(column, role) {RMAP_##column, RMAP_LANE_##role},
     RMAP_LANES(COLUMN)
 #undef COLUMN
 };
@@ -153,8 +156,9 @@ void rmap_lanes_init(struct rmap_lane *lane)
 {
     memset(lane, 0, RMAP_LANE_COUNT * sizeof *lane);
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
-        const struct rmap_column_info *info = rmap_column_info(lane_column[i]);
-        lane[i].column = lane_column[i];
+        const struct rmap_column_info *info = rmap_column_info(known_lane[i].column);
+        lane[i].column = known_lane[i].column;
+        lane[i].role = known_lane[i].role;
         lane[i].element = info->element;
         lane[i].element_nbytes = rmap_element_nbytes(info->element);
     }
@@ -165,6 +169,7 @@ void rmap_lanes_fini(struct rmap_lane *lane)
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         rmap_free(lane[i].skip);
         rmap_free(lane[i].value);
+        rmap_free(lane[i].whole);
     }
 }
 
@@ -184,6 +189,16 @@ void rmap_lanes_begin(struct rmap_lane *lane)
     }
 }
 
+/* Its numbers of the part in hand, behind those of the parts before. */
+static void keep_whole(struct rmap_lane *lane)
+{
+    const size_t nbytes = lane->element_nbytes;
+    if (lane->status == RMAP_OK)
+        lane->status = RMAP_RESERVE(lane->whole, lane->cap_whole, lane->n * nbytes + 1, NULL);
+    if (lane->status == RMAP_OK && lane->n > lane->before)
+        memcpy(lane->whole + lane->before * nbytes, lane->from, (lane->n - lane->before) * nbytes);
+}
+
 void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part)
 {
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
@@ -191,6 +206,7 @@ void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part
         lane[i].n += lane_numbers(&lane[i], part);
         lane[i].from = rmap_portion_column(part, lane[i].column);
     }
+    keep_whole(&lane[RMAP_LANE_REGISTRATION_relative]);
 }
 
 /* How the lanes of a portion are stored, each in the way that costs least, and read again. */
@@ -273,7 +289,8 @@ bool rmap_lanes_sparse(const struct rmap_lane *lane)
 {
     bool sparse = true;
     for (int i = 0; i < RMAP_LANE_COUNT; i++)
-        sparse = sparse && lane[i].n_patch * FEW_PATCHES <= lane[i].n;
+        sparse = sparse &&
+                 (lane[i].role == RMAP_LANE_PLACED || lane[i].n_patch * FEW_PATCHES <= lane[i].n);
     return sparse;
 }
 
@@ -284,11 +301,19 @@ static enum rmap_status store_lane(const struct rmap_lane *lane, struct rmap_lan
     if (st != RMAP_OK)
         return rmap_error_set(err, st, "out of memory for a portion's patches");
     size_t n = lane->n_patch;
+    uint8_t *dense = NULL;
+    if (lane->whole) {
+        RMAP_TRY(grow_pool(store, lane->element_nbytes, lane->n, &dense, err));
+        memcpy(dense, lane->whole, lane->n * lane->element_nbytes);
+        take_pool(store, lane->element_nbytes, lane->n);
+        *mode_ret = RMAP_LANE_VERBATIM;
+        return RMAP_OK;
+    }
     *mode_ret = n == 0 ? RMAP_LANE_PREDICTED : RMAP_LANE_PATCHED;
     if (n == 0)
         return RMAP_OK;
-    if (n * FEW_PATCHES > lane->n) {
-        uint8_t *dense = NULL;
+    /* Cells that are not those of their place are one off: patches of two bytes or so. */
+    if (n * FEW_PATCHES > lane->n && (lane->role != RMAP_LANE_PLACED || lane->n > UINT32_MAX)) {
         RMAP_TRY(grow_pool(store, lane->element_nbytes, lane->n, &dense, err));
         *mode_ret = choose(lane, dense);
         if (*mode_ret == RMAP_LANE_VERBATIM)
@@ -307,29 +332,20 @@ out:
     return st;
 }
 
-enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
-                                  const uint64_t start[RMAP_HEADER_COUNT],
+enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, struct rmap_lane_header *header,
                                   struct rmap_lane_store *store, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     enum rmap_lane_mode mode = RMAP_LANE_PREDICTED;
-    uint64_t header[RMAP_HEADER_COUNT + RMAP_LANE_COUNT];
-    size_t n_header = RMAP_HEADER_COUNT;
-    memcpy(header, start, RMAP_HEADER_COUNT * sizeof *header);
     store->n16 = store->n32 = store->n_patch = 0;
-    store->n64 = RMAP_HEADER_COUNT + RMAP_LANE_COUNT; /* the most it can take; closed up below */
+    store->n64 = RMAP_LANE_HEADER_ROWS;
     RMAP_TRY(RMAP_RESERVE(store->pool64, store->cap64, store->n64, err));
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         RMAP_TRY(store_lane(&lane[i], store, &mode, err));
-        header[RMAP_HEADER_MODES] |= (uint64_t)mode << (2 * i);
-        if (mode == RMAP_LANE_PATCHED)
-            header[n_header++] = lane[i].n_patch;
+        header->mode[i] = (uint8_t)mode;
+        header->n_patch[i] = mode == RMAP_LANE_PATCHED ? lane[i].n_patch : 0;
     }
-    size_t spare = RMAP_HEADER_COUNT + RMAP_LANE_COUNT - n_header;
-    memmove(store->pool64 + n_header, store->pool64 + n_header + spare,
-            (store->n64 - n_header - spare) * sizeof *store->pool64);
-    memcpy(store->pool64, header, n_header * sizeof *header);
-    store->n64 -= spare;
+    rmap_lane_header_write(header, store->pool64);
 out:
     return st;
 }
@@ -361,11 +377,11 @@ struct rmap_lane_store rmap_lane_store_of(const struct rmap_rows *rows)
 
 /* What has been taken of the store so far. */
 struct taken {
-    size_t n16, n32, n64, n_patch, n_header;
+    size_t n16, n32, n64, n_patch;
 };
 
 static enum rmap_status load_dense(struct rmap_lane *lane, const struct rmap_lane_store *store,
-                                   struct taken *taken, struct rmap_error *err)
+                                   bool is_used, struct taken *taken, struct rmap_error *err)
 {
     const uint8_t *pool = (const uint8_t *)store->pool64;
     size_t *used = &taken->n64, all = store->n64;
@@ -380,23 +396,29 @@ static enum rmap_status load_dense(struct rmap_lane *lane, const struct rmap_lan
     }
     if (lane->n > all - *used)
         return rmap_portion_damaged("a pool has too few rows", err);
-    lane->dense = pool + *used * lane->element_nbytes;
-    lane->next = 0;
+    if (is_used) {
+        lane->dense = pool + *used * lane->element_nbytes;
+        lane->next = 0;
+    }
     *used += lane->n;
     return RMAP_OK;
 }
 
 static enum rmap_status load_patches(struct rmap_lane *lane, const struct rmap_lane_store *store,
-                                     struct taken *taken, struct rmap_error *err)
+                                     bool is_used, uint64_t n, struct taken *taken,
+                                     struct rmap_error *err)
 {
-    uint64_t n = store->pool64[taken->n_header++], at = 0;
-    if (n == 0 || n > store->n_patch - taken->n_patch)
+    uint64_t at = 0;
+    const size_t first = taken->n_patch;
+    if (n > store->n_patch - first)
         return rmap_portion_damaged("it has other patches than its header says", err);
-    lane->patch_skip = store->skip + taken->n_patch;
-    lane->patch_value = store->value + taken->n_patch;
+    taken->n_patch += (size_t)n;
+    if (!is_used)
+        return RMAP_OK;
+    lane->patch_skip = store->skip + first;
+    lane->patch_value = store->value + first;
     lane->patches_left = (size_t)n;
     lane->next = lane->patch_skip[0];
-    taken->n_patch += (size_t)n;
     for (uint64_t i = 0; i < n; i++, at++) {
         at += lane->patch_skip[i];
         if (at >= lane->n)
@@ -406,39 +428,41 @@ static enum rmap_status load_patches(struct rmap_lane *lane, const struct rmap_l
 }
 
 enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_store *store,
-                                 rmap_column_set columns, struct rmap_portion *portion,
+                                 rmap_column_set columns, rmap_column_set used,
+                                 struct rmap_portion *portion, struct rmap_lane_header *header,
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct taken taken = {.n_header = RMAP_HEADER_COUNT, .n64 = RMAP_HEADER_COUNT};
-    if (store->n64 < RMAP_HEADER_COUNT)
-        return rmap_portion_damaged("it has no header", err);
-    uint64_t modes = store->pool64[RMAP_HEADER_MODES];
-    if (modes >= RMAP_HEADER_ONE_BY_ONE << 1)
-        return rmap_portion_damaged("its header has unknown lanes", err);
-    for (int i = 0; i < RMAP_LANE_COUNT; i++)
-        taken.n64 += (modes >> (2 * i) & 3) == RMAP_LANE_PATCHED;
-    if (store->n64 < taken.n64)
-        return rmap_portion_damaged("its header is cut off", err);
+    struct taken taken = {.n64 = 0};
+    RMAP_TRY(rmap_lane_header_read(store->pool64, store->n64, header, &taken.n64, err));
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         struct rmap_lane *l = &lane[i];
-        bool wanted = columns & RMAP_COLUMN_BIT(l->column);
+        const bool wanted = columns & RMAP_COLUMN_BIT(l->column);
+        const bool is_used = used & RMAP_COLUMN_BIT(l->column);
         l->n = lane_numbers(l, portion);
         l->from = NULL;
         l->to = wanted ? rmap_portion_column(portion, l->column) : NULL;
-        l->mode = (enum rmap_lane_mode)(modes >> (2 * i) & 3);
+        l->mode = (enum rmap_lane_mode)header->mode[i];
         l->next = SIZE_MAX;
         l->patches_left = 0;
         if (l->mode == RMAP_LANE_PATCHED)
-            RMAP_TRY(load_patches(l, store, &taken, err));
+            RMAP_TRY(load_patches(l, store, is_used, header->n_patch[i], &taken, err));
         else if (l->mode != RMAP_LANE_PREDICTED)
-            RMAP_TRY(load_dense(l, store, &taken, err));
+            RMAP_TRY(load_dense(l, store, is_used, &taken, err));
     }
     if (taken.n16 != store->n16 || taken.n32 != store->n32 || taken.n64 != store->n64 ||
         taken.n_patch != store->n_patch)
         return rmap_portion_damaged("it has more rows than its header says", err);
 out:
     return st;
+}
+
+void rmap_lane_finish(struct rmap_lane *lane)
+{
+    if (lane->mode == RMAP_LANE_VERBATIM && lane->n > 0)
+        memcpy(lane->to, lane->dense, lane->n * lane->element_nbytes);
+    else if (lane->next < lane->n)
+        rmap_lane_amend(lane, 0, lane->n);
 }
 
 void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)

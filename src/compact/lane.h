@@ -14,51 +14,13 @@
 #include <string.h>
 
 #include "base/status.h"
+#include "compact/lane_header.h"
 #include "compact/layout.h"
 #include "portion/portion.h"
 
-/* Columns and roles, in the order in which the header and the pools have them. */
-#define RMAP_LANES(X)                                                                              \
-    X(RAY_id, SIMPLE)                                                                              \
-    X(RAY_weight, SIMPLE)                                                                          \
-    X(RAY_wavelength, SIMPLE)                                                                      \
-    X(RAY_path_length, FOLLOWS)                                                                    \
-    X(RAY_optical_path, FOLLOWS)                                                                   \
-    X(RAY_start, LEADS)                                                                            \
-    X(RAY_start_primitive, SIMPLE)                                                                 \
-    X(RAY_start_normal, FOLLOWS)                                                                   \
-    X(RAY_end_direction, FOLLOWS)                                                                  \
-    X(SEGMENT_primitive, SIMPLE)                                                                   \
-    X(SEGMENT_medium, SIMPLE)                                                                      \
-    X(SEGMENT_position, LEADS)                                                                     \
-    X(SEGMENT_normal, FOLLOWS)                                                                     \
-    X(SEGMENT_colour, LEADS)                                                                       \
-    X(REGISTRATION_cell, FOLLOWS)                                                                  \
-    X(REGISTRATION_relative, FOLLOWS)                                                              \
-    X(REGISTRATION_direction, FOLLOWS)                                                             \
-    X(REGISTRATION_optical_path, FOLLOWS)
-
-enum rmap_lane_id {
-#define RMAP_ENUM(column, role) RMAP_LANE_##column,
-    RMAP_LANES(RMAP_ENUM)
-#undef RMAP_ENUM
-        RMAP_LANE_COUNT
-};
-
-/* What a lane is predicted from: its like before it (SIMPLE), or segments that are traced again;
- * then whether later predictions depend on it (LEADS) or not (FOLLOWS). */
-enum rmap_lane_role { RMAP_LANE_SIMPLE, RMAP_LANE_LEADS, RMAP_LANE_FOLLOWS };
-
-/* How a portion stores a lane; two bits of its header. */
-enum rmap_lane_mode {
-    RMAP_LANE_PREDICTED, /* nothing: every prediction is right */
-    RMAP_LANE_PATCHED,   /* differences where there are any */
-    RMAP_LANE_RESIDUAL,  /* a difference for every number */
-    RMAP_LANE_VERBATIM   /* the numbers as they are */
-};
-
 struct rmap_lane {
     enum rmap_column column;
+    enum rmap_lane_role role;
     enum rmap_element element;
     size_t element_nbytes;
     size_t n;            /* numbers */
@@ -72,6 +34,9 @@ struct rmap_lane {
     size_t n_patch, cap_patch, cap_value;
     size_t last; /* number after the last patch, counted from the first part on */
     enum rmap_status status;
+    uint8_t *whole; /* the numbers of all parts, of a lane that is stored as it is whatever they
+                       are; NULL: of others */
+    size_t cap_whole;
 
     /* Decoding: the first number that may differ. */
     enum rmap_lane_mode mode;
@@ -151,11 +116,6 @@ struct rmap_lane_store {
     size_t cap16, cap32, cap64, cap_skip, cap_value;
 };
 
-/* Rows of pool64 before the lanes: modes, seed, first id, then the patches of each lane that is
- * patched. */
-#define RMAP_HEADER_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT)) /* in the modes */
-enum { RMAP_HEADER_MODES, RMAP_HEADER_SEED, RMAP_HEADER_FIRST, RMAP_HEADER_COUNT };
-
 void rmap_lanes_init(struct rmap_lane *lane);
 void rmap_lanes_fini(struct rmap_lane *lane);
 
@@ -168,10 +128,9 @@ void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part
  * part has at hand. */
 bool rmap_lanes_sparse(const struct rmap_lane *lane);
 
-/* Encoding: empties the store and writes header and lanes into it. start: of the header, the modes
- * with flags alone. RMAP_SYSTEM when memory is, or was, short. */
-enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
-                                  const uint64_t start[RMAP_HEADER_COUNT],
+/* Encoding: empties the store and writes header and lanes into it. header: all but the lanes, which
+ * are set. RMAP_SYSTEM when memory is, or was, short. */
+enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, struct rmap_lane_header *header,
                                   struct rmap_lane_store *store,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lane_store_fini(struct rmap_lane_store *store);
@@ -179,11 +138,17 @@ void rmap_lane_store_fini(struct rmap_lane_store *store);
 /* Decoding: the streams of a portion's rows, borrowed. */
 struct rmap_lane_store rmap_lane_store_of(const struct rmap_rows *rows);
 
-/* Decoding: lanes from the stores' rows (borrowed), for columns with n numbers each; verbatim
- * columns are copied. RMAP_FORMAT when the rows are not exactly what the header says. */
+/* Decoding: lanes from the stores' rows (borrowed), for columns with n numbers each. used: columns
+ * whose lanes are looked at; rows that only others have may be missing (NULL). RMAP_FORMAT when the
+ * rows are not exactly what the header says. */
 enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_store *store,
-                                 rmap_column_set columns, struct rmap_portion *portion,
+                                 rmap_column_set columns, rmap_column_set used,
+                                 struct rmap_portion *portion, struct rmap_lane_header *header,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Decoding: numbers that stand in the lane's column, which is asked for, as predicted become the
+ * truth. */
+void rmap_lane_finish(struct rmap_lane *lane);
 
 /* Decoding: the true ids of n rays, of a portion whose header says `first`. */
 void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out);

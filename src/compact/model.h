@@ -138,6 +138,7 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
+    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
     bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
                     absorbs */
     struct rmap_lane *lane;

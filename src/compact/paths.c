@@ -32,6 +32,7 @@ struct rmap_path_book {
     uint32_t *word;      /* of all entries */
     size_t n, n_row, n_word;
     size_t cap_entry, cap_word;
+    struct rmap_step_classes classes;
 };
 
 enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct rmap_error *err)
@@ -57,6 +58,7 @@ void rmap_path_book_destroy(struct rmap_path_book *book)
     rmap_free(book->slot);
     rmap_free(book->entry);
     rmap_free(book->word);
+    rmap_step_classes_fini(&book->classes);
     rmap_free(book);
 }
 
@@ -82,11 +84,40 @@ void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash)
     soon(&book->seen[hash & (SEEN_SLOTS - 1)]);
 }
 
+struct rmap_step_classes *rmap_path_book_classes(struct rmap_path_book *book)
+{
+    return &book->classes;
+}
+
+static bool has_room(const struct rmap_path_book *book, const uint32_t *word)
+{
+    return book->n < RMAP_PATH_MAX && rows_of(word) <= RMAP_PATH_ROW_MAX - book->n_row;
+}
+
+/* There is room. */
+static enum rmap_status enter(struct rmap_path_book *book, const uint32_t *word, uint64_t hash,
+                              uint32_t *reference_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_word = rmap_path_n_word(word);
+    size_t slot = slot_of(hash);
+    while (book->slot[slot])
+        slot = (slot + 1) & (FIND_SLOTS - 1);
+    RMAP_TRY(RMAP_RESERVE(book->entry, book->cap_entry, book->n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(book->word, book->cap_word, book->n_word + n_word, err));
+    memcpy(book->word + book->n_word, word, n_word * sizeof *word);
+    book->entry[book->n] = (struct entry){hash, book->n_word};
+    book->n_word += n_word;
+    book->n_row += rows_of(word);
+    book->slot[slot] = *reference_ret = (uint32_t)++book->n;
+out:
+    return st;
+}
+
 enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t *word,
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     size_t n_word = rmap_path_n_word(word), slot = slot_of(hash);
     *added_ret = false;
     *reference_ret = 0;
@@ -100,21 +131,23 @@ enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t
         }
     }
     uint64_t *seen = &book->seen[hash & (SEEN_SLOTS - 1)];
-    if (*seen != hash || book->n == RMAP_PATH_MAX ||
-        rows_of(word) > RMAP_PATH_ROW_MAX - book->n_row) {
+    if (*seen != hash || !has_room(book, word)) {
         *seen = hash;
         return RMAP_OK;
     }
-    RMAP_TRY(RMAP_RESERVE(book->entry, book->cap_entry, book->n + 1, err));
-    RMAP_TRY(RMAP_RESERVE(book->word, book->cap_word, book->n_word + n_word, err));
-    memcpy(book->word + book->n_word, word, n_word * sizeof *word);
-    book->entry[book->n] = (struct entry){hash, book->n_word};
-    book->n_word += n_word;
-    book->n_row += rows_of(word);
-    book->slot[slot] = *reference_ret = (uint32_t)++book->n;
-    *added_ret = true;
-out:
+    const enum rmap_status st = enter(book, word, hash, reference_ret, err);
+    *added_ret = st == RMAP_OK;
     return st;
+}
+
+enum rmap_status rmap_path_book_enter(struct rmap_path_book *book, const uint32_t *word,
+                                      uint64_t hash, uint32_t *reference_ret,
+                                      struct rmap_error *err)
+{
+    *reference_ret = 0;
+    return has_room(book, word) && book->n < RMAP_PATH_MAX / 2
+               ? enter(book, word, hash, reference_ret, err)
+               : RMAP_OK;
 }
 
 /* rmap_reserve keeps one capacity per block; those of a table are grown alike. */
@@ -281,6 +314,22 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
     return RMAP_OK;
 }
 
+/* Behind the last one comes what stands for numbers that no class has. */
+static enum rmap_status list_classes(struct rmap_path_table *table, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_step_classes *classes = &table->classes;
+    for (size_t i = 0; i < table->n_segment; i++) {
+        const struct rmap_step_class step = {table->object[i], table->event[i], table->medium[i]};
+        uint32_t number;
+        RMAP_TRY(rmap_step_class_enter(classes, &step, &number, err));
+    }
+    RMAP_TRY(RMAP_RESERVE(classes->of, classes->cap, classes->n + 1, err));
+    classes->of[classes->n] = (struct rmap_step_class){.object = -1};
+out:
+    return st;
+}
+
 /* The paths as rays of a portion. */
 static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_error *err)
 {
@@ -320,6 +369,11 @@ const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *ta
     return &table->rays;
 }
 
+const struct rmap_step_classes *rmap_path_table_classes(const struct rmap_path_table *table)
+{
+    return &table->classes;
+}
+
 const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table)
 {
     return table->first_segment;
@@ -355,6 +409,7 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
         !table->segment || !table->detector || !table->registered)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
     RMAP_TRY(fill(model, rows, table, err));
+    RMAP_TRY(list_classes(table, err));
     RMAP_TRY(show_rays(table, err));
     *table_ret = table;
     table = NULL;
@@ -367,6 +422,7 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
 {
     if (!table)
         return;
+    rmap_step_classes_fini(&table->classes);
     rmap_free(table->first_segment);
     rmap_free(table->first_registration);
     rmap_free(table->rays.ray.source);
@@ -392,31 +448,32 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
     size_t head = sizeof *ray->source + sizeof *ray->stop + sizeof *ray->segment_count +
                   sizeof *ray->registration_count + sizeof *table->first_segment +
                   sizeof *table->first_registration;
-    return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count + head) +
+    const struct rmap_step_classes *classes = &table->classes;
+    return sizeof *table + classes->cap * sizeof *classes->of +
+           classes->n_slot * sizeof *classes->slot +
+           table->n * (sizeof *table->path + sizeof *table->count + head) +
            table->n_segment * segment + table->n_registration * crossing;
 }
 
 /* A portion by the paths of its rays. */
 
-/* Whether every number of a lane is the one that was predicted. */
-static bool is_predicted(uint64_t modes, enum rmap_lane_id lane)
-{
-    return (modes >> (2 * lane) & 3) == RMAP_LANE_PREDICTED;
-}
-
 enum rmap_status rmap_compact_summarise_header(const struct rmap_rows *rows,
                                                struct rmap_compact_summary *summary,
                                                struct rmap_error *err)
 {
-    const uint64_t *header = rows->data[RMAP_STREAM_pool64];
-    if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
-        return rmap_portion_damaged("it has no header", err);
-    const uint64_t modes = header[RMAP_HEADER_MODES];
-    *summary =
-        (struct rmap_compact_summary){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
-                                      .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
-                                      .media_known = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
-                                      .first_ray = header[RMAP_HEADER_FIRST]};
+    struct rmap_lane_header header;
+    size_t n_used;
+    const enum rmap_status st = rmap_lane_header_read(
+        rows->data[RMAP_STREAM_pool64], rows->n_row[RMAP_COMPACT_POOL64], &header, &n_used, err);
+    if (st != RMAP_OK)
+        return st;
+    *summary = (struct rmap_compact_summary){
+        .weigh_one = header.mode[RMAP_LANE_RAY_weight] == RMAP_LANE_PREDICTED,
+        .ids_run = header.mode[RMAP_LANE_RAY_id] == RMAP_LANE_PREDICTED,
+        .media_known = header.mode[RMAP_LANE_SEGMENT_medium] == RMAP_LANE_PREDICTED,
+        .placed = header.placed,
+        .classed = header.classed,
+        .first_ray = header.first_ray};
     return RMAP_OK;
 }
 
@@ -426,31 +483,34 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
                        struct rmap_compact_summary *summary, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_own_paths own = rmap_own_paths(model, rows);
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     RMAP_TRY(rmap_compact_summarise_header(rows, summary, err));
+    const struct rmap_own_paths own = rmap_own_paths(model, table, rows, summary->classed);
     summary->path = own.path;
     summary->n_own = own.n;
-    st = rmap_own_paths_check(&own, table, n_row, err);
+    st = rmap_own_paths_check(&own, n_row, err);
 out:
     return st;
 }
 
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
-                                         const struct rmap_rows *rows, struct rmap_portion *out,
-                                         struct rmap_error *err)
+                                         const struct rmap_path_table *table,
+                                         const struct rmap_rows *rows, rmap_column_set wanted,
+                                         struct rmap_portion *out, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_own_paths own = rmap_own_paths(model, rows);
-    const rmap_column_set columns =
-        RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    struct rmap_compact_summary summary;
+    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
+    const struct rmap_own_paths own = rmap_own_paths(model, table, rows, summary.classed);
+    const rmap_column_set columns = (RMAP_COLUMNS_DISCRETE & (wanted | RMAP_HEAD_COLUMNS)) |
+                                    RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n_row[RMAP_TABLE_HISTORY_COUNT] = {own.n, own.n_segment, own.n_registration};
     rmap_portion_clear(out);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
     memcpy(out->n_row, n_row, sizeof n_row);
-    rmap_own_paths_unfold(&own, out);
+    rmap_own_paths_unfold(&own, columns, out);
 out:
     return st;
 }

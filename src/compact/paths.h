@@ -9,6 +9,7 @@
 #define RMAP_COMPACT_PATHS_H
 
 #include "compact/model.h"
+#include "compact/step_classes.h"
 #include "compact/streams.h"
 
 enum {
@@ -45,6 +46,15 @@ static inline size_t rmap_path_n_word(const uint32_t *word)
 enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t *word,
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Enters one that was not found, met before or not; 0: there is no room. Half of the dictionary is
+ * left to paths that are met again. */
+enum rmap_status rmap_path_book_enter(struct rmap_path_book *book, const uint32_t *word,
+                                      uint64_t hash, uint32_t *reference_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Classes of the steps of the paths entered; whoever enters a path adds its own, in order. */
+struct rmap_step_classes *rmap_path_book_classes(struct rmap_path_book *book);
 
 /* A path of this hash will be looked up soon. */
 void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);
@@ -97,6 +107,7 @@ struct rmap_path_table {
     uint32_t *segment; /* [n_registration] */
     int32_t *detector;
     uint8_t *registered;
+    struct rmap_step_classes classes; /* of their segments */
     struct rmap_portion rays; /* the paths as rays: heads of its own, the other columns are these */
     uint32_t *first_segment, *first_registration; /* [n] rows of them */
 };
@@ -120,6 +131,9 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory
  * from the table. Values are as untrusted as the rows. */
 const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
 
+/* Of its segments' steps. */
+const struct rmap_step_classes *rmap_path_table_classes(const struct rmap_path_table *table);
+
 /* [its rays] the first of each one's rows. */
 const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table);
 const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table);
@@ -135,10 +149,13 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
                        const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
                        struct rmap_compact_summary *summary, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The rays with paths of their own, side by side, of rows that were summed up: columns
- * RMAP_COLUMNS_DISCRETE, media as the paths say; and room for id and weight. out: emptied first. */
+/* The rays with paths of their own, side by side, of rows that were summed up: those of
+ * RMAP_COLUMNS_DISCRETE that `columns` names and those that heads of paths tell, media as the paths
+ * say; and room for id and weight. out: emptied first. */
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
-                                         const struct rmap_rows *rows, struct rmap_portion *out,
+                                         const struct rmap_path_table *table,
+                                         const struct rmap_rows *rows, rmap_column_set columns,
+                                         struct rmap_portion *out,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

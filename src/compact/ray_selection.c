@@ -24,8 +24,9 @@ struct rmap_compact_selection {
     struct span *span[RMAP_TABLE_HISTORY_COUNT]; /* [rays that are selected] */
     size_t span_cap[RMAP_TABLE_HISTORY_COUNT];
     struct rmap_rows rows; /* data: the selection's, [cap] bytes each */
-    size_t n[RMAP_STREAM_MAX], cap[RMAP_STREAM_MAX];
-    int32_t *object; /* of a path of its own */
+    size_t n[RMAP_STREAM_MAX], cap[RMAP_STREAM_MAX], row_nbytes[RMAP_STREAM_MAX];
+    size_t width[RMAP_LANE_COUNT]; /* numbers per row */
+    int32_t *object;               /* of a path of its own */
     size_t object_cap;
 };
 
@@ -42,6 +43,12 @@ enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *
     self->rows.n_channel = model->n_channel;
     rmap_lanes_init(self->lane);
     RMAP_TRY(rmap_portion_create(0, model->n_channel, &self->ids, err));
+    for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++)
+        self->row_nbytes[s] =
+            rmap_stream_row_nbytes(&self->rows.layout->stream[s], model->n_channel);
+    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+        self->width[i] =
+            rmap_portion_row_nbytes(self->ids, self->lane[i].column) / self->lane[i].element_nbytes;
     *selection_ret = self;
     self = NULL;
 out:
@@ -62,34 +69,45 @@ void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
     rmap_free(self);
 }
 
-uint64_t rmap_compact_selection_streams(void)
+/* Columns whose lanes are taken: all where rays are traced again. */
+static rmap_column_set used_columns(rmap_column_set columns, bool placed)
 {
-    return rmap_compact_streams(RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE);
+    const rmap_column_set needs = rmap_compact_needs(columns, placed);
+    return needs & rmap_compact_traced(placed) ? RMAP_COLUMNS_ALL : needs;
+}
+
+uint64_t rmap_compact_selection_streams(rmap_column_set columns,
+                                        const struct rmap_compact_summary *header)
+{
+    return rmap_compact_streams(columns & ~RMAP_COLUMNS_CURVE, header);
 }
 
 /* Rows [first, first + n) of `from`, which is a stream's. */
-static enum rmap_status append(struct rmap_compact_selection *self, int stream, const void *from,
-                               size_t first, size_t n, struct rmap_error *err)
+static inline enum rmap_status append(struct rmap_compact_selection *self, int stream,
+                                      const void *from, size_t first, size_t n,
+                                      struct rmap_error *err)
 {
-    const size_t nbytes =
-        rmap_stream_row_nbytes(&self->rows.layout->stream[stream], self->rows.n_channel);
-    const enum rmap_status st = rmap_reserve(&self->rows.data[stream], &self->cap[stream],
-                                             (self->n[stream] + n) * nbytes + 1, 1, err);
+    const size_t nbytes = self->row_nbytes[stream], at = self->n[stream] * nbytes;
+    enum rmap_status st = RMAP_OK;
+    if (at + n * nbytes >= self->cap[stream])
+        st =
+            rmap_reserve(&self->rows.data[stream], &self->cap[stream], at + n * nbytes + 1, 1, err);
     if (st == RMAP_OK && n > 0)
-        memcpy((uint8_t *)self->rows.data[stream] + self->n[stream] * nbytes,
-               (const uint8_t *)from + first * nbytes, n * nbytes);
+        memcpy((uint8_t *)self->rows.data[stream] + at, (const uint8_t *)from + first * nbytes,
+               n * nbytes);
     self->n[stream] += n;
     return st;
 }
 
-/* Streams that lie side by side in the tables of paths that rays have of their own. */
+/* Streams that lie side by side in the tables of paths that rays have of their own, as far as they
+ * are there. */
 static enum rmap_status append_own(struct rmap_compact_selection *self,
                                    const struct rmap_rows *rows, int table, size_t first, size_t n,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (int s = RMAP_STREAM_OWN_source; s <= RMAP_STREAM_OWN_registered; s++)
-        if (rows->layout->stream[s].table == table)
+        if (rows->layout->stream[s].table == table && rows->data[s])
             RMAP_TRY(append(self, s, rows->data[s], first, n, err));
 out:
     return st;
@@ -123,14 +141,27 @@ static enum rmap_status measure(struct rmap_compact_selection *self,
     const enum rmap_status st = RMAP_RESERVE(self->object, self->object_cap, n + 1, err);
     if (st != RMAP_OK)
         return st;
-    const struct rmap_folded_path folded = {.source = own->source[at->own],
-                                            .stop = own->stop[at->own],
-                                            .n = n,
-                                            .object = own->object + at->own_segment,
-                                            .event = own->event + at->own_segment};
-    rmap_path_unfold(own->model, &folded, &(struct rmap_path_columns){.object = self->object});
+    rmap_own_path_unfold(own, at->own, at->own_segment,
+                         &(struct rmap_path_columns){.object = self->object});
     n_ret->triangle = rmap_primitives_listed(own->model, self->object, n);
     return RMAP_OK;
+}
+
+/* The rows of a ray that has its path for itself. */
+static enum rmap_status append_own_path(struct rmap_compact_selection *self,
+                                        const struct rmap_rows *rows, const struct place *at,
+                                        const struct place *n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN, at->own, n->own, err));
+    RMAP_TRY(
+        append_own(self, rows, RMAP_COMPACT_OWN_SEGMENT, at->own_segment, n->own_segment, err));
+    RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN_REGISTRATION, at->own_registration,
+                        n->own_registration, err));
+    self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] += n->own_segment;
+    self->rows.n_row[RMAP_COMPACT_OWN_REGISTRATION] += n->own_registration;
+out:
+    return st;
 }
 
 static void go_on(struct place *at, const struct place *n)
@@ -146,12 +177,14 @@ static void go_on(struct place *at, const struct place *n)
 /* Paths, channels and triangles of the rays, and where their rows lie. */
 static enum rmap_status select_paths(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
-                                     const struct rmap_rows *rows, const uint32_t *ray, size_t n,
+                                     const struct rmap_rows *rows, rmap_column_set used,
+                                     bool classed, const uint32_t *ray, size_t n,
                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_own_paths own = rmap_own_paths(self->model, rows);
-    const size_t n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
+    const struct rmap_own_paths own = rmap_own_paths(self->model, table, rows, classed);
+    const size_t n_triangle =
+        used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) ? rows->n_row[RMAP_COMPACT_TRIANGLE] : 0;
     struct place at = {0}, its;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
@@ -165,13 +198,11 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
         if (n_triangle > 0 && its.triangle > n_triangle - at.triangle)
             return rmap_portion_damaged("it has too few triangles", err);
         RMAP_TRY(append(self, RMAP_STREAM_ray_path, own.path, i, 1, err));
-        RMAP_TRY(
-            append(self, RMAP_STREAM_ray_channel, rows->data[RMAP_STREAM_ray_channel], i, 1, err));
-        RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN, at.own, its.own, err));
-        RMAP_TRY(
-            append_own(self, rows, RMAP_COMPACT_OWN_SEGMENT, at.own_segment, its.own_segment, err));
-        RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN_REGISTRATION, at.own_registration,
-                            its.own_registration, err));
+        if (used & RMAP_COLUMN_BIT(RMAP_RAY_wavelength))
+            RMAP_TRY(append(self, RMAP_STREAM_ray_channel, rows->data[RMAP_STREAM_ray_channel], i,
+                            1, err));
+        if (its.own > 0)
+            RMAP_TRY(append_own_path(self, rows, &at, &its, err));
         if (n_triangle > 0)
             RMAP_TRY(append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle],
                             at.triangle, its.triangle, err));
@@ -185,7 +216,7 @@ static struct span numbers_of(const struct rmap_compact_selection *self,
                               const struct rmap_lane *lane, size_t k)
 {
     const struct span *rows = &self->span[rmap_column_info(lane->column)->table][k];
-    const size_t width = rmap_portion_row_nbytes(self->ids, lane->column) / lane->element_nbytes;
+    const size_t width = self->width[lane - self->lane];
     return (struct span){rows->first * width, rows->n * width};
 }
 
@@ -244,31 +275,33 @@ static void show_ids(struct rmap_compact_selection *self, uint64_t first)
     lane->dense = (const uint8_t *)self->ids->ray.id;
 }
 
-/* Lanes and header. */
+/* Header and lanes; those of columns outside `used` become predicted ones. */
 static enum rmap_status select_lanes(struct rmap_compact_selection *self,
-                                     const struct rmap_rows *rows, size_t n, struct rmap_error *err)
+                                     const struct rmap_rows *rows, rmap_column_set used, size_t n,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_lane_store store = rmap_lane_store_of(rows);
-    uint64_t header[RMAP_HEADER_COUNT + RMAP_LANE_COUNT], modes;
-    size_t n_header = RMAP_HEADER_COUNT;
-    RMAP_TRY(rmap_lanes_load(self->lane, &store, RMAP_COLUMN_BIT(RMAP_RAY_id), self->ids, err));
-    memcpy(header, store.pool64, RMAP_HEADER_COUNT * sizeof *header);
-    modes = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
-    show_ids(self, header[RMAP_HEADER_FIRST]);
+    struct rmap_lane_header header;
+    uint64_t row[RMAP_LANE_HEADER_ROWS];
+    RMAP_TRY(rmap_lanes_load(self->lane, &store, RMAP_COLUMN_BIT(RMAP_RAY_id), used, self->ids,
+                             &header, err));
+    if (used & RMAP_COLUMN_BIT(RMAP_RAY_id))
+        show_ids(self, header.first_ray);
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         struct rmap_lane *lane = &self->lane[i];
-        uint64_t n_patch = 0;
+        header.n_patch[i] = 0;
+        if (!(used & RMAP_COLUMN_BIT(lane->column)))
+            lane->mode = RMAP_LANE_PREDICTED;
         if (lane->mode == RMAP_LANE_PATCHED) {
-            RMAP_TRY(select_patches(self, lane, n, &n_patch, err));
-            lane->mode = n_patch > 0 ? RMAP_LANE_PATCHED : RMAP_LANE_PREDICTED;
+            RMAP_TRY(select_patches(self, lane, n, &header.n_patch[i], err));
+            lane->mode = header.n_patch[i] > 0 ? RMAP_LANE_PATCHED : RMAP_LANE_PREDICTED;
         }
-        if (n_patch > 0)
-            header[n_header++] = n_patch;
-        modes |= (uint64_t)lane->mode << (2 * i);
+        header.mode[i] = (uint8_t)lane->mode;
     }
-    header[RMAP_HEADER_MODES] = modes;
-    RMAP_TRY(append(self, RMAP_STREAM_pool64, header, 0, n_header, err));
+    header.placed &= self->lane[RMAP_LANE_REGISTRATION_relative].mode == RMAP_LANE_VERBATIM;
+    rmap_lane_header_write(&header, row);
+    RMAP_TRY(append(self, RMAP_STREAM_pool64, row, 0, RMAP_LANE_HEADER_ROWS, err));
     for (int i = 0; i < RMAP_LANE_COUNT; i++)
         if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
             RMAP_TRY(select_dense(self, &self->lane[i], n, err));
@@ -279,22 +312,27 @@ out:
 enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows,
-                                     const size_t n_row[RMAP_TABLE_COUNT], const uint32_t *ray,
-                                     size_t n, const struct rmap_rows **selected_ret,
+                                     const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
+                                     const uint32_t *ray, size_t n,
+                                     const struct rmap_rows **selected_ret,
                                      size_t selected_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compact_summary summary;
     RMAP_TRY(rmap_compact_summarise(self->model, table, rows, n_row, &summary, err));
+    const rmap_column_set used = used_columns(columns, summary.placed);
     memset(self->n, 0, sizeof self->n);
+    memset(self->rows.n_row, 0, sizeof self->rows.n_row);
     self->ids->n_row[RMAP_TABLE_RAY] = 0;
     RMAP_TRY(rmap_portion_reserve(self->ids, RMAP_TABLE_RAY, n_row[RMAP_TABLE_RAY],
                                   RMAP_COLUMN_BIT(RMAP_RAY_id), err));
     memcpy(self->ids->n_row, n_row, sizeof self->ids->n_row);
-    RMAP_TRY(select_paths(self, table, rows, ray, n, err));
-    RMAP_TRY(select_lanes(self, rows, n, err));
-    for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++)
-        self->rows.n_row[self->rows.layout->stream[s].table] = self->n[s];
+    RMAP_TRY(select_paths(self, table, rows, used, summary.classed, ray, n, err));
+    RMAP_TRY(select_lanes(self, rows, used, n, err));
+    for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++) { /* streams that are not used have none */
+        size_t *rows_of = &self->rows.n_row[self->rows.layout->stream[s].table];
+        *rows_of = self->n[s] > *rows_of ? self->n[s] : *rows_of;
+    }
     memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         for (size_t k = 0; k < n; k++)

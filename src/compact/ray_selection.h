@@ -10,6 +10,7 @@
 #include "compact/model.h"
 
 struct rmap_path_table;
+struct rmap_compact_summary;
 
 /* One per thread; the model is borrowed. */
 struct rmap_compact_selection;
@@ -18,17 +19,19 @@ enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *
                                                struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compact_selection_destroy(struct rmap_compact_selection *selection); /* NULL is fine */
 
-/* Streams of the portion that selecting takes: those of straight rays, all of them. */
-uint64_t rmap_compact_selection_streams(void);
+/* Streams of the portion that selecting for these columns takes, by its header. */
+uint64_t rmap_compact_selection_streams(rmap_column_set columns,
+                                        const struct rmap_compact_summary *header);
 
 /* ray: [n], n > 0, rows of /ray, ascending. rows, n_row: the portion's, as for decoding; of curved
  * segments nothing is taken. *selected_ret, selected_row: theirs, as rmap_compact_decode takes
- * them; the rows are the selection's until the next call. RMAP_FORMAT when rows do not fit
- * together. */
+ * them for `columns`, and no others; the rows are the selection's until the next call. RMAP_FORMAT
+ * when rows do not fit together. */
 enum rmap_status
 rmap_compact_select(struct rmap_compact_selection *selection, const struct rmap_path_table *table,
                     const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
-                    const uint32_t *ray, size_t n, const struct rmap_rows **selected_ret,
-                    size_t selected_row[RMAP_TABLE_COUNT], struct rmap_error *err) RMAP_MUST_USE;
+                    rmap_column_set columns, const uint32_t *ray, size_t n,
+                    const struct rmap_rows **selected_ret, size_t selected_row[RMAP_TABLE_COUNT],
+                    struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

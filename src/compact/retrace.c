@@ -312,10 +312,12 @@ static void offer_crossings(struct walk *walk, uint32_t number,
         if (detector >= 0 && (size_t)detector < r->model->n_detector)
             rmap_crossing_find(&r->model->scene->detector[detector], segment, &crossing);
         rmap_step_float3(segment->direction, crossing.direction);
-        (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_cell], 2 * row, 2,
-                              sizeof *crossing.cell, crossing.cell);
-        (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_relative], 2 * row, 2,
-                              sizeof *crossing.relative, crossing.relative);
+        if (!r->placed) {
+            (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_cell], 2 * row, 2,
+                                  sizeof *crossing.cell, crossing.cell);
+            (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_relative], 2 * row, 2,
+                                  sizeof *crossing.relative, crossing.relative);
+        }
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_direction], 3 * row, 3,
                               sizeof *crossing.direction, crossing.direction);
         offer_double(&r->lane[RMAP_LANE_REGISTRATION_optical_path], row, crossing.optical_path);

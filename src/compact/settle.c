@@ -26,17 +26,14 @@ struct rows {
 static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *predicted,
                      struct strip strip[RMAP_LANE_COUNT])
 {
-    static const enum rmap_lane_role role[] = {
-#define ROLE(column, role) RMAP_LANE_##role,
-        RMAP_LANES(ROLE)
-#undef ROLE
-    };
     int n = 0;
     for (enum rmap_lane_role wanted = RMAP_LANE_LEADS; wanted <= RMAP_LANE_FOLLOWS; wanted++)
         for (size_t i = 0; i < RMAP_LANE_COUNT; i++) {
             struct rmap_lane *lane = &r->lane[i];
             const enum rmap_table table = rmap_column_info(lane->column)->table;
-            if (role[i] != wanted || (i == RMAP_LANE_SEGMENT_colour && !r->colour) ||
+            const enum rmap_lane_role role =
+                lane->role == RMAP_LANE_PLACED && !r->placed ? RMAP_LANE_FOLLOWS : lane->role;
+            if (role != wanted || (i == RMAP_LANE_SEGMENT_colour && !r->colour) ||
                 (table == RMAP_TABLE_REGISTRATION && !r->crossing_segment))
                 continue;
             strip[n++] = (struct strip){

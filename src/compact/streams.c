@@ -5,7 +5,8 @@
 #include "compact/streams.h"
 
 #include "compact/compact.h"
-#include "compact/lane.h"
+#include "compact/decode_paths.h"
+#include "compact/lane_header.h"
 
 static const char *const table_path[] = {
 #define PATH(name, path) path,
@@ -53,17 +54,67 @@ const struct rmap_layout rmap_compact_layout = {
     (RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |    \
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
 
-uint64_t rmap_compact_streams(rmap_column_set columns)
+#define COLUMN(column) RMAP_COLUMN_BIT(RMAP_##column)
+
+rmap_column_set rmap_compact_traced(bool placed)
 {
+#define TRACED(column, role)                                                                       \
+    | (RMAP_LANE_##role != RMAP_LANE_SIMPLE && !(placed && RMAP_LANE_##role == RMAP_LANE_PLACED)   \
+           ? COLUMN(column)                                                                        \
+           : 0)
+    return 0 RMAP_LANES(TRACED);
+#undef TRACED
+}
+
+rmap_column_set rmap_compact_needs(rmap_column_set columns, bool placed)
+{
+    const rmap_column_set traced = columns & rmap_compact_traced(placed);
+    if (traced)
+        columns |=
+            COLUMN(RAY_id) | COLUMN(SEGMENT_primitive) | COLUMN(SEGMENT_medium) | RMAP_HEAD_COLUMNS;
+    if (traced & (COLUMN(REGISTRATION_cell) | COLUMN(REGISTRATION_relative) |
+                  COLUMN(REGISTRATION_direction) | COLUMN(REGISTRATION_optical_path)))
+        columns |= COLUMN(REGISTRATION_segment) | COLUMN(REGISTRATION_detector);
+    if (placed && (columns & COLUMN(REGISTRATION_cell)))
+        columns |= COLUMN(REGISTRATION_relative) | COLUMN(REGISTRATION_detector);
+    if (columns & COLUMN(SEGMENT_primitive))
+        columns |= COLUMN(SEGMENT_object);
+    if (columns & COLUMN(SEGMENT_medium))
+        columns |= COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event);
+    return columns;
+}
+
+/* Those of lanes that need no segment. */
+static uint64_t lane_streams(rmap_column_set columns)
+{
+    const uint64_t pool[9] = {[2] = BIT(pool16), [4] = BIT(pool32), [8] = 0};
+    const rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS | RMAP_COLUMNS_CURVE);
+    uint64_t streams = 0;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (lanes & RMAP_COLUMN_BIT(c))
+            streams |= pool[rmap_element_nbytes(rmap_column_info((enum rmap_column)c)->element)];
+    if (lanes & ~COLUMN(REGISTRATION_relative)) /* it has no patches */
+        streams |= BIT(patch_skip) | BIT(patch_value);
+    if (lanes & COLUMN(RAY_wavelength))
+        streams |= BIT(ray_channel);
+    if (lanes & COLUMN(SEGMENT_primitive))
+        streams |= BIT(triangle);
+    return streams;
+}
+
+uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact_summary *header)
+{
+    const bool placed = header && header->placed;
+    const rmap_column_set needs = rmap_compact_needs(columns, placed);
     uint64_t streams = BIT(ray_path) | BIT(OWN_source) | BIT(OWN_stop) | BIT(OWN_start_object) |
-                       BIT(OWN_segment_count) | BIT(OWN_registration_count);
-    rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS | RMAP_COLUMNS_CURVE);
-    if (lanes ||
-        (columns & (RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event))))
-        streams |= BIT(OWN_object) | BIT(OWN_event);
-    if (lanes || (columns & CROSSING_COLUMNS))
+                       BIT(OWN_segment_count) | BIT(OWN_registration_count) |
+                       rmap_compact_header_streams() | lane_streams(needs);
+    const bool traced = (needs & rmap_compact_traced(placed)) != 0;
+    if (traced || (needs & (COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event))))
+        streams |= BIT(OWN_object) | (header && header->classed ? 0 : BIT(OWN_event));
+    if (traced || (needs & CROSSING_COLUMNS))
         streams |= BIT(OWN_segment) | BIT(OWN_detector) | BIT(OWN_registered);
-    if (lanes)
+    if (traced)
         streams |= BIT(ray_channel) | BIT(triangle) | BIT(patch_skip) | BIT(patch_value) |
                    BIT(pool16) | BIT(pool32) | BIT(pool64);
 #define CURVE(field, path, type, element, width, unit, text)                                       \
@@ -79,9 +130,12 @@ uint64_t rmap_compact_header_streams(void)
     return BIT(pool64);
 }
 
-uint64_t rmap_compact_told_streams(void)
+uint64_t rmap_compact_summary_streams(void)
 {
-    return rmap_compact_streams(RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                                RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment)) |
-           rmap_compact_header_streams();
+    return rmap_compact_streams(0, NULL);
+}
+
+uint64_t rmap_compact_class_streams(void)
+{
+    return BIT(OWN_object);
 }

@@ -8,6 +8,8 @@
 
 #include "compact/layout.h"
 
+struct rmap_compact_summary;
+
 /* clang-format off */
 #define RMAP_COMPACT_TABLES(X)                                                                     \
     X(RAY, "/ray") X(OWN, "/own") X(OWN_SEGMENT, "/own_segment")                                   \
@@ -61,14 +63,24 @@ enum rmap_compact_stream {
 #define RMAP_PATH_MAX     65536
 #define RMAP_PATH_ROW_MAX ((size_t)4 << 20)
 
+/* placed, here and below: places of the portion's registrations stand by themselves, as its header
+ * says; false is on the safe side. */
+
+/* Columns for which rays are traced again, which takes longest by far. */
+rmap_column_set rmap_compact_traced(bool placed);
+
+/* Columns that must be decoded so that these can be, themselves among them. */
+rmap_column_set rmap_compact_needs(rmap_column_set columns, bool placed);
+
 /* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
- * whole tables. */
-uint64_t rmap_compact_streams(rmap_column_set columns);
+ * whole tables, by the portion's header (NULL: not known; then all that may be needed). */
+uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact_summary *header);
 
-/* The stream of rmap_compact_summarise_header. */
+/* The stream of rmap_compact_summarise_header, and those of rmap_compact_summarise. */
 uint64_t rmap_compact_header_streams(void);
+uint64_t rmap_compact_summary_streams(void);
 
-/* Streams that rmap_compact_summarise and rmap_compact_decode_own need. */
-uint64_t rmap_compact_told_streams(void);
+/* The stream of the classes that segments of own paths have, where the header says so. */
+uint64_t rmap_compact_class_streams(void);
 
 #endif

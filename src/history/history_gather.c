@@ -185,11 +185,11 @@ static void unfold_rare_segments(const struct rmap_history_view *view, rmap_colu
                                  struct rmap_portion *out)
 {
     const uint64_t *rare = rmap_history_rare_segments(view);
-    const struct rmap_history_class *what = view->index->class_of;
+    const struct rmap_step_class *what = view->index->class_of;
     for (size_t w = 0; rare && w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
         for (uint64_t left = rare[w]; left != 0; left &= left - 1) {
             size_t segment = w * 64 + (size_t)__builtin_ctzll(left);
-            const struct rmap_history_class *is =
+            const struct rmap_step_class *is =
                 &what[view->local_class[rmap_history_rare_at(view, rare, segment)]];
             if (asked(columns, RMAP_SEGMENT_object))
                 out->segment.object[segment] = is->object;
@@ -205,7 +205,7 @@ static void unfold_segments(const struct rmap_history_view *view, rmap_column_se
                             struct rmap_portion *out)
 {
     const uint8_t *code = view->rows->code;
-    const struct rmap_history_class *what = view->index->class_of;
+    const struct rmap_step_class *what = view->index->class_of;
     bool object = asked(columns, RMAP_SEGMENT_object), event = asked(columns, RMAP_SEGMENT_event);
     bool medium = asked(columns, RMAP_SEGMENT_medium);
     struct {

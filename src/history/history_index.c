@@ -16,7 +16,7 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "an index is little-en
 _Static_assert(sizeof(struct rmap_history_head) == 64, "no padding");
 _Static_assert(sizeof(struct rmap_history_place) == 64, "no padding");
 _Static_assert(sizeof(struct rmap_history_shape) == 40, "no padding");
-_Static_assert(sizeof(struct rmap_history_class) == 12, "no padding");
+_Static_assert(sizeof(struct rmap_step_class) == 12, "no padding");
 _Static_assert(sizeof(struct rmap_history_hit) == 8, "no padding");
 _Static_assert(sizeof(struct rmap_history_made) == 16, "no padding");
 _Static_assert((int)RMAP_HEAD_PARTS <= (int)RMAP_PART_COUNT_OF, "one layout serves both");
@@ -92,7 +92,7 @@ void rmap_history_arrange_head(const struct rmap_history_head *head,
                                struct rmap_history_layout *layout)
 {
     const uint64_t array[RMAP_HEAD_PARTS][2] = {
-        [RMAP_HEAD_CLASS] = {head->n_class, sizeof(struct rmap_history_class)},
+        [RMAP_HEAD_CLASS] = {head->n_class, sizeof(struct rmap_step_class)},
         [RMAP_HEAD_HIT] = {head->n_hit, sizeof(struct rmap_history_hit)},
         [RMAP_HEAD_SOURCE] = {head->n_path, 4},
         [RMAP_HEAD_STOP] = {head->n_path, 1},
@@ -231,7 +231,7 @@ static enum rmap_status read_path_rows(struct rmap_history_index *self,
     for (size_t i = 0; i < paths->n_row[RMAP_TABLE_SEGMENT]; i++) {
         if (class_of[i] >= self->n_class)
             return bad(err, "a segment of its paths has no class");
-        const struct rmap_history_class *what = &self->class_of[class_of[i]];
+        const struct rmap_step_class *what = &self->class_of[class_of[i]];
         paths->segment.object[i] = what->object;
         paths->segment.event[i] = what->event;
         paths->segment.medium[i] = (int16_t)what->medium;
@@ -333,7 +333,7 @@ size_t rmap_history_n_class(const struct rmap_history_index *self)
     return self->n_class;
 }
 
-const struct rmap_history_class *rmap_history_classes(const struct rmap_history_index *self)
+const struct rmap_step_class *rmap_history_classes(const struct rmap_history_index *self)
 {
     return self->class_of;
 }
@@ -416,12 +416,12 @@ static void write_head(const struct rmap_history_builder *self,
                        const struct rmap_history_head *head,
                        const struct rmap_history_layout *layout, uint8_t *bytes)
 {
-    struct rmap_history_class *class_of = (void *)(bytes + layout->at[RMAP_HEAD_CLASS]);
+    struct rmap_step_class *class_of = (void *)(bytes + layout->at[RMAP_HEAD_CLASS]);
     struct rmap_history_hit *hit = (void *)(bytes + layout->at[RMAP_HEAD_HIT]);
     memcpy(bytes, head, sizeof *head);
     for (size_t k = 0; k < self->class_of.n; k++) {
         const uint32_t *word = words_of(&self->class_of, k);
-        class_of[k] = (struct rmap_history_class){(int32_t)word[0], word[1], (int32_t)word[2]};
+        class_of[k] = (struct rmap_step_class){(int32_t)word[0], word[1], (int32_t)word[2]};
     }
     for (size_t k = 0; k < self->hit.n; k++) {
         const uint32_t *word = words_of(&self->hit, k);

@@ -19,6 +19,7 @@
 
 #include "base/byte_set.h"
 #include "base/status.h"
+#include "compact/step_classes.h"
 #include "portion/portion.h"
 
 /* Columns that an index is built of; it gives the discrete ones back. */
@@ -33,18 +34,13 @@ void rmap_history_destroy(struct rmap_history_index *index);
 /* Memory that it holds, without a body in memory. */
 size_t rmap_history_nbytes(const struct rmap_history_index *index);
 
-/* What can happen at the end of a segment, and on a detector: those that do in the piece. */
-struct rmap_history_class {
-    int32_t object; /* -1: none */
-    uint32_t event; /* bits */
-    int32_t medium;
-};
+/* What can happen on a detector: that does in the piece, as the classes of its steps do. */
 struct rmap_history_hit {
     int32_t detector;
     int32_t registered; /* 1, or 0: crossed only */
 };
 size_t rmap_history_n_class(const struct rmap_history_index *index);
-const struct rmap_history_class *rmap_history_classes(const struct rmap_history_index *index);
+const struct rmap_step_class *rmap_history_classes(const struct rmap_history_index *index);
 size_t rmap_history_n_hit(const struct rmap_history_index *index);
 const struct rmap_history_hit *rmap_history_hits(const struct rmap_history_index *index);
 

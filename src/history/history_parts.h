@@ -28,7 +28,7 @@ struct rmap_history_head {
 };
 
 enum rmap_history_head_part {
-    RMAP_HEAD_CLASS,              /* struct rmap_history_class [n_class] */
+    RMAP_HEAD_CLASS,              /* struct rmap_step_class [n_class] */
     RMAP_HEAD_HIT,                /* struct rmap_history_hit [n_hit] */
     RMAP_HEAD_SOURCE,             /* i32 [n_path] */
     RMAP_HEAD_STOP,               /* u8 [n_path] */
@@ -111,7 +111,7 @@ void rmap_history_arrange_head(const struct rmap_history_head *head,
 
 struct rmap_history_index {
     size_t n_class, n_hit, n_portion, n_source; /* n_source: of the scene */
-    struct rmap_history_class *class_of;        /* [n_class] */
+    struct rmap_step_class *class_of;           /* [n_class] */
     struct rmap_history_hit *hit;               /* [n_hit] */
     struct rmap_portion *paths;
     uint32_t *path_segment, *path_registration; /* first rows of each path */

@@ -84,6 +84,8 @@ TYPED = [
     ("repair newer.raymap --dry-run", 4, "use a newer raymap; it is not damaged, and nothing was changed"),
     ("repair newer.raymap", 4, "use a newer raymap; it is not damaged, and nothing was changed"),
     ("repair piece.raymap", 4, "use a newer raymap; it is not damaged, and nothing was changed"),
+    ("info feature.raymap", 4, "needs 'polarisation', which this program does not know: use a newer raymap"),
+    ("query feature.raymap all", 4, "needs 'polarisation', which this program does not know"),
 ]
 
 # What is replaced in the scene, by what, and what `raymap check` says, with line and column.
@@ -128,11 +130,14 @@ def expect(words, status, said):
 def make_newer():
     """Maps whose index, and whose pieces, say that a later program wrote them."""
     sys.path.insert(0, os.path.join(SOURCE, "tests", "cli"))
+    import numpy
     import sealed_map
     for name, files in (("newer", "map*.h5"), ("piece", "shard-*/piece-?????.h5")):
         shutil.copytree("lens.raymap", name + ".raymap")
         for path in glob.glob(f"{name}.raymap/{files}"):
             sealed_map.edit(path, lambda file: file.attrs.modify("version", [9, 0]))
+    shutil.copytree("lens.raymap", "feature.raymap")
+    sealed_map.edit("feature.raymap/map.h5", lambda file: file.attrs.__setitem__("features", numpy.bytes_("places polarisation gaps")))
 
 
 for path in glob.glob("*"):

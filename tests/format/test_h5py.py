@@ -69,7 +69,7 @@ def check_documented(file):
 
 def check_root(file, filetype):
     check(file.attrs["filetype"] == filetype.encode(), "filetype")
-    check(list(file.attrs["version"]) == [2, 0], "version")
+    check(list(file.attrs["version"]) == [5, 0], "version")
     check(file.attrs["complete"] == 1, "complete")
     for name in ("program_version", "git_revision", "compiler", "hdf5_version", "seed",
                  "scene_digest", "length_unit", "length_unitSI", "flux_unit"):

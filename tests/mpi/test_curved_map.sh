@@ -126,7 +126,7 @@ for name in ("curve/ray", "curve/segment", "curve/position", "segment/event"):
 assert len(a["curve/ray"]) == plain.n_curve_points > 0
 
 with h5py.File("want.raymap/map.h5") as f:          # h5py alone
-    assert list(f.attrs["version"]) == [4, 0] and f["curve/position"].shape == (plain.n_curve_points, 3)
+    assert list(f.attrs["version"]) == [5, 0] and b"curves" in f.attrs["features"].split() and f["curve/position"].shape == (plain.n_curve_points, 3)
     rows = f["curve/ray"][:] == 7
     view = f["curve/position"][:][rows]
     assert f["portion/n_row"].shape[1] == 4 and f["portion/n_row"][:, 3].sum() == plain.n_curve_points
@@ -159,6 +159,6 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o straight.raymap -n 5000 --quiet
 "$python" -c '
 import h5py
 f = h5py.File("straight.raymap/map.h5")
-assert list(f.attrs["version"]) == [2, 0] and "curve" not in f and "curve_points" not in f.attrs' || failures=$((failures + 1))
+assert list(f.attrs["version"]) == [5, 0] and b"curves" not in f.attrs["features"].split() and "curve" not in f and "curve_points" not in f.attrs' || failures=$((failures + 1))
 echo "$failures failures"
 exit "$((failures > 0))"

@@ -112,7 +112,7 @@ def test_none_beyond_a_tenth():
 
 def test_leaving_out_takes_no_work():
     """A default map: that its index is too large is seen at one portion of each piece."""
-    run("trace", ROOM, "-o", "early.raymap", "-n", 200000, "--force", "--quiet")
+    run("trace", ROOM, "-o", "early.raymap", "-n", 500000, "--force", "--quiet")
 
     def seconds(*words):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -143,7 +143,7 @@ piece=$(ls d.raymap/shard-*/piece-*.h5 | head -n 1)
 import sys
 import h5py
 with h5py.File(sys.argv[1]) as f:
-    assert f.attrs["version"][0] == 3 and (f["portion/last_ray"][:] > f["portion/first_ray"][:]).all()
+    assert f.attrs["version"][0] == 5 and b"gaps" in f.attrs["features"].split() and (f["portion/last_ray"][:] > f["portion/first_ray"][:]).all()
     at = int(f["chunk/offset"][0]) + int(f["chunk/nbytes"][0]) // 2
 with open(sys.argv[1], "r+b") as f:
     f.seek(at); byte = f.read(1); f.seek(at); f.write(bytes([byte[0] ^ 255]))

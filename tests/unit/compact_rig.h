@@ -225,7 +225,8 @@ static inline void rig_select(struct rig *rig, const struct rmap_rows *own,
     }
     rig_ok(rmap_path_table_create(rig->model, &rig->whole, &table, &err), &err);
     rig_ok(rmap_compact_selection_create(rig->model, &selection, &err), &err);
-    rig_ok(rmap_compact_select(selection, table, own, portion->n_row, ray, n, &rows, n_row, &err),
+    rig_ok(rmap_compact_select(selection, table, own, portion->n_row, columns, ray, n, &rows, n_row,
+                               &err),
            &err);
     rig_ok(rmap_compact_decode(rig->decoder, table, rows, n_row, columns, 0, rig->decoded, &err),
            &err);
@@ -249,15 +250,20 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) | RMAP_COLUMN_BIT(RMAP_RAY_wavelength),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_RAY_path_length),
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative),
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_RAY_weight),
         RMAP_COLUMNS_CURVE,
         RMAP_COLUMN_BIT(RMAP_CURVE_position) | RMAP_COLUMN_BIT(RMAP_RAY_id),
     };
     struct rmap_rows own;
+    struct rmap_compact_summary header;
+    struct rmap_error err = {0};
     rig_encode(rig, seed, portion, &own);
+    rig_ok(rmap_compact_summarise_header(&own, &header, &err), &err);
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
         struct rmap_rows needed = own;
         for (int s = 0; s < rmap_compact_layout.n_stream; s++)
-            if (!(rmap_compact_streams(some[i]) >> s & 1))
+            if (!(rmap_compact_streams(some[i], &header) >> s & 1))
                 needed.data[s] = NULL;
         rig_decode(rig, &needed, portion, some[i]);
         assert_columns_equal(portion, rig->decoded, some[i]);

@@ -190,14 +190,15 @@ static void select_some(struct rig *rig, const struct rmap_path_table *table,
     const struct rmap_rows *rows = NULL;
     uint32_t ray[100];
     size_t n = 0, some_row[RMAP_TABLE_COUNT];
+    const rmap_column_set columns = RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE;
     for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i += 3)
         ray[n++] = (uint32_t)i;
     rig_ok(rmap_compact_selection_create(rig->model, &selection, &err), &err);
     enum rmap_status st =
-        rmap_compact_select(selection, table, own, n_row, ray, n, &rows, some_row, &err);
+        rmap_compact_select(selection, table, own, n_row, columns, ray, n, &rows, some_row, &err);
     if (st == RMAP_OK)
-        st = rmap_compact_decode(rig->decoder, table, rows, some_row,
-                                 RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE, 0, rig->decoded, &err);
+        st = rmap_compact_decode(rig->decoder, table, rows, some_row, columns, 0, rig->decoded,
+                                 &err);
     assert_true(st == RMAP_OK || st == RMAP_FORMAT);
     rmap_compact_selection_destroy(selection);
 }

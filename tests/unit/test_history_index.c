@@ -293,7 +293,7 @@ static void test_dictionary_holds_the_paths(void **state)
 static void check_counts(const struct rmap_history_view *view, const struct rmap_portion *p,
                          const uint8_t *wanted, const uint32_t *count)
 {
-    const struct rmap_history_class *what = rmap_history_classes(view->index);
+    const struct rmap_step_class *what = rmap_history_classes(view->index);
     size_t n_class = rmap_history_n_class(view->index), row = 0;
     for (size_t i = 0; i < p->n_row[RMAP_TABLE_RAY]; i++) {
         uint32_t n = 0;

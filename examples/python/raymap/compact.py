@@ -33,11 +33,13 @@ LANES = (
     ("registration/direction", "f4"), ("registration/optical_path", "f8"),
 )
 
-# Columns whose rays must be traced again, which takes longest by far.
+# Columns whose rays must be traced again, which takes longest by far; PLACED, of portions before
+# format 5 alone.
 RETRACED = frozenset((
     "ray/path_length", "ray/optical_path", "ray/start", "ray/start_normal", "ray/end_direction",
     "segment/position", "segment/normal", "segment/colour", "registration/cell",
     "registration/relative", "registration/direction", "registration/optical_path"))
+PLACED = frozenset(("registration/cell", "registration/relative"))
 
 
 # ---- lanes ----
@@ -93,24 +95,39 @@ def _bits(numbers):
     return np.ascontiguousarray(numbers).view(f"<u{numbers.dtype.itemsize}").astype(np.uint64)
 
 
+TABLE, PLACES, CLASSES = 1 << 63, 2, 4  # flags
+
+
+def read_header(row):
+    """The rows of pool64 -> (modes, numbers of patches, rows used, places stand by themselves)."""
+    first, count = int(row[0]), len(LANES)
+    if first & TABLE:
+        mode = [int(x) & 0xff for x in row[4:4 + count]]
+        patches = [int(x) >> 8 for x in row[4:4 + count]]
+        return mode, patches, 4 + count, bool(first & PLACES)
+    mode, used, patches = [first >> 2 * k & 3 for k in range(count)], 3, []
+    for how in mode:
+        patches.append(int(row[used]) if how == PATCHED else 0)
+        used += how == PATCHED
+    return mode, patches, used, False
+
+
 def load_lanes(rows, n_row, n_channel):
-    """The lanes of a portion out of its pools and patches -> (lanes by column, seed, first id)."""
+    """The lanes of a portion out of its pools and patches -> (lanes by column, seed, first id,
+    places of registrations stand by themselves)."""
     width = {"ray/start": 3, "ray/start_normal": 3, "ray/end_direction": 3, "segment/position": 3,
              "segment/normal": 3, "segment/colour": n_channel, "registration/cell": 2,
              "registration/relative": 2, "registration/direction": 3}
     count = dict(zip(("ray", "segment", "registration"), (int(n) for n in n_row)))
     pool = {2: rows["pool16/value"], 4: rows["pool32/value"], 8: rows["pool64/value"]}
-    modes, seed, first = (int(x) for x in pool[8][:3])
-    mode = [modes >> 2 * k & 3 for k in range(len(LANES))]
-    header, patch = 3, 0
-    used = {2: 0, 4: 0, 8: 3 + mode.count(PATCHED)}
+    seed, first = int(pool[8][1]), int(pool[8][2])
+    mode, patches, n_header, placed = read_header(pool[8])
+    patch, used = 0, {2: 0, 4: 0, 8: n_header}
     lanes = {}
-    for (column, dtype), how in zip(LANES, mode):
+    for (column, dtype), how, n in zip(LANES, mode, patches):
         lane = Lane(dtype, count[column.split("/")[0]] * width.get(column, 1))
         lane.mode = how
         if how == PATCHED:
-            n = int(pool[8][header])
-            header += 1
             skip = rows["patch/skip"][patch:patch + n].astype(np.int64)
             lane.at = np.cumsum(skip + 1) - 1
             lane.value = rows["patch/value"][patch:patch + n]
@@ -122,7 +139,7 @@ def load_lanes(rows, n_row, n_channel):
             lane.dense_bits = raw.astype(np.uint64)
             lane.dense = np.ascontiguousarray(raw).view(lane.dtype)
         lanes[column] = lane
-    return lanes, seed, first
+    return lanes, seed, first, placed
 
 
 # ---- portions ----
@@ -142,10 +159,26 @@ class Decoder:
         self.paths = {f"{table}/{name}": data[:] for table in
                       ("path", "path_segment", "path_registration")
                       for name, data in file[table].items()}
+        self._known, self._classes = None, None
+
+    def _unfold_dictionary(self):
+        """Segments of the paths as columns, and the classes of these in the order in which they
+        first appear."""
+        if self._known is None:
+            columns = {"ray/" + name: self.paths["path/" + name]
+                       for name in ("source", "stop", "segment_count", "start_object")}
+            columns.update({"segment/" + name: self.paths["path_segment/" + name].copy()
+                            for name in ("object", "event")})
+            self._expect(columns)
+            self._known = {name: columns[name] for name in
+                           ("segment/object", "segment/event", "segment/medium")}
+            rows = np.stack([column.astype(np.int64) for column in self._known.values()], axis=1)
+            first = np.sort(np.unique(rows, axis=0, return_index=True)[1])
+            self._classes = {name: column[first] for name, column in self._known.items()}
+        return self._known, self._classes
 
     def portion(self, stored_first, stored_rows, n_row, names):
         """The columns of a portion, by name: `names`, and others that need no ray traced again."""
-        again = not RETRACED.isdisjoint(names)
         rows = {}
         for k, table in enumerate(TABLES[:len(stored_first)]):  # /curve is there or not
             if not table.startswith("path"):
@@ -153,14 +186,19 @@ class Decoder:
                 for name, data in self.file[table].items():
                     if (table, name) in (("ray", "path"), ("ray", "channel")) or table != "ray":
                         rows[f"{table}/{name}"] = data[begin:end]
-        columns = self._columns_of_paths(rows)
-        lanes, seed, first = load_lanes(rows, n_row, self.model.n_channel)
+        flags = int(rows["pool64/value"][0])
+        columns = self._columns_of_paths(rows, flags & TABLE != 0 and flags & CLASSES != 0)
+        lanes, seed, first, placed = load_lanes(rows, n_row, self.model.n_channel)
+        retraced = RETRACED - PLACED if placed else RETRACED
+        again = not retraced.isdisjoint(names)
         with np.errstate(all="ignore"):
             self._simple(rows, lanes, first, columns)
+            if placed:
+                self._places(lanes, columns)
             if again:
-                _Retrace(self.model, rows, lanes, seed, columns).run()
+                _Retrace(self.model, rows, lanes, seed, columns, placed).run()
         for name, lane in lanes.items():
-            if name in RETRACED and not again:
+            if name in retraced and not again:
                 continue
             width = lane.n // max(1, len(columns["ray/source"] if name.startswith("ray/") else
                                      columns["segment/object"] if name.startswith("segment/")
@@ -175,7 +213,7 @@ class Decoder:
         columns.update((name, rows[name]) for name in rows if name.startswith("curve/"))
         return columns
 
-    def _columns_of_paths(self, rows):
+    def _columns_of_paths(self, rows, classed):
         """What paths say: the rare ones stand with their rays, in /own."""
         path = rows["ray/path"].astype(np.int64)
         known, own = path > 0, np.flatnonzero(path == 0)
@@ -195,11 +233,20 @@ class Decoder:
             begin = np.cumsum(count) - count
             to_known, to_own = _rows(begin[known], count[known]), _rows(begin[own], count[own])
             for name in names:
+                if table == "segment" and classed:
+                    continue
                 column = np.zeros(int(count.sum()), rows[f"own_{table}/{name}"].dtype)
                 column[to_known] = self.paths[f"path_{table}/{name}"][from_path]
                 column[to_own] = rows[f"own_{table}/{name}"]
                 columns[f"{table}/{name}"] = column
-        self._expect(columns)
+            if table == "segment" and classed:
+                known_rows, classes = self._unfold_dictionary()
+                for name, column in known_rows.items():
+                    columns[name] = np.zeros(int(count.sum()), column.dtype)
+                    columns[name][to_known] = column[from_path]
+                    columns[name][to_own] = classes[name][rows["own_segment/object"]]
+        if not classed:
+            self._expect(columns)
         return columns
 
     def _expect(self, columns):
@@ -252,6 +299,17 @@ class Decoder:
         columns["segment/medium"], _ = lanes["segment/medium"].offer(
             np.arange(len(columns["segment/medium"])), columns["segment/medium"])
 
+    def _places(self, lanes, columns):
+        """Places of registrations stand as they are; the cells that they most likely are in."""
+        relative, _ = lanes["registration/relative"].offer(
+            np.arange(lanes["registration/relative"].n), np.zeros(lanes["registration/relative"].n))
+        detector, known = columns["registration/detector"], self.model.detector["cells"]
+        fine = (detector >= 0) & (detector < len(known))
+        cells = np.ones((len(detector), 2), np.uint64)
+        cells[fine] = known[detector[fine]]
+        cell = np.minimum(relative.reshape(-1, 2) * cells // np.uint64(65535), cells - np.uint64(1))
+        lanes["registration/cell"].offer(np.arange(cell.size), cell.ravel())
+
     def _primitives(self, rows, lanes, columns):
         model, objects = self.model, columns["segment/object"]
         primitive = np.where(objects < 0, -1, 0).astype(np.int32)
@@ -273,8 +331,9 @@ def _between(x, f):
 class _Retrace:
     """The rays of a portion followed leg by leg."""
 
-    def __init__(self, model, rows, lanes, seed, columns):
+    def __init__(self, model, rows, lanes, seed, columns, placed):
         self.model, self.lanes, self.seed, self.columns = model, lanes, seed, columns
+        self.placed = placed
         self.id = lanes["ray/id"].out
         self.count = columns["ray/segment_count"].astype(np.int64)
         self.begin = np.cumsum(self.count) - self.count
@@ -412,8 +471,9 @@ class _Retrace:
             path[i] = optical[i] + index[i] * distance
         pair = (2 * hit[:, None] + np.arange(2)).ravel()
         triple = (3 * hit[:, None] + np.arange(3)).ravel()
-        self.lanes["registration/cell"].offer(pair, cell.ravel())
-        self.lanes["registration/relative"].offer(pair, relative.ravel())
+        if not self.placed:
+            self.lanes["registration/cell"].offer(pair, cell.ravel())
+            self.lanes["registration/relative"].offer(pair, relative.ravel())
         self.lanes["registration/direction"].offer(
             triple, to_float(np.stack(direction, axis=1)).ravel())
         self.lanes["registration/optical_path"].offer(hit, path + 0.0)

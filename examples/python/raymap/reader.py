@@ -169,9 +169,13 @@ class Map:
         if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
             raise MapError(f"{self.path}: no index of a ray map")
         major, minor = index.attrs["version"]
-        if major not in (2, 3, 4):
-            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 4.x")
-        self.is_curved = major == 4
+        if major not in (2, 3, 4, 5):
+            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 5.x")
+        features = _text(index.attrs["features"]).split() if major == 5 else []
+        unknown = set(features) - {"curves", "gaps", "places", "classes"}
+        if unknown:
+            raise MapError(f"{self.path} needs {', '.join(sorted(unknown))}, which this does not know")
+        self.is_curved = major == 4 or "curves" in features
         self.column_names = COLUMN_NAMES + (CURVE_NAMES if self.is_curved else ())
         self.n_curve_points = int(index.attrs["curve_points"]) if self.is_curved else 0
         self.n_rays, self.n_segments, self.n_registrations = (

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a portion says of its lanes, before them: how each is stored.
+ */
+#include "compact/lane_header.h"
+
+#include "compact/damaged.h"
+
+/* Row 0. Without TABLE, as formats 2 to 4 have it: two bits of mode for each lane, and ONE_BY_ONE
+ * behind them; the numbers of patches follow, of patched lanes alone. */
+#define TABLE          (UINT64_C(1) << 63)
+#define ONE_BY_ONE     UINT64_C(1)
+#define PLACED         UINT64_C(2)
+#define CLASSED        UINT64_C(4)
+#define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT))
+
+enum { ROW_FLAGS, ROW_SEED, ROW_FIRST, ROW_LANES, OLD_ROWS = ROW_LANES, MODE_BITS = 8 };
+
+_Static_assert(ROW_LANES + 1 + RMAP_LANE_COUNT == RMAP_LANE_HEADER_ROWS, "rows of a header");
+
+void rmap_lane_header_write(const struct rmap_lane_header *header,
+                            uint64_t row[RMAP_LANE_HEADER_ROWS])
+{
+    row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
+                     (header->classed ? CLASSED : 0);
+    row[ROW_SEED] = header->seed;
+    row[ROW_FIRST] = header->first_ray;
+    row[ROW_LANES] = RMAP_LANE_COUNT;
+    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+        row[ROW_LANES + 1 + i] = header->n_patch[i] << MODE_BITS | header->mode[i];
+}
+
+void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS])
+{
+    row[ROW_FLAGS] |= CLASSED;
+}
+
+static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_lane_header *header,
+                                   size_t *n_used_ret, struct rmap_error *err)
+{
+    const uint64_t flags = row[ROW_FLAGS];
+    if (n < RMAP_LANE_HEADER_ROWS)
+        return rmap_portion_damaged("its header is cut off", err);
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
+        return rmap_portion_damaged("its header has unknown lanes", err);
+    header->one_by_one = flags & ONE_BY_ONE;
+    header->placed = flags & PLACED;
+    header->classed = flags & CLASSED;
+    *n_used_ret = RMAP_LANE_HEADER_ROWS;
+    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+        const uint64_t lane = row[ROW_LANES + 1 + i];
+        header->mode[i] = (uint8_t)(lane & ((1 << MODE_BITS) - 1));
+        header->n_patch[i] = lane >> MODE_BITS;
+        if (header->mode[i] > RMAP_LANE_VERBATIM ||
+            (header->n_patch[i] > 0) != (header->mode[i] == RMAP_LANE_PATCHED))
+            return rmap_portion_damaged("its header has a lane stored in no known way", err);
+    }
+    if (header->placed && header->mode[RMAP_LANE_REGISTRATION_relative] != RMAP_LANE_VERBATIM)
+        return rmap_portion_damaged("places of its registrations do not stand by themselves", err);
+    return RMAP_OK;
+}
+
+static enum rmap_status read_modes(const uint64_t *row, size_t n, struct rmap_lane_header *header,
+                                   size_t *n_used_ret, struct rmap_error *err)
+{
+    const uint64_t modes = row[ROW_FLAGS];
+    if (modes >= OLD_ONE_BY_ONE << 1)
+        return rmap_portion_damaged("its header has unknown lanes", err);
+    header->one_by_one = modes & OLD_ONE_BY_ONE;
+    *n_used_ret = OLD_ROWS;
+    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+        header->mode[i] = modes >> (2 * i) & 3;
+        if (header->mode[i] != RMAP_LANE_PATCHED)
+            continue;
+        if (*n_used_ret == n)
+            return rmap_portion_damaged("its header is cut off", err);
+        header->n_patch[i] = row[(*n_used_ret)++];
+        if (header->n_patch[i] == 0)
+            return rmap_portion_damaged("it has other patches than its header says", err);
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_lane_header_read(const uint64_t *row, size_t n,
+                                       struct rmap_lane_header *header, size_t *n_used_ret,
+                                       struct rmap_error *err)
+{
+    if (n < OLD_ROWS)
+        return rmap_portion_damaged("it has no header", err);
+    *header = (struct rmap_lane_header){.seed = row[ROW_SEED], .first_ray = row[ROW_FIRST]};
+    return row[ROW_FLAGS] & TABLE ? read_table(row, n, header, n_used_ret, err)
+                                  : read_modes(row, n, header, n_used_ret, err);
+}

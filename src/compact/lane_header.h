@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a portion says of its lanes, before them: how each is stored.
+ */
+#ifndef RMAP_COMPACT_LANE_HEADER_H
+#define RMAP_COMPACT_LANE_HEADER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "portion/columns.h"
+
+/* Columns and roles, in the order in which the header and the pools have them. */
+#define RMAP_LANES(X)                                                                              \
+    X(RAY_id, SIMPLE)                                                                              \
+    X(RAY_weight, SIMPLE)                                                                          \
+    X(RAY_wavelength, SIMPLE)                                                                      \
+    X(RAY_path_length, FOLLOWS)                                                                    \
+    X(RAY_optical_path, FOLLOWS)                                                                   \
+    X(RAY_start, LEADS)                                                                            \
+    X(RAY_start_primitive, SIMPLE)                                                                 \
+    X(RAY_start_normal, FOLLOWS)                                                                   \
+    X(RAY_end_direction, FOLLOWS)                                                                  \
+    X(SEGMENT_primitive, SIMPLE)                                                                   \
+    X(SEGMENT_medium, SIMPLE)                                                                      \
+    X(SEGMENT_position, LEADS)                                                                     \
+    X(SEGMENT_normal, FOLLOWS)                                                                     \
+    X(SEGMENT_colour, LEADS)                                                                       \
+    X(REGISTRATION_cell, PLACED)                                                                   \
+    X(REGISTRATION_relative, PLACED)                                                               \
+    X(REGISTRATION_direction, FOLLOWS)                                                             \
+    X(REGISTRATION_optical_path, FOLLOWS)
+
+enum rmap_lane_id {
+#define RMAP_ENUM(column, role) RMAP_LANE_##column,
+    RMAP_LANES(RMAP_ENUM)
+#undef RMAP_ENUM
+        RMAP_LANE_COUNT
+};
+
+/* What a lane is predicted from: its like before it (SIMPLE), or segments that are traced again;
+ * then whether later predictions depend on it (LEADS) or not (FOLLOWS). PLACED: `relative` stands
+ * as it is, and `cell` is predicted from it; in portions of programs before format 5 both follow
+ * from segments. */
+enum rmap_lane_role { RMAP_LANE_SIMPLE, RMAP_LANE_LEADS, RMAP_LANE_FOLLOWS, RMAP_LANE_PLACED };
+
+/* How a portion stores a lane. */
+enum rmap_lane_mode {
+    RMAP_LANE_PREDICTED, /* nothing: every prediction is right */
+    RMAP_LANE_PATCHED,   /* differences where there are any */
+    RMAP_LANE_RESIDUAL,  /* a difference for every number */
+    RMAP_LANE_VERBATIM   /* the numbers as they are */
+};
+
+struct rmap_lane_header {
+    uint64_t seed, first_ray;
+    bool one_by_one; /* every ray is to be followed by itself */
+    bool placed;     /* lanes of that role stand by themselves */
+    bool classed;    /* segments of own paths are stored as classes of steps */
+    uint8_t mode[RMAP_LANE_COUNT];
+    uint64_t n_patch[RMAP_LANE_COUNT];
+};
+
+/* Rows of pool64 that a header takes. */
+enum { RMAP_LANE_HEADER_ROWS = 4 + RMAP_LANE_COUNT };
+
+void rmap_lane_header_write(const struct rmap_lane_header *header,
+                            uint64_t row[RMAP_LANE_HEADER_ROWS]);
+
+/* Says afterwards that segments of own paths are stored as classes of steps. */
+void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS]);
+
+/* row: [n] the portion's rows of pool64. *n_used_ret: those of the header. RMAP_FORMAT where there
+ * is none, or one of lanes that this program does not know. */
+enum rmap_status rmap_lane_header_read(const uint64_t *row, size_t n,
+                                       struct rmap_lane_header *header, size_t *n_used_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
