@@ -84,6 +84,21 @@ out:
     return st;
 }
 
+/* A test of registrations without what needs columns that may not be fetched. */
+static void loosen_registrations(const struct rmap_evaluation *ev,
+                                 struct rmap_registration_test *test)
+{
+    const rmap_column_set place = test->region == RMAP_REGION_CELLS
+                                      ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell)
+                                      : RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
+    if (place & ~ev->input->columns) {
+        test->region = RMAP_REGION_ALL;
+        test->box = NULL;
+    }
+    if (test->where >= 0 && !rmap_where_tells(ev->criterion, test->where, ev->input->columns))
+        test->where = -1;
+}
+
 /* A test that asks for columns which may not be fetched: without what needs them. */
 static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t index,
                                    uint8_t *outcome, struct rmap_error *err)
@@ -95,9 +110,7 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
         loose.steps.side = NULL;
         loose.steps.n_limit = 0;
     } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
-        loose.registrations.region = RMAP_REGION_ALL;
-        loose.registrations.box = NULL;
-        loose.registrations.where = -1;
+        loosen_registrations(ev, &loose.registrations);
     } else if (loose.kind == RMAP_CRITERION_PATH_IN &&
                (loose.columns & RMAP_PATH_IN_DISCRETE) == RMAP_PATH_IN_DISCRETE) {
         return compare_paths_in(ev, &loose, false, outcome, err);

@@ -63,7 +63,8 @@ static void mark_registrations(const struct rmap_evaluation *ev,
         keep_bits(flag, strip.n, ev->evaluator->mark + strip.first / 64);
     }
     if (test->where >= 0 && n_row > 0)
-        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, ev->evaluator->mark);
+        rmap_where_keep(ev->criterion, test->where, ev->input->columns, ev->portion, n_row,
+                        ev->evaluator->mark);
 }
 
 enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rmap_table table,

@@ -249,10 +249,15 @@ struct rmap_strip {
     size_t ray_row;  /* where that ray's rows begin */
 };
 
-/* Bits stay of those rows of /registration for which `where`, a node, holds. bits: [words of
- * n_row]. */
-void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+/* Bits stay of those rows of /registration for which `where`, a node, holds, as far as the columns
+ * there are tell: what needs others, and is not joined to the rest by `and`, is taken to hold.
+ * bits: [words of n_row]. */
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
                      const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
+
+/* Whether these columns tell of some registrations that it does not hold. */
+bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
+                      rmap_column_set columns);
 
 /* A number of a registration (row of /registration), and the columns that it is made of. */
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);

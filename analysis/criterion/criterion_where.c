@@ -15,6 +15,7 @@ enum { N_WALK = 4 };
 struct seen {
     const struct rmap_criterion *criterion;
     const struct rmap_portion *portion;
+    rmap_column_set columns; /* that there are */
     size_t row;
     size_t ray_row;           /* where the rows of /registration of its ray begin */
     struct rmap_strip before; /* of one ray */
@@ -88,6 +89,8 @@ static bool where_holds(struct seen *seen, int32_t index)
     const struct rmap_criterion *criterion = seen->criterion;
     const struct rmap_criterion_node *node = &criterion->node[index];
     const struct rmap_registration_columns *its = &seen->portion->registration;
+    if ((node->columns & ~seen->columns) && node->kind != RMAP_CRITERION_AND)
+        return true;
     if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
         return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
                                 its->direction + 3 * seen->row, &node->interval, &node->angle);
@@ -108,12 +111,23 @@ static bool where_holds(struct seen *seen, int32_t index)
     return own;
 }
 
-void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
+                      rmap_column_set columns)
+{
+    const struct rmap_criterion_node *node = &criterion->node[where];
+    bool any = !(node->columns & ~columns);
+    for (int32_t child = node->first; node->kind == RMAP_CRITERION_AND && child >= 0 && !any;
+         child = criterion->node[child].next)
+        any = rmap_where_tells(criterion, child, columns);
+    return any;
+}
+
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
                      const struct rmap_portion *portion, size_t n_row, uint64_t *bits)
 {
     const bool of_steps =
-        (criterion->node[where].columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
-    struct seen seen = {.criterion = criterion, .portion = portion};
+        (criterion->node[where].columns & columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
+    struct seen seen = {.criterion = criterion, .portion = portion, .columns = columns};
     for (size_t first = 0; first < n_row; first += 64) {
         uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
         kept &= bits[first / 64];

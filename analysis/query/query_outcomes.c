@@ -306,21 +306,20 @@ static enum rmap_status evaluate_columns(struct rmap_query_outcomes *self, size_
     return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
 }
 
-/* Rays that their paths leave open, where few are: they alone are decoded. is_by_paths becomes
- * false where that would not be of use. */
-static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
-                                      struct rmap_error *err)
+/* Decides rays that are open by these columns, which some may stay open by: those rays alone are
+ * decoded, where they are few. */
+static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
+                                    rmap_column_set columns, uint8_t *outcome,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set columns = rmap_criterion_columns(self->criterion[c]);
-    const struct rmap_portion *rows = NULL;
+    const struct rmap_portion *few = NULL;
     if (!memchr(outcome, RMAP_OUTCOME_OPEN, self->n_ray))
         return RMAP_OK;
-    RMAP_TRY(rmap_cursor_select(self->cursor, outcome, RMAP_OUTCOME_OPEN, columns, &rows, err));
-    self->is_by_paths = rows != NULL;
-    if (!rows)
-        goto out;
-    const struct rmap_criterion_input input = {.portion = rows,
+    RMAP_TRY(rmap_cursor_select(self->cursor, outcome, RMAP_OUTCOME_OPEN, columns, &few, err));
+    if (!few)
+        RMAP_TRY(query_outcomes_fetch(self, columns, err));
+    const struct rmap_criterion_input input = {.portion = few ? few : self->portion,
                                                .columns = columns,
                                                .is_rest = true,
                                                .flux_per_weight =
@@ -328,7 +327,22 @@ static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c
     RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->own, err));
     for (size_t i = 0, s = 0; i < self->n_ray; i++)
         if (outcome[i] == RMAP_OUTCOME_OPEN)
-            outcome[i] = self->own[s++];
+            outcome[i] = self->own[few ? s++ : i];
+out:
+    return st;
+}
+
+/* Rays that their paths leave open: by what stands as it is, then by tracing those still open. */
+static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set columns = rmap_criterion_columns(self->criterion[c]);
+    rmap_column_set traced;
+    RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
+    if ((columns & traced) && (columns & ~traced & ~RMAP_COLUMNS_DISCRETE))
+        RMAP_TRY(decide_open(self, c, columns & ~traced, outcome, err));
+    st = decide_open(self, c, columns, outcome, err);
 out:
     return st;
 }
@@ -436,7 +450,7 @@ void rmap_query_outcomes_foresee(const struct rmap_query_outcomes *self, size_t 
                                  struct rmap_query_outlook *outlook)
 {
     const uint8_t *outcome = outcome_of(self, c);
-    *outlook = (struct rmap_query_outlook){self->view, self->n_ray, self->n_ray};
+    *outlook = (struct rmap_query_outlook){self->view, self->n_ray, self->n_ray, self->n_ray};
     if (!self->view)
         return;
     outlook->n_open = outlook->n_possible = 0;
@@ -445,4 +459,25 @@ void rmap_query_outcomes_foresee(const struct rmap_query_outcomes *self, size_t 
         outlook->n_open += outcome[i] == RMAP_OUTCOME_OPEN ? rays : 0;
         outlook->n_possible += outcome[i] != RMAP_OUTCOME_NO ? rays : 0;
     }
+}
+
+enum rmap_status rmap_query_outcomes_foresee_paths(struct rmap_query_outcomes *self, size_t c,
+                                                   struct rmap_query_outlook *outlook,
+                                                   bool *told_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const uint8_t *outcome = self->marked;
+    *told_ret = false;
+    if (self->view || !self->known_paths)
+        goto out;
+    RMAP_TRY(rmap_query_known_evaluate(self->known_paths, c, self->marked, told_ret, err));
+    if (!*told_ret)
+        goto out;
+    outlook->n_open = outlook->n_possible = 0;
+    for (size_t i = 0; i < self->n_ray; i++) {
+        outlook->n_open += outcome[i] == RMAP_OUTCOME_OPEN;
+        outlook->n_possible += outcome[i] != RMAP_OUTCOME_NO;
+    }
+out:
+    return st;
 }

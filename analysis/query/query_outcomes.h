@@ -56,13 +56,21 @@ const struct rmap_history_view *
 rmap_query_outcomes_view(const struct rmap_query_outcomes *outcomes);
 
 /* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
- * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
+ * history leaves open, rays that it does not rule out, all. view: NULL where columns answer alone.
+ */
 struct rmap_query_outlook {
     const struct rmap_history_view *view;
-    uint64_t n_open, n_possible;
+    uint64_t n_open, n_possible, n_ray;
 };
 void rmap_query_outcomes_foresee(const struct rmap_query_outcomes *outcomes, size_t c,
                                  struct rmap_query_outlook *outlook);
+
+/* The same of a portion whose history tells nothing, from the paths of its rays, which are read.
+ * *told_ret: false where they do not tell either; the outlook is unchanged then. */
+enum rmap_status rmap_query_outcomes_foresee_paths(struct rmap_query_outcomes *outcomes, size_t c,
+                                                   struct rmap_query_outlook *outlook,
+                                                   bool *told_ret,
+                                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* Stored bytes of what was read so far. */
 uint64_t rmap_query_outcomes_nbytes(const struct rmap_query_outcomes *outcomes);

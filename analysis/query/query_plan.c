@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries and the history index alone.
+ * What a scan for one criterion would read, found out from summaries, the history index, and the
+ * paths of compact portions.
  */
 #include "analysis/query/query_plan.h"
 
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query_outcomes.h"
-#include "compact/streams.h"
+#include "io/map/map_cursor.h"
 
 /* Bytes of a portion's columns, decoded. */
 static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_portion_info *info,
@@ -51,15 +52,44 @@ static void add_portion(struct rmap_query_plan *plan, const struct rmap_query_ou
     plan->index_nbytes += outlook->view->nbytes;
 }
 
-static void add_columns(struct rmap_query_plan *plan, const struct rmap_map *map,
-                        const struct rmap_portion_info *info, rmap_column_set columns)
+/* Where paths leave rays open, or none has been ruled out that is wanted whole, some may be traced
+ * again. */
+static enum rmap_status add_compact(struct rmap_query_plan *plan,
+                                    struct rmap_query_outcomes *outcomes,
+                                    struct rmap_query_outlook *outlook, rmap_column_set columns,
+                                    bool rays_wanted, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor;
+    rmap_column_set traced;
+    bool told;
+    RMAP_TRY(rmap_query_outcomes_cursor(outcomes, &cursor, err));
+    RMAP_TRY(rmap_cursor_traced(cursor, &traced, err));
+    RMAP_TRY(rmap_query_outcomes_foresee_paths(outcomes, 0, outlook, &told, err));
+    plan->n_compact++;
+    plan->n_retraced +=
+        (columns & traced) && (rays_wanted ? outlook->n_possible : outlook->n_open) > 0;
+    if (told) {
+        plan->n_told_ray += outlook->n_ray;
+        plan->n_left_ray += outlook->n_open;
+    }
+out:
+    return st;
+}
+
+static enum rmap_status add_columns(struct rmap_query_plan *plan, const struct rmap_map *map,
+                                    const struct rmap_portion_info *info,
+                                    struct rmap_query_outcomes *outcomes,
+                                    struct rmap_query_outlook *outlook,
+                                    const struct rmap_criterion *criterion, bool rays_wanted,
+                                    struct rmap_error *err)
+{
+    const rmap_column_set columns = columns_of(criterion, outlook, rays_wanted);
     plan->columns |= columns;
     plan->decoded_nbytes += decoded_nbytes(map, info, columns);
-    if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT) {
-        plan->n_compact++;
-        plan->n_retraced += (columns & rmap_compact_traced(false)) != 0;
-    }
+    return columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT
+               ? add_compact(plan, outcomes, outlook, columns, rays_wanted, err)
+               : RMAP_OK;
 }
 
 enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -81,7 +111,7 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
         RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, &wanted, err));
         rmap_query_outcomes_foresee(outcomes, 0, &outlook);
         add_portion(plan, &outlook);
-        add_columns(plan, map, info, columns_of(criterion, &outlook, rays_wanted));
+        RMAP_TRY(add_columns(plan, map, info, outcomes, &outlook, criterion, rays_wanted, err));
     }
 out:
     rmap_query_outcomes_destroy(outcomes);

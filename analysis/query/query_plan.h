@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries and the history index alone.
+ * What a scan for one criterion would read, found out from summaries, the history index, and the
+ * paths of compact portions.
  */
 #ifndef RMAP_QUERY_PLAN_H
 #define RMAP_QUERY_PLAN_H
@@ -16,8 +17,9 @@ struct rmap_query_plan {
     uint64_t index_nbytes;                     /* read of it */
     rmap_column_set columns;                   /* read in some portion */
     uint64_t decoded_nbytes;                   /* of these columns in these portions, decoded */
-    uint64_t n_compact, n_retraced; /* portions of compact pieces with columns to read; those whose
-                                       rays are traced again for them */
+    uint64_t n_compact, n_retraced;  /* portions of compact pieces with columns to read; those whose
+                                        rays are traced again for them */
+    uint64_t n_told_ray, n_left_ray; /* without an index, by their paths; of these, undecided */
 };
 
 /* rays_wanted: matching rays are to be read whole. RMAP_FORMAT as a scan. */

@@ -280,7 +280,7 @@ static void mark_test(const struct rmap_which *self, int32_t index,
         rmap_byte_set_bits(flag, strip.n, is_marked, bits + strip.first / 64);
     }
     if (test->where >= 0)
-        rmap_where_keep(self->criterion, test->where, portion, n, bits);
+        rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);
     for (size_t i = 0; i < n; i++)
         chosen[i] |= bits[i / 64] >> i % 64 & 1;
 }

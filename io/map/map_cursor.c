@@ -166,6 +166,14 @@ out:
     return st;
 }
 
+enum rmap_status rmap_cursor_traced(struct rmap_cursor *self, rmap_column_set *traced_ret,
+                                    struct rmap_error *err)
+{
+    const enum rmap_status st = know_header(self, err);
+    *traced_ret = self->knows_header ? rmap_compact_traced(self->header.placed) : 0;
+    return st;
+}
+
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
                                    struct rmap_error *err)
 {

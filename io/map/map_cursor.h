@@ -47,6 +47,11 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *m
 /* Whether that may be of use for a portion at all. */
 bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns);
 
+/* *traced_ret: columns for which rays of the portion in hand are traced again. Errors as of fetch.
+ */
+enum rmap_status rmap_cursor_traced(struct rmap_cursor *cursor, rmap_column_set *traced_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
  * false says nothing. Errors as of fetch. */
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,

@@ -226,7 +226,7 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
                                         json_string(rmap_column_info((enum rmap_column)c)->path));
     return json_pack(
         "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, "
-        "s:{s:I, s:I}, s:I}",
+        "s:{s:I, s:I, s:I, s:I}, s:I}",
         "criterion", rmap_criterion_text(criterion), "columns", names, "portions", "total",
         (json_int_t)n_portion, "read", (json_int_t)(n_portion - plan->n_skipped), "skipped",
         (json_int_t)plan->n_skipped, "index", "by_paths", (json_int_t)plan->n_by_path, "by_rows",
@@ -235,7 +235,8 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
         "undecided_portions", (json_int_t)plan->n_open_portion, "bytes",
         (json_int_t)plan->index_nbytes, "unused_pieces", (json_int_t)indexed->n_unused, "why",
         indexed->why.text, "compact", "portions", (json_int_t)plan->n_compact, "traced_again",
-        (json_int_t)plan->n_retraced, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
+        (json_int_t)plan->n_retraced, "rays", (json_int_t)plan->n_told_ray, "undecided_rays",
+        (json_int_t)plan->n_left_ray, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -255,11 +256,17 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
                                  : 0.0,
                rmap_counted(plan->n_open_portion, "portion").text);
     if (plan->n_by_column > 0)
-        printf("  index    none for %s: columns answer\n",
-               rmap_counted(plan->n_by_column, "portion").text);
+        printf("  index    none for %s: %scolumns answer\n",
+               rmap_counted(plan->n_by_column, "portion").text,
+               plan->n_told_ray > 0 ? "paths and " : "");
     if (indexed->n_unused > 0)
         printf("  index    of %s cannot be used: raymap index makes it again (%s)\n",
                rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
+    if (plan->n_told_ray > 0)
+        printf("  paths    of %s leave %s undecided (%.3g %%)\n",
+               rmap_counted(plan->n_told_ray, "ray").text,
+               rmap_counted(plan->n_left_ray, "ray").text,
+               100.0 * (double)plan->n_left_ray / (double)plan->n_told_ray);
     if (plan->n_compact > 0)
         printf("  compact  %s, rays traced again in %s\n",
                rmap_counted(plan->n_compact, "portion").text,
