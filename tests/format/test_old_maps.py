@@ -19,6 +19,7 @@ sys.path[:0] = [FIXTURES, os.path.join(SOURCE, "examples", "python")]
 import describe  # noqa: E402
 import raymap_reader  # noqa: E402
 
+OF_OTHER_TRACERS = ("2.0", "4.0")
 failures = 0
 
 
@@ -83,12 +84,17 @@ for archive in archives:
         same(describe.describe(PROGRAM, target), said, f"{version}/{name}")
         if "left" not in name and "spaces" not in name:
             read_in_python(target, said)
-    # A killed run's map has rays of another revision of the tracer: it stays as it is, and is told so.
+    # A killed run's map goes on, unless its rays are of another revision of the tracer: then it stays as it is, and is
+    # told so.
     for name in (name for name in told if "left" in name):
         target = os.path.join(version, name)
         check(0 < told[name]["rays"] < 12288 and not told[name]["complete"], f"{name}: left over")
         done = subprocess.run([PROGRAM, "trace", left_scene(version), "-o", target, "-n", "12288", "--seed", "5",
                                "--resume", "--quiet"], capture_output=True, text=True, check=False)
+        if version not in OF_OTHER_TRACERS:
+            check(done.returncode == 0 and describe.describe(PROGRAM, target)["rays"] == 12288,
+                  f"{target}: {done.returncode} {done.stderr}")
+            continue
         check(done.returncode == 3 and "has rays of tracer revision 1, and these are of" in done.stderr,
               f"{target}: {done.returncode} {done.stderr}")
         same(describe.describe(PROGRAM, target), told[name], f"{target}: after a refused resume")
