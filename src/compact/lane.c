@@ -304,7 +304,8 @@ static enum rmap_status store_lane(const struct rmap_lane *lane, struct rmap_lan
     uint8_t *dense = NULL;
     if (lane->whole) {
         RMAP_TRY(grow_pool(store, lane->element_nbytes, lane->n, &dense, err));
-        memcpy(dense, lane->whole, lane->n * lane->element_nbytes);
+        if (lane->n > 0)
+            memcpy(dense, lane->whole, lane->n * lane->element_nbytes);
         take_pool(store, lane->element_nbytes, lane->n);
         *mode_ret = RMAP_LANE_VERBATIM;
         return RMAP_OK;
