@@ -202,6 +202,7 @@ void rmap_compact_encode_begin(struct rmap_compact_encoder *encoder, uint64_t se
     encoder->first_ray = first_ray;
     encoder->n_ray = encoder->n_segment = encoder->n_registration = 0;
     encoder->n_word = encoder->n_triangle = encoder->n_curve = 0;
+    encoder->status = RMAP_OK;
     rmap_lanes_begin(encoder->lane);
 }
 
