@@ -249,9 +249,9 @@ struct rmap_strip {
     size_t ray_row;  /* where that ray's rows begin */
 };
 
-/* Bits stay of those rows of /registration for which `where`, a node, holds, as far as the columns
- * there are tell: what needs others, and is not joined to the rest by `and`, is taken to hold.
- * bits: [words of n_row]. */
+/* Bits stay of those rows of /registration for which `where`, a node, holds. columns: those that
+ * there are; a part of it joined by `and` that needs others is taken to hold. bits: [words of
+ * n_row]. */
 void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
                      const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
 

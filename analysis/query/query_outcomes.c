@@ -27,7 +27,7 @@ struct rmap_query_outcomes {
     size_t n_ray;
     bool is_entered;                    /* by the cursor */
     const struct rmap_portion *portion; /* the cursor's */
-    bool is_by_paths;  /* what was evaluated last; at most some rays were decoded */
+    bool is_by_paths;  /* what was evaluated last, but for the rays that they leave open */
     bool is_looked_at; /* for what the sums need to know: */
     struct rmap_sums_facts facts;
     rmap_column_set known;      /* columns unfolded from its history */

@@ -77,21 +77,6 @@ out:
     return st;
 }
 
-static enum rmap_status add_columns(struct rmap_query_plan *plan, const struct rmap_map *map,
-                                    const struct rmap_portion_info *info,
-                                    struct rmap_query_outcomes *outcomes,
-                                    struct rmap_query_outlook *outlook,
-                                    const struct rmap_criterion *criterion, bool rays_wanted,
-                                    struct rmap_error *err)
-{
-    const rmap_column_set columns = columns_of(criterion, outlook, rays_wanted);
-    plan->columns |= columns;
-    plan->decoded_nbytes += decoded_nbytes(map, info, columns);
-    return columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT
-               ? add_compact(plan, outcomes, outlook, columns, rays_wanted, err)
-               : RMAP_OK;
-}
-
 enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
                                  bool rays_wanted, struct rmap_query_plan *plan,
                                  struct rmap_error *err)
@@ -111,7 +96,11 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
         RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, &wanted, err));
         rmap_query_outcomes_foresee(outcomes, 0, &outlook);
         add_portion(plan, &outlook);
-        RMAP_TRY(add_columns(plan, map, info, outcomes, &outlook, criterion, rays_wanted, err));
+        const rmap_column_set columns = columns_of(criterion, &outlook, rays_wanted);
+        plan->columns |= columns;
+        plan->decoded_nbytes += decoded_nbytes(map, info, columns);
+        if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT)
+            RMAP_TRY(add_compact(plan, outcomes, &outlook, columns, rays_wanted, err));
     }
 out:
     rmap_query_outcomes_destroy(outcomes);

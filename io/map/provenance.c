@@ -214,17 +214,13 @@ static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *er
         RMAP_FEATURE_CURVES " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES;
     char features[FEATURES_NBYTES];
     enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
-    for (char *at = features, *end; st == RMAP_OK && *(at += strspn(at, " ")); at = end) {
-        end = at + strcspn(at, " ");
-        const bool last = *end == 0;
-        *end = 0;
-        if (!has_feature(known, at))
+    char *rest = features, *name;
+    while (st == RMAP_OK && (name = strtok_r(rest, " ", &rest)))
+        if (!has_feature(known, name))
             st = rmap_error_set(
                 err, RMAP_FORMAT,
                 "%s needs '%s', which this program does not know: use a newer raymap", h5->path,
-                at);
-        end += last ? 0 : 1;
-    }
+                name);
     return st;
 }
 

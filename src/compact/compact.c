@@ -128,10 +128,9 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
     const uint8_t *channel = encoder->channel + encoder->n_ray;
-    struct rmap_retrace r =
-        rmap_retrace_of(encoder->model, encoder->seed, part, channel, encoder->lane);
+    const struct rmap_retrace r =
+        rmap_retrace_of(encoder->model, encoder->seed, part, channel, true, encoder->lane);
     const struct rmap_portion *rows = part;
-    r.placed = true;
     if (few) {
         RMAP_TRY(rmap_few_gather(encoder->few, part, channel, err));
         rows = encoder->few->rows;
@@ -142,9 +141,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        struct rmap_retrace of_few = rmap_retrace_of(encoder->model, encoder->seed, rows,
-                                                     encoder->few->channel, encoder->lane);
-        of_few.placed = true;
+        const struct rmap_retrace of_few = rmap_retrace_of(
+            encoder->model, encoder->seed, rows, encoder->few->channel, true, encoder->lane);
         RMAP_TRY(rmap_settle_encode_few(&encoder->batch, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
@@ -365,15 +363,11 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                      const struct rmap_lane_header *header, rmap_column_set traced,
                                      struct rmap_portion *out, struct rmap_error *err)
 {
-    struct rmap_retrace r = rmap_retrace_of(decoder->model, header->seed, out,
-                                            rows->data[RMAP_STREAM_ray_channel], decoder->lane);
-    bool crosses = false;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        crosses |= (traced & BIT(c)) &&
-                   rmap_column_info((enum rmap_column)c)->table == RMAP_TABLE_REGISTRATION;
-    if (!crosses)
+    struct rmap_retrace r =
+        rmap_retrace_of(decoder->model, header->seed, out, rows->data[RMAP_STREAM_ray_channel],
+                        header->placed, decoder->lane);
+    if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
-    r.placed = header->placed;
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;
     return rmap_settle_decode(&decoder->batch, &r, header->one_by_one, out, err);
 }

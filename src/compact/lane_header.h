@@ -33,6 +33,11 @@
     X(REGISTRATION_direction, FOLLOWS)                                                             \
     X(REGISTRATION_optical_path, FOLLOWS)
 
+#define RMAP_CROSSING_LANES                                                                        \
+    (RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) |       \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction) |                                                \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path))
+
 enum rmap_lane_id {
 #define RMAP_ENUM(column, role) RMAP_LANE_##column,
     RMAP_LANES(RMAP_ENUM)

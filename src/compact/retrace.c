@@ -456,7 +456,7 @@ static void end(struct walk *walk)
 
 struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
                                     const struct rmap_portion *portion, const uint8_t *channel,
-                                    struct rmap_lane *lane)
+                                    bool placed, struct rmap_lane *lane)
 {
     return (struct rmap_retrace){.model = model,
                                  .seed = seed,
@@ -474,6 +474,7 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint
                                  .medium = portion->segment.medium,
                                  .crossing_segment = portion->registration.segment,
                                  .crossing_detector = portion->registration.detector,
+                                 .placed = placed,
                                  .colour = true,
                                  .lane = lane};
 }

@@ -72,8 +72,7 @@ rmap_column_set rmap_compact_needs(rmap_column_set columns, bool placed)
     if (traced)
         columns |=
             COLUMN(RAY_id) | COLUMN(SEGMENT_primitive) | COLUMN(SEGMENT_medium) | RMAP_HEAD_COLUMNS;
-    if (traced & (COLUMN(REGISTRATION_cell) | COLUMN(REGISTRATION_relative) |
-                  COLUMN(REGISTRATION_direction) | COLUMN(REGISTRATION_optical_path)))
+    if (traced & RMAP_CROSSING_LANES)
         columns |= COLUMN(REGISTRATION_segment) | COLUMN(REGISTRATION_detector);
     if (placed && (columns & COLUMN(REGISTRATION_cell)))
         columns |= COLUMN(REGISTRATION_relative) | COLUMN(REGISTRATION_detector);

@@ -9,6 +9,9 @@ import pathlib
 import subprocess
 import sys
 
+sys.dont_write_bytecode = True
+from asking import check, finish  # noqa: E402
+
 PROGRAM = os.environ["RAYMAP"]
 TABLE = """v -5 -5 0
 v 5 -5 0
@@ -51,14 +54,6 @@ detectors:
 """
 TOP = "  - {name: NAME, type: plane, on: {object: table, faces: FACES}, cells: [2, 3]}\n"
 N = 3000
-failures = 0
-
-
-def check(holds, text):
-    global failures
-    if not holds:
-        failures += 1
-        print("FAIL " + text, flush=True)
 
 
 def program(*arguments, status=0, ranks=1):
@@ -158,8 +153,7 @@ def main():
         check_history(target, 1)
     check_faces("without.raymap", 1, "--receivers", "more.yaml")
     check_mistakes()
-    print(f"{failures} failures")
-    sys.exit(1 if failures else 0)
+    finish()
 
 
 main()

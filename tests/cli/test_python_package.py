@@ -13,19 +13,10 @@ import sys
 import numpy as np
 
 sys.dont_write_bytecode = True
-SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
+from asking import SOURCE, check, finish  # noqa: E402
+import raymap  # noqa: E402 (asking knows where it is)
+
 PACKAGE = SOURCE / "examples" / "python"
-sys.path.insert(0, str(PACKAGE))
-import raymap  # noqa: E402
-
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
 
 
 def trace(scene, name, n, *more):
@@ -238,5 +229,4 @@ check_scripts(LENS, OTHER, ROOM)
 check_plain(ROOM)
 check_document(LENS, OTHER)
 check_pip()
-print(f"{failures} failures")
-sys.exit(failures > 0)
+finish()
