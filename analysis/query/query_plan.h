@@ -17,8 +17,8 @@ struct rmap_query_plan {
     uint64_t index_nbytes;                     /* read of it */
     rmap_column_set columns;                   /* read in some portion */
     uint64_t decoded_nbytes;                   /* of these columns in these portions, decoded */
-    uint64_t n_compact, n_retraced;  /* portions of compact pieces with columns to read; those whose
-                                        rays are traced again for them */
+    uint64_t n_compact, n_retraced;  /* portions of compact pieces with columns to read; those some
+                                        of whose rays may be traced again */
     uint64_t n_told_ray, n_left_ray; /* without an index, by their paths; of these, undecided */
 };
 
