@@ -14,7 +14,7 @@ build_packages=(
     libopenexr-dev fonts-dejavu-core libjs-three
 )
 test_packages=(
-    libcmocka-dev python3 python3-numpy python3-h5py python3-jsonschema python3-yaml python3-pip python3-venv
+    g++ libcmocka-dev python3 python3-numpy python3-h5py python3-jsonschema python3-yaml python3-pip python3-venv
     python3-setuptools
     hdf5-tools clang-format binutils dpkg-dev file strace iproute2
     chromium

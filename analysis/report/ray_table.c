@@ -30,7 +30,7 @@ struct rmap_table_quantity {
     const char *unit; /* NULL: the scene's length; "flux": its unit of flux */
     const char *description;
     double (*read)(const struct at *at);
-    bool is_reported;
+    rmap_column_set columns; /* beside those of the number; REPORTED: it needs the ray's report */
     enum rmap_registration_number number; /* of registration_number */
 };
 
@@ -94,32 +94,44 @@ static double registration_number(const struct at *at)
                                     at->quantity->number);
 }
 
-#define FLUX       "flux of the ray"
-#define WAVELENGTH "vacuum wavelength there; NaN where more than one is left"
+/* What rows are found by. */
+static const rmap_column_set counted[RMAP_TABLE_COUNT] = {
+    [RMAP_TABLE_SEGMENT] = RMAP_COLUMN_BIT(RMAP_RAY_segment_count),
+    [RMAP_TABLE_REGISTRATION] = RMAP_COLUMN_BIT(RMAP_RAY_registration_count)};
+static const rmap_column_set of_segment =
+    RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+
+#define FLUX         "flux of the ray"
+#define WAVELENGTH   "vacuum wavelength there; NaN where more than one is left"
+#define FLUX_COLUMNS RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight)
+#define COLOUR       RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)
+#define NUMBER       RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector)
+#define REPORTED     RMAP_COLUMNS_ALL
 static const struct rmap_table_quantity quantity_table[] = {
-    {RMAP_TABLE_RAY, "flux", "flux", FLUX, flux, false},
-    {RMAP_TABLE_SEGMENT, "flux", "flux", FLUX, flux, false},
-    {RMAP_TABLE_SEGMENT, "wavelength", "nm", WAVELENGTH, segment_wavelength, false},
-    {RMAP_TABLE_SEGMENT, "length", NULL, "0 where the ray leaves the scene", length, true},
-    {RMAP_TABLE_SEGMENT, "angle_of_incidence", "deg", "NaN where nothing is met", incidence, true},
+    {RMAP_TABLE_RAY, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
+    {RMAP_TABLE_SEGMENT, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
+    {RMAP_TABLE_SEGMENT, "wavelength", "nm", WAVELENGTH, segment_wavelength, COLOUR},
+    {RMAP_TABLE_SEGMENT, "length", NULL, "0 where the ray leaves the scene", length, REPORTED},
+    {RMAP_TABLE_SEGMENT, "angle_of_incidence", "deg", "NaN where nothing is met", incidence,
+     REPORTED},
     {RMAP_TABLE_SEGMENT, "reflectance", "1",
-     "specular, of the light that arrives; NaN of surfaces without", reflectance, true},
-    {RMAP_TABLE_REGISTRATION, "flux", "flux", FLUX, flux, false},
-    {RMAP_TABLE_REGISTRATION, "wavelength", "nm", WAVELENGTH, registration_wavelength, false},
+     "specular, of the light that arrives; NaN of surfaces without", reflectance, REPORTED},
+    {RMAP_TABLE_REGISTRATION, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
+    {RMAP_TABLE_REGISTRATION, "wavelength", "nm", WAVELENGTH, registration_wavelength, COLOUR},
     {RMAP_TABLE_REGISTRATION, "x", NULL, "on the detector; of an intensity detector theta in deg",
-     registration_number, false, RMAP_REGISTRATION_X},
+     registration_number, NUMBER, RMAP_REGISTRATION_X},
     {RMAP_TABLE_REGISTRATION, "y", NULL, "on the detector; of an intensity detector phi in deg",
-     registration_number, false, RMAP_REGISTRATION_Y},
+     registration_number, NUMBER, RMAP_REGISTRATION_Y},
     {RMAP_TABLE_REGISTRATION, "world_x", NULL, "NaN of an intensity detector", registration_number,
-     false, RMAP_REGISTRATION_WORLD_X},
+     NUMBER, RMAP_REGISTRATION_WORLD_X},
     {RMAP_TABLE_REGISTRATION, "world_y", NULL, "NaN of an intensity detector", registration_number,
-     false, RMAP_REGISTRATION_WORLD_Y},
+     NUMBER, RMAP_REGISTRATION_WORLD_Y},
     {RMAP_TABLE_REGISTRATION, "world_z", NULL, "NaN of an intensity detector", registration_number,
-     false, RMAP_REGISTRATION_WORLD_Z},
+     NUMBER, RMAP_REGISTRATION_WORLD_Z},
     {RMAP_TABLE_REGISTRATION, "angle", "deg",
      "between the detector's axis and where the light comes from (intensity: goes to)",
-     registration_number, false, RMAP_REGISTRATION_ANGLE},
-    {RMAP_TABLE_REGISTRATION, "time", "s", "since emission", registration_number, false,
+     registration_number, NUMBER, RMAP_REGISTRATION_ANGLE},
+    {RMAP_TABLE_REGISTRATION, "time", "s", "since emission", registration_number, NUMBER,
      RMAP_REGISTRATION_TIME},
 };
 enum { QUANTITIES = sizeof quantity_table / sizeof *quantity_table };
@@ -130,12 +142,13 @@ static const struct {
     const char *name;
 } of_ray_table[] = {{RMAP_RAY_id, "ray_id"}, {RMAP_RAY_source, "source"}};
 
-static const char *const table_word[] = {"ray", "segment", "registration"};
-enum { TABLES = sizeof table_word / sizeof *table_word };
+static const char *const table_word[] = {"ray", "segment", "registration", "curve"};
 
 /* All columns that there are; none of colours where spaces differ in channels. */
 struct catalogue {
     const struct rmap_map *map;
+    enum rmap_vectors vectors;
+    int n_table;
     struct rmap_table_column *column;
     size_t n, cap;
 };
@@ -152,7 +165,8 @@ static enum rmap_status add(struct catalogue *all, const struct rmap_table_colum
     return RMAP_OK;
 }
 
-static int parts_of(const struct catalogue *all, const struct rmap_column_info *info)
+/* 0: it differs from space to space. */
+static int width_of(const struct catalogue *all, const struct rmap_column_info *info)
 {
     if (info->width > 0)
         return info->width;
@@ -169,23 +183,24 @@ static enum rmap_status add_stored(struct catalogue *all, enum rmap_table table,
     static const char *const axis[] = {"_x", "_y", "_z", "_i", "_j"};
     enum rmap_status st = RMAP_OK;
     const struct rmap_column_info *info = rmap_column_info(column);
-    const int parts = parts_of(all, info);
-    for (int part = 0; part < parts; part++) {
+    const int width = width_of(all, info);
+    struct rmap_table_column stored = {.table = table,
+                                       .element = info->element,
+                                       .width = width,
+                                       .unit = info->unit == RMAP_UNIT_LENGTH
+                                                   ? rmap_map_scene(all->map)->unit
+                                               : info->unit == RMAP_UNIT_NM ? "nm"
+                                                                            : "1",
+                                       .description = info->description,
+                                       .column = column};
+    if (all->vectors == RMAP_VECTORS_WHOLE || info->width == 1)
+        return add(all, &stored, info->field, "", err);
+    stored.width = 1;
+    for (; stored.part < width; stored.part++) {
         char number[16];
-        (void)snprintf(number, sizeof number, "_%d", part);
-        const struct rmap_table_column stored = {.table = table,
-                                                 .element = info->element,
-                                                 .unit = info->unit == RMAP_UNIT_LENGTH
-                                                             ? rmap_map_scene(all->map)->unit
-                                                         : info->unit == RMAP_UNIT_NM ? "nm"
-                                                                                      : "1",
-                                                 .description = info->description,
-                                                 .column = column,
-                                                 .part = part};
+        (void)snprintf(number, sizeof number, "_%d", stored.part);
         RMAP_TRY(add(all, &stored, info->field,
-                     parts == 1 && info->width == 1 ? ""
-                     : info->width == 0             ? number
-                                                    : axis[part + (info->width == 2 ? 3 : 0)],
+                     info->width == 0 ? number : axis[stored.part + (info->width == 2 ? 3 : 0)],
                      err));
     }
 out:
@@ -197,11 +212,11 @@ static enum rmap_status add_table(struct catalogue *all, enum rmap_table table,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_map_scene(all->map);
-    for (size_t i = 0; table != RMAP_TABLE_RAY && i < sizeof of_ray_table / sizeof *of_ray_table;
-         i++) {
+    for (size_t i = 0; counted[table] && i < sizeof of_ray_table / sizeof *of_ray_table; i++) {
         const struct rmap_column_info *info = rmap_column_info(of_ray_table[i].column);
         const struct rmap_table_column given = {.table = table,
                                                 .element = info->element,
+                                                .width = 1,
                                                 .unit = "1",
                                                 .description = info->description,
                                                 .column = of_ray_table[i].column};
@@ -217,6 +232,7 @@ static enum rmap_status add_table(struct catalogue *all, enum rmap_table table,
         const struct rmap_table_column given = {
             .table = table,
             .element = RMAP_F64,
+            .width = 1,
             .unit = !quantity->unit ? scene->unit
                     : strcmp(quantity->unit, "flux") == 0
                         ? (scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W")
@@ -244,25 +260,27 @@ static bool is_named(const struct rmap_table_column *column, const char *word, s
 static enum rmap_status unknown(const struct catalogue *all, const char *word, size_t n,
                                 struct rmap_error *err)
 {
-    char(*name)[64] = rmap_alloc(all->n + TABLES, sizeof *name);
-    const char **candidate = rmap_alloc(all->n + TABLES, sizeof *candidate);
+    const size_t n_table = (size_t)all->n_table;
+    char(*name)[64] = rmap_alloc(all->n + n_table, sizeof *name);
+    const char **candidate = rmap_alloc(all->n + n_table, sizeof *candidate);
     char given[64];
     const char *near = NULL;
     (void)snprintf(given, sizeof given, "%.*s", (int)(n < 60 ? n : 60), word);
-    for (size_t i = 0; name && candidate && i < all->n + TABLES; i++) {
-        if (i < TABLES)
+    for (size_t i = 0; name && candidate && i < all->n + n_table; i++) {
+        if (i < n_table)
             (void)snprintf(name[i], sizeof name[i], "%s", table_word[i]);
         else
             (void)snprintf(name[i], sizeof name[i], "%s/%s",
-                           table_word[all->column[i - TABLES].table], all->column[i - TABLES].name);
+                           table_word[all->column[i - n_table].table],
+                           all->column[i - n_table].name);
         candidate[i] = name[i];
     }
     if (name && candidate)
-        near = rmap_nearest_word(given, candidate, all->n + TABLES);
+        near = rmap_nearest_word(given, candidate, all->n + n_table);
     enum rmap_status st =
         rmap_error_set(err, RMAP_INPUT,
-                       "no column '%s'%s%s%s: --columns takes ray, segment and registration, and "
-                       "columns of them as "
+                       "no column '%s'%s%s%s: there are ray, segment and registration, and columns "
+                       "of them as "
                        "in registration/x,registration/time; docs/python.md lists them",
                        given, near ? " (did you mean '" : "", near ? near : "", near ? "'?)" : "");
     rmap_free(name);
@@ -287,14 +305,34 @@ static enum rmap_status choose(const struct catalogue *all, const char *names, b
     return RMAP_OK;
 }
 
+static rmap_column_set columns_of(const struct rmap_table_column *column)
+{
+    const struct rmap_table_quantity *quantity = column->quantity;
+    rmap_column_set columns = counted[column->table];
+    if (!quantity)
+        columns |= RMAP_COLUMN_BIT(column->column);
+    else
+        columns |= quantity->columns;
+    if (quantity && quantity->read == registration_number)
+        columns |= rmap_registration_number_columns(quantity->number);
+    if (column->table == RMAP_TABLE_REGISTRATION && columns & COLOUR)
+        columns |= of_segment;
+    return columns;
+}
+
 enum rmap_status rmap_ray_table_create(const struct rmap_map *map, const char *names,
-                                       struct rmap_ray_table **table_ret, struct rmap_error *err)
+                                       enum rmap_vectors vectors, struct rmap_ray_table **table_ret,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct catalogue all = {.map = map};
+    const bool has_curves =
+        vectors == RMAP_VECTORS_WHOLE && rmap_scene_is_curved(rmap_map_scene(map));
+    struct catalogue all = {.map = map,
+                            .vectors = vectors,
+                            .n_table = has_curves ? RMAP_TABLE_COUNT : RMAP_TABLE_HISTORY_COUNT};
     struct rmap_ray_table *self = rmap_alloc(1, sizeof *self);
     bool *wanted = NULL;
-    for (int t = 0; t < TABLES; t++)
+    for (int t = 0; t < all.n_table; t++)
         RMAP_TRY(add_table(&all, (enum rmap_table)t, err));
     wanted = rmap_alloc(all.n + 1, sizeof *wanted);
     if (!self || !wanted)
@@ -305,12 +343,12 @@ enum rmap_status rmap_ray_table_create(const struct rmap_map *map, const char *n
     self->map = map;
     for (size_t i = 0; i < all.n; i++)
         if (wanted[i]) {
-            self->is_reported = self->is_reported ||
-                                (all.column[i].quantity && all.column[i].quantity->is_reported);
+            self->columns |= columns_of(&all.column[i]);
             all.column[self->n++] = all.column[i];
         }
+    self->is_reported = self->columns == REPORTED;
     if (self->n == 0)
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "--columns names no column"));
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "the list of columns names no column"));
     self->column = all.column;
     all.column = NULL;
     *table_ret = self;
@@ -364,5 +402,6 @@ void rmap_ray_table_read(const struct rmap_ray_table *self, const struct rmap_ta
     const size_t width = info->width ? (size_t)info->width : (size_t)ray->portion->n_channel,
                  nbytes = rmap_element_nbytes(info->element);
     const char *from = rmap_portion_column(ray->portion, column->column);
-    memcpy(out, from + (row * width + (size_t)column->part) * nbytes, nbytes);
+    memcpy(out, from + (row * width + (size_t)column->part) * nbytes,
+           nbytes * (column->width > 0 ? (size_t)column->width : width));
 }

@@ -4,7 +4,6 @@
  */
 #include "io/hdf5/h5.h"
 
-#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,18 +12,9 @@
 #include "io/file/seal.h"
 #include "io/hdf5/h5_inside.h"
 
-static pthread_once_t started = PTHREAD_ONCE_INIT;
-
-static void start(void)
-{
-    (void)H5dont_atexit();
-    (void)H5PLset_loading_state(0); /* no filter from a library that a file asks for */
-}
-
-/* Before any call of a thread: our exit rules, and no printing. The error stack is per thread. */
+/* Before any call of a thread: no printing. The error stack is per thread. */
 static void begin(void)
 {
-    (void)pthread_once(&started, start);
     (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     (void)H5Eclear2(H5E_DEFAULT);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * HDF5 files may say that parts of them lie in other files, of any name: in a stranger's file that
- * could be a secret of the reader's, or a pipe.
+ * could be a secret of the reader's, or a pipe. And that a library is to be loaded for a filter.
  */
 #include "io/hdf5/h5_inside.h"
 
@@ -41,12 +41,28 @@ static bool leads_inside(hid_t file, const char *path)
     return inside;
 }
 
+/* HDF5's own filters have numbers below those that it loads libraries for. */
+static bool has_own_filters(hid_t create)
+{
+    const int n = H5Pget_layout(create) == H5D_CHUNKED ? H5Pget_nfilters(create) : 0;
+    bool own = n >= 0;
+    for (int k = 0; own && k < n; k++) {
+        unsigned flags, config;
+        size_t n_value = 0;
+        const H5Z_filter_t filter =
+            H5Pget_filter2(create, (unsigned)k, &flags, &n_value, NULL, 0, NULL, &config);
+        own = filter >= 0 && filter < H5Z_FILTER_RESERVED;
+    }
+    return own;
+}
+
 static bool holds_its_data(hid_t set)
 {
     const hid_t create = H5Dget_create_plist(set);
     const bool inside =
         create >= 0 && H5Pget_layout(create) != H5D_VIRTUAL &&
-        (H5Pget_layout(create) != H5D_CONTIGUOUS || H5Pget_external_count(create) == 0);
+        (H5Pget_layout(create) != H5D_CONTIGUOUS || H5Pget_external_count(create) == 0) &&
+        has_own_filters(create);
     if (create >= 0)
         (void)H5Pclose(create);
     return inside;

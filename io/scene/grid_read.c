@@ -243,7 +243,6 @@ static enum rmap_status open_dataset(struct source *from)
     if (trouble)
         return rmap_error_set(from->err, RMAP_INPUT, "%s cannot be opened as an HDF5 file: %s",
                               from->file->path, trouble);
-    (void)H5PLset_loading_state(0); /* no filter from a library that a file asks for */
     from->h5 = H5Fopen(from->file->path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (from->h5 < 0)
         return rmap_error_set(from->err, RMAP_INPUT,
@@ -254,7 +253,8 @@ static enum rmap_status open_dataset(struct source *from)
     if (from->set < 0)
         return rmap_error_set(from->err, RMAP_INPUT,
                               "%s has no dataset '%s' of its own (links to other files are not "
-                              "followed): name it with 'dataset:'",
+                              "followed, nor libraries loaded for filters): name it with "
+                              "'dataset:'",
                               from->file->path, from->dataset);
     return RMAP_OK;
 }

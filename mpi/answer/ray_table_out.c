@@ -100,7 +100,8 @@ enum rmap_status rmap_table_out_begin(const struct rmap_map *map,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
     self->map = map;
-    RMAP_TRY(rmap_ray_table_create(map, request->columns, &self->table, err));
+    RMAP_TRY(
+        rmap_ray_table_create(map, request->columns, RMAP_VECTORS_BY_PARTS, &self->table, err));
     RMAP_TRY(begin_file(self, request->path, err));
     RMAP_TRY(put_text(self, request, err));
     RMAP_TRY(put_names(self, err));

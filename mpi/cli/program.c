@@ -15,6 +15,7 @@
 
 #include "io/export/json_memory.h"
 #include "io/file/diagnostics.h"
+#include "io/hdf5/h5_process.h"
 #include "mpi/cli/manual.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/load.h"
@@ -209,6 +210,7 @@ int rmap_program(const struct rmap_command *const *command, size_t n_command, in
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE, wanted = MPI_THREAD_FUNNELED;
     rmap_terminal_guard();
+    rmap_h5_own_process();
     watch_signals(&known, argc > 1 ? argv[1] : "");
     keep_pages();
     /* Open MPI's handlers of SIGABRT and the like allocate: after a broken heap they wait for ever

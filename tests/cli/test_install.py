@@ -80,13 +80,39 @@ def check_separate_project(root):
         failures.append("the plug-in traced nothing")
 
 
-for folder in ("tree", "archive", "project"):
+def check_library(root):
+    """A program in C++ on what is installed below DESTDIR, found by pkg-config and by CMake."""
+    found, = [os.path.dirname(path) for path in files(root) if path.endswith("pkgconfig/raymap.pc")]
+    libraries = os.path.dirname(found)
+    os.mkdir("consumer")
+    shutil.copy(os.path.join(SOURCE, "tests/cli/library_consumer.cpp"), "consumer/main.cpp")
+    flags = run("pkg-config", "--cflags", "--libs", "raymap", PKG_CONFIG_PATH=found).split()
+    run("g++", "-std=c++11", "-pthread", "main.cpp", "-o", "by-pkg-config", *flags, cwd="consumer")
+    with open("consumer/CMakeLists.txt", "w", encoding="utf-8") as file:
+        file.write("cmake_minimum_required(VERSION 3.25)\nproject(consumer CXX)\nfind_package(raymap 0.1 REQUIRED)\n"
+                   "find_package(Threads REQUIRED)\nadd_executable(by-cmake main.cpp)\n"
+                   "target_link_libraries(by-cmake raymap::raymap Threads::Threads)\n")
+    run("cmake", "-S", ".", "-B", ".", "-DCMAKE_PREFIX_PATH=" + os.path.join(root, "usr"), cwd="consumer")
+    run("cmake", "--build", ".", cwd="consumer")
+    if failures:
+        return
+    for program in ("by-pkg-config", "by-cmake"):
+        told = run("./" + program, "../project/rod.raymap", "all", "ray/path_length", "2", cwd="consumer", LD_LIBRARY_PATH=libraries)
+        if "rays 200 of 200" not in told:
+            failures.append(f"{program}: {told}")
+    page = run("man", "-l", os.path.join(root, "usr/share/man/man3/libraymap.3")) if shutil.which("man") else "raymap_read"
+    if "raymap_read" not in page:
+        failures.append(f"the library's page: {page}")
+
+
+for folder in ("tree", "archive", "project", "consumer"):
     shutil.rmtree(folder, ignore_errors=True)
 tree = os.path.abspath("tree")
 check_links(SOURCE + "/docs")
 run("cmake", "--install", BUILD, "--prefix", "/usr", DESTDIR=tree)
 told = check_tree(tree)
 check_separate_project(tree)
+check_library(tree)
 run("cmake", "-P", os.path.join(SOURCE, "cmake/Uninstall.cmake"), cwd=BUILD, DESTDIR=tree)
 if files(tree):
     failures.append(f"left behind: {files(tree)[:5]}")

@@ -196,8 +196,8 @@ def check_pip():
                           check=False)
     check(done.returncode == 0, "pip install: " + done.stdout + done.stderr)
     clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    done = subprocess.run([python, "-c", "import raymap, raymap.compact, raymap.plot, sys\n"
-                           "print(raymap.__file__, raymap.open(sys.argv[1]).n_rays)", "lens.raymap"],
+    done = subprocess.run([python, "-c", "import raymap, raymap.plot, sys\n"
+                           "print(raymap.__file__, len(raymap.records(raymap.open(sys.argv[1]))['id']))", "lens.raymap"],
                           capture_output=True, text=True, check=False, env=clean)
     check("venv" in done.stdout and "3000" in done.stdout, "installed: " + done.stdout + done.stderr)
 

@@ -17,7 +17,7 @@ PROGRAM = os.environ["RAYMAP"]
 FIXTURES = os.path.join(SOURCE, "tests", "format", "fixtures")
 sys.path[:0] = [FIXTURES, os.path.join(SOURCE, "examples", "python")]
 import describe  # noqa: E402
-import raymap_reader  # noqa: E402
+from reference import reader as raymap_reader  # noqa: E402
 
 OF_OTHER_TRACERS = ("2.0", "4.0")
 failures = 0

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Ray maps in Python: read with h5py and numpy alone, asked through the program `raymap`.
+"""Ray maps in Python: read through libraymap, asked through the program `raymap`.
 
     import raymap
     lens = raymap.open("lens.raymap")          # names, seed, columns, rays
     lens.columns("ray/weight", "ray/stop")     # numpy arrays of all rays
     for ray in lens.rays(): ...                # one ray after the other
-    with raymap.plain("lens.raymap") as lens:  # all columns of millions of rays, compact or not
+    raymap.records(lens, "registration", "x", "y", where="registered(sensor)")   # flat numpy arrays
     raymap.frame(lens, "ray")                  # a pandas DataFrame, where pandas is installed
 
     raymap.query("lens.raymap", "hit(lens.*, reflect) >= 2")   # counts, as the program prints them

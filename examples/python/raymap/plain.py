@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Iterator, Optional
 
 from .program import Path, Program
-from .reader import PLAIN, Map
+from .reader import Map
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def plain(map_path: Path, *, program: Optional[Program] = None) -> Iterator[Map]
             lens.columns("ray/path_length")
     """
     opened = Map(map_path)
-    if (opened.piece_table["encoding"] == PLAIN).all():
+    if opened.is_plain:
         yield opened
         return
     with tempfile.TemporaryDirectory() as folder:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads a ray map with h5py and numpy alone, in either encoding.
+"""Reads a ray map: what map.h5 says of it by h5py, its rays by libraymap (library.py).
 
     import raymap
     lens = raymap.open("lens.raymap")
@@ -12,11 +12,7 @@
     lens.ray(17).segments["position"]
     lens.columns("ray/weight", "ray/source")   # of all rays
 
-Plain pieces hold the columns as they are. Of compact ones compact.py and optics.py, beside this file,
-make them: the formulas of docs/encoding.md, in doubles and in the order given
-there, so that the same bits come out as from the program. Nothing here traces a ray to find out where it goes, and
-nothing here selects rays: that is what the program is for. No checksum is verified and no index
-beyond numpy's own: `raymap verify` does that; of a stranger's map it is only certain that no other file is opened.
+Of a stranger's map it is certain that no other file is opened; `raymap verify` compares all checksums.
 
 As a program it prints one ray:  python3 -m raymap.reader MAP RAY
 """
@@ -26,7 +22,7 @@ import sys
 import h5py
 import numpy as np
 
-TABLES = ("ray", "segment", "registration", "curve")
+from .library import TABLES, Handle, MapError
 
 # The columns, in the order of docs/map.md: name, type, numbers per row (0: one per channel).
 COLUMNS = (
@@ -53,17 +49,12 @@ EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_
           "left", "limit", "error")
 STOPS = ("absorbed", "left", "limit", "error")
 MODES = ("spectral", "rgb")
-PLAIN, COMPACT = 0, 1
-PIECES_OPEN = 16  # portions of a map go from piece to piece, as its ranks took turns
+PLAIN = 0
 
 
 def event_words(bits):
     """["transmit_specular", ...] of an event's bits."""
     return [word for k, word in enumerate(EVENTS) if int(bits) >> k & 1]
-
-
-class MapError(Exception):
-    """What cannot be read, and why."""
 
 
 class Ray:
@@ -156,14 +147,26 @@ class Names(list):
 
 
 class Map:
-    """A map's directory. What is in map.h5 is read at once, pieces when their rays are asked for."""
+    """A map's directory. What is in map.h5 is read at once, rays when they are asked for."""
 
     def __init__(self, path):
         self.path = os.fspath(path)
+        self._handle = None  # of the library
         with open_file(os.path.join(path, "map.h5"), has_view=True) as index:
             self._read_index(index)
-        self._pieces = {}   # the last PIECES_OPEN that were asked for, the latest behind
-        self._decoders = {}  # of those that are compact
+        if not self.complete:
+            self._count_committed()
+
+    def _count_committed(self):
+        """What the map's run has committed since the index was written."""
+        self.n_rays, self.n_segments, self.n_registrations, self.n_curve_points = (
+            self.handle.rows(table) for table in TABLES)
+
+    @property
+    def handle(self):
+        if self._handle is None:
+            self._handle = Handle(self.path)
+        return self._handle
 
     def _read_index(self, index):
         if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
@@ -193,89 +196,32 @@ class Map:
             {"mode": MODES[mode], "wavelengths": wavelengths[:channels]} for mode, channels,
             wavelengths in zip(index["space/mode"][:], index["space/channels"][:],
                                index["space/wavelength_nm"][:])]
-        self.piece_table = {name: index["piece/" + name][:] for name in
-                            ("shard", "number", "nbytes", "encoding", "space", "stored_rows")}
-        self.portion_table = {name: index["portion/" + name][:] for name in
-                              ("piece", "space", "first_ray", "n_row", "stored_first",
-                               "stored_rows")}
-        n_ray = self.portion_table["n_row"][:, 0]
-        self.portion_table["last_ray"] = (  # picked rays have gaps
-            index["portion/last_ray"][:] if "last_ray" in index["portion"] else
-            self.portion_table["first_ray"] + n_ray - np.uint64(1))
+        self.is_plain = bool((index["piece/encoding"][:] == PLAIN).all())
         self.detectors = [_detector(index, name) for name in self.names["detector"]]
 
     @property
     def n_portions(self):
-        return len(self.portion_table["piece"])
-
-    def encoding(self, portion):
-        """PLAIN or COMPACT, of a portion's piece."""
-        return int(self.piece_table["encoding"][self.portion_table["piece"][portion]])
+        return self.handle.n_blocks
 
     def flux(self, source, weight):
         """Flux of a ray of that source and weight (ray/source, ray/weight)."""
         return weight * (self.source_flux[source] / self.source_emitted[source])
 
-    def _piece(self, piece):
-        if piece in self._pieces:
-            self._pieces[piece] = self._pieces.pop(piece)
-        else:
-            if len(self._pieces) == PIECES_OPEN:
-                oldest = next(iter(self._pieces))
-                self._pieces.pop(oldest).close()
-                self._decoders.pop(oldest, None)
-            name = "shard-%05d/piece-%05d.h5" % (self.piece_table["shard"][piece],
-                                                 self.piece_table["number"][piece])
-            path = os.path.join(self.path, name)
-            if os.path.getsize(path) != self.piece_table["nbytes"][piece]:
-                raise MapError(f"{path} has not the size that map.h5 states")
-            self._pieces[piece] = open_file(path)
-        return self._pieces[piece]
-
     def portion(self, k, names=None):
         """Block k of rays, in the order of first ray ids; `names`: the columns wanted."""
-        names = names or self.column_names
-        piece = int(self.portion_table["piece"][k])
-        file = self._piece(piece)
-        if self.encoding(k) == PLAIN:
-            columns = self._plain(file, k, names)
-        else:
-            columns = self._compact(file, piece, k, names)
-        return Portion(columns, int(self.portion_table["space"][k]))
+        return Portion(*self.handle.read(k, names or self.column_names))
 
-    def _plain(self, file, k, names):
-        first, rows = self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k]
-        space = self.spaces[int(self.portion_table["space"][k])]
-        columns = {}
-        for name in names:
-            table = TABLES.index(name.split("/")[0])
-            stored = "segment/colour_" + space["mode"] if name == "segment/colour" else name
-            columns[name] = file[stored][int(first[table]):int(first[table] + rows[table])]
-        return columns
-
-    def _compact(self, file, piece, k, names):
-        from . import compact
-        if piece not in self._decoders:
-            with open_file(os.path.join(self.path, "map.h5"), has_view=True) as index:
-                model = compact.Model(index, int(self.portion_table["space"][k]))
-            self._decoders[piece] = compact.Decoder(model, file)
-        columns = self._decoders[piece].portion(
-            self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k],
-            self.portion_table["n_row"][k], names)
-        return {name: columns[name] for name in names}
-
-    def portions(self, names=None):
-        return (self.portion(k, names) for k in range(self.n_portions))
+    def portions(self, names=None, where=None):
+        """All of them, on all cores; where: a criterion, for the rays that match alone."""
+        return (Portion(*block) for block in self.handle.blocks(names or self.column_names, where))
 
     def rays(self):
         return (ray for portion in self.portions() for ray in portion.rays())
 
     def ray(self, number):
         """The ray with this id."""
-        first, last = self.portion_table["first_ray"], self.portion_table["last_ray"]
-        wanted = np.uint64(number)
-        for k in np.flatnonzero((first <= wanted) & (wanted <= last)):  # several: picked, merged
-            portion = self.portion(int(k))
+        for k in self.handle.blocks_of(number):
+            portion = self.portion(k)
             row = np.flatnonzero(portion["ray/id"] == number)
             if len(row):
                 return Ray(portion, int(row[0]))

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""The tests' own reader of maps; sys.path has examples/python."""
