@@ -153,7 +153,7 @@ static enum rmap_status run_session(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     bool terminal = isatty(STDIN_FILENO) == 1;
     struct rmap_context inner = *context;
-    struct rmap_session session = {.context = &inner};
+    struct rmap_session session = {.context = &inner, .path = given->operand[0]};
     struct rmap_session_input *input = NULL;
     const char **word = NULL;
     uint64_t n_wrong = 0;
@@ -184,9 +184,9 @@ const struct rmap_command rmap_command_session = {
     .operands = "MAP",
     .help =
         "Each line is a criterion, answered as `raymap query --count` does; `list N CRITERION`,\n"
-        "`let NAME = CRITERION`, `names`, `status`, `help` and `quit` are understood as well. "
-        "What\n"
-        "answering took is kept in memory, up to --memory, so that the next questions read and\n"
+        "`let NAME = CRITERION`, `names`, `status`, `refresh`, `help` and `quit` are understood\n"
+        "as well. What answering took is kept in memory, up to --memory, so that the next "
+        "questions read and\n"
         "decode nothing again; `status` says how much that is. On a terminal\n"
         "lines can be edited, called back and completed with the tabulator; from a pipe every\n"
         "line is answered by one line of JSON, a wrong one by {\"line\", \"error\"}, and the exit\n"

@@ -22,6 +22,7 @@
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_define.h"
+#include "mpi/session/session_refresh.h"
 #include "mpi/session/session_status.h"
 #include "mpi/session/session_warm.h"
 #include "mpi/session/session_words.h"
@@ -31,6 +32,7 @@ static const char help[] =
     "list N CRITERION          the N matching rays with the smallest ids\n"
     "let NAME = CRITERION      a name for later lines: @NAME\n"
     "names                     what the scene's objects, sources ... are called\n"
+    "refresh                   the map as it is by now: what a running trace has flushed\n"
     "status                    how much of the map is kept in memory\n"
     "help, quit\n";
 
@@ -249,6 +251,8 @@ enum rmap_status rmap_session_answer(struct rmap_session *session, const char *l
         return show_names(session, err);
     if ((rest = after_word(line, "status")) && *rest == '\0')
         return rmap_session_status(session->context, session->map, session->memory, err);
+    if ((rest = after_word(line, "refresh")) && *rest == '\0')
+        return rmap_session_refresh(session, err);
     if (after_word(line, "let"))
         return define(session, line, err);
     if ((rest = after_word(line, "list"))) {

@@ -12,6 +12,7 @@
 
 struct rmap_session {
     const struct rmap_context *context; /* json: one document per answer, on a line of its own */
+    const char *path;                   /* of the map */
     struct rmap_map *map;
     struct rmap_criteria *criteria; /* names defined so far; NULL: none */
     uint64_t memory;                /* bytes per rank for what is kept */

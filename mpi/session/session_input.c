@@ -22,7 +22,7 @@ enum { HISTORY_LINES = 1000, PATH_NBYTES = 4096 };
 
 struct rmap_session_input {
     FILE *in, *out; /* out: for what steers the terminal; NULL: a pipe */
-    const char *const *word;
+    char **word;    /* [n_word] */
     size_t n_word;
     EditLine *terminal; /* NULL: a pipe */
     History *history;
@@ -183,6 +183,18 @@ static enum rmap_status open_terminal(struct rmap_session_input *self, struct rm
     return RMAP_OK;
 }
 
+static enum rmap_status copy_words(struct rmap_session_input *self, const char *const *word,
+                                   size_t n_word, struct rmap_error *err)
+{
+    self->word = rmap_alloc(n_word + 1, sizeof *self->word);
+    for (; self->word && self->n_word < n_word; self->n_word++)
+        if (!(self->word[self->n_word] = rmap_strdup(word[self->n_word])))
+            break;
+    return self->word && self->n_word == n_word
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a session's words");
+}
+
 enum rmap_status rmap_session_input_create(FILE *in, const char *const *word, size_t n_word,
                                            struct rmap_session_input **input_ret,
                                            struct rmap_error *err)
@@ -192,10 +204,10 @@ enum rmap_status rmap_session_input_create(FILE *in, const char *const *word, si
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a session");
     self->in = in;
-    self->word = word;
-    self->n_word = n_word;
-    if (word)
+    if (word) {
+        RMAP_TRY(copy_words(self, word, n_word, err));
         RMAP_TRY(open_terminal(self, err));
+    }
     *input_ret = self;
     self = NULL;
 out:
@@ -216,6 +228,9 @@ void rmap_session_input_destroy(struct rmap_session_input *self)
         el_end(self->terminal);
     if (self->out)
         (void)fclose(self->out);
+    for (size_t i = 0; i < self->n_word; i++)
+        rmap_free(self->word[i]);
+    rmap_free(self->word);
     free(self->line); /* getline's */
     rmap_free(self);
 }

@@ -12,7 +12,7 @@
 
 struct rmap_session_input;
 
-/* Reads `in`. With words, which are borrowed, it is a terminal: the tabulator completes to one of
+/* Reads `in`. With words, which are copied, it is a terminal: the tabulator completes to one of
  * them ([n_word], any order), and what was typed is kept in the user's state directory. With NULL
  * it is a pipe. */
 enum rmap_status rmap_session_input_create(FILE *in, const char *const *word, size_t n_word,

@@ -33,6 +33,32 @@ EOF
 
 "$RAYMAP" verify live.raymap | grep -q 'not complete: it is being traced' || fail "verify does not say that it is being traced"
 
+# A session sees what was flushed since it opened the map, once it is told to, and answers of the old map are forgotten.
+/usr/bin/python3 - <<'EOF' || fail "a session does not see what was flushed"
+import json, os, subprocess, time
+for launch in ([], ["mpirun", "-np", "2"]):
+    session = subprocess.Popen([*launch, os.environ["RAYMAP"], "session", "live.raymap", "--quiet"], text=True, bufsize=1,
+                               stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    def ask(line):
+        print(line, file=session.stdin, flush=True)
+        return json.loads(session.stdout.readline())
+    first = ask("source(star)")["rays"]
+    more, n = first, 0
+    while more["total"] == first["total"] and n < 100:
+        time.sleep(0.2)
+        assert ask("source(star)")["rays"] == more, "the same map until it is told"
+        told = ask("refresh")
+        assert told["refreshed"]["rays_before"] == more["total"] and told["rays_traced"] == told["refreshed"]["rays"], told
+        more, n = ask("source(star)")["rays"], n + 1
+        assert more["total"] == told["refreshed"]["rays"], (more, told)
+    assert more["total"] > first["total"] and abs(4 * more["matched"] - more["total"]) < 4, (first, more)
+    os.rename("live.raymap/map.h5", "gone.h5")
+    assert "as it was" in ask("refresh")["error"] and ask("source(star)")["rays"] == more, "a map that is gone"
+    os.rename("gone.h5", "live.raymap/map.h5")
+    session.stdin.close()
+    assert session.wait() == 3, "one line was wrong"
+EOF
+
 refused() { # WHAT COMMAND...
     local what=$1 status=0
     shift
