@@ -10,6 +10,7 @@
 #include "analysis/criterion/criterion_lex.h"
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_names.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/criterion/path_in.h"
 #include "analysis/criterion/path_store.h"
@@ -207,6 +208,9 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         if (node->its_number == RMAP_REGISTRATION_ANGLE)
             rmap_angle_ends_set(&node->angle, &node->interval);
         return COST_NONE;
+    case RMAP_CRITERION_SUM:
+        node->columns = rmap_sum_columns(&node->sum);
+        return node->columns & ~RMAP_COLUMNS_DISCRETE ? COST_GEOMETRY : COST_RAY;
     }
     return COST_NONE;
 }

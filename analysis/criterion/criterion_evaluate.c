@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_compare.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_tests.h"
 #include "analysis/criterion/path_in.h"
 #include "base/alloc.h"
@@ -41,6 +42,27 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
         outcome[i] =
             rmap_interval_holds(&node->interval, number) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
     }
+}
+
+static enum rmap_status compare_sums(const struct rmap_evaluation *ev,
+                                     const struct rmap_criterion_node *node, uint8_t *outcome,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const uint32_t *n_row = NULL;
+    RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
+    if (node->columns & RMAP_COLUMN_BIT(RMAP_RAY_registration_count))
+        RMAP_TRY(rmap_test_count_rows(ev, RMAP_TABLE_REGISTRATION, &n_row, err));
+    for (size_t i = 0, first = 0; i < ev->n_ray; i++) {
+        const size_t n = n_row ? n_row[i] : 0;
+        outcome[i] = rmap_sum_holds_for_ray(ev->criterion, node, ev->portion,
+                                            ev->input->flux_per_weight, i, first, n)
+                         ? RMAP_OUTCOME_YES
+                         : RMAP_OUTCOME_NO;
+        first += n;
+    }
+out:
+    return st;
 }
 
 /* exactly: else of rays that were in none of the media only. */
@@ -134,6 +156,8 @@ static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t 
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
         compare_ray_numbers(ev, node, outcome);
+    } else if (node->kind == RMAP_CRITERION_SUM) {
+        st = compare_sums(ev, node, outcome, err);
     } else if (node->kind == RMAP_CRITERION_PATH_IN) {
         st = compare_paths_in(ev, node, true, outcome, err);
     } else {

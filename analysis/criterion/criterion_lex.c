@@ -325,7 +325,7 @@ static bool read_sign(const char *text, struct rmap_token *token)
         {"||", RMAP_TOKEN_OR},    {"<", RMAP_TOKEN_LT},    {">", RMAP_TOKEN_GT},
         {"!", RMAP_TOKEN_NOT},    {"&", RMAP_TOKEN_AND},   {"|", RMAP_TOKEN_OR},
         {"(", RMAP_TOKEN_OPEN},   {")", RMAP_TOKEN_CLOSE}, {",", RMAP_TOKEN_COMMA},
-        {"@", RMAP_TOKEN_AT},
+        {"@", RMAP_TOKEN_AT},     {"+", RMAP_TOKEN_PLUS},  {"-", RMAP_TOKEN_MINUS},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         size_t nbytes = strlen(table[i].sign);
@@ -338,6 +338,12 @@ static bool read_sign(const char *text, struct rmap_token *token)
     return false;
 }
 
+/* A sign between letters may be one of a name, and is none of the language. */
+static bool is_in_word(const char *text, size_t at)
+{
+    return at > 0 && continues_word(text[at - 1]) && continues_word(text[at + 1]);
+}
+
 static enum rmap_status fail_character(const char *text, size_t at, struct rmap_error *err)
 {
     char c = text[at];
@@ -347,9 +353,9 @@ static enum rmap_status fail_character(const char *text, size_t at, struct rmap_
     if (c <= ' ' || c >= 0x7f)
         return rmap_criterion_fail(text, at, at + 1, err, "unexpected character with code %d",
                                    (unsigned char)c);
-    bool in_word = at > 0 && continues_word(text[at - 1]) && continues_word(text[at + 1]);
-    return rmap_criterion_fail(text, at, at + 1, err, "unexpected character '%c'%s", c,
-                               in_word ? " (a name with such signs stands in single quotes)" : "");
+    return rmap_criterion_fail(
+        text, at, at + 1, err, "unexpected character '%c'%s", c,
+        is_in_word(text, at) ? " (a name with such signs stands in single quotes)" : "");
 }
 
 enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_token *token_ret,
@@ -367,7 +373,7 @@ enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_tok
         st = read_word(text, &token, err);
     else if (c == '\'' || c == '"')
         st = read_quoted(text, &token, err);
-    else if (!read_sign(text, &token))
+    else if (((c == '+' || c == '-') && is_in_word(text, begin)) || !read_sign(text, &token))
         st = fail_character(text, begin, err);
     if (st == RMAP_OK)
         *token_ret = token;

@@ -21,6 +21,8 @@ enum rmap_token_kind {
     RMAP_TOKEN_COMMA,
     RMAP_TOKEN_RANGE, /* .. */
     RMAP_TOKEN_AT,
+    RMAP_TOKEN_PLUS,
+    RMAP_TOKEN_MINUS,
     RMAP_TOKEN_EQ,
     RMAP_TOKEN_NE,
     RMAP_TOKEN_LT,

@@ -70,6 +70,9 @@ enum rmap_status rmap_parser_expected(const struct rmap_parser *parser, const ch
     const struct rmap_token *token = &parser->token;
     if (token->kind == RMAP_TOKEN_END)
         return RMAP_PARSER_FAIL(parser, token, "expected %s, found the end", what);
+    if (token->kind == RMAP_TOKEN_PLUS || token->kind == RMAP_TOKEN_MINUS)
+        return RMAP_PARSER_FAIL(parser, token, "unexpected character '%c'",
+                                parser->text[token->begin]);
     char shown[RMAP_SHOWN_NBYTES], remedy[RMAP_SHOWN_NBYTES];
     rmap_token_shorten(parser->text, token, shown);
     tell_remedy(parser, remedy);

@@ -56,7 +56,9 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
                                      `where` the history up to and with the registration */
-    RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
+    RMAP_CRITERION_ITS_NUMBER,    /* of one registration; below `where` only */
+    RMAP_CRITERION_SUM            /* numbers compared with each other, of the ray, or below `where`
+                                     of one registration */
 };
 
 enum rmap_registration_number {
@@ -146,6 +148,20 @@ struct rmap_path_test {
     const struct rmap_path_table *table; /* owned by the criterion */
 };
 
+/* What is compared with 0: numbers times factors, and a constant in their unit. */
+struct rmap_sum_term {
+    double factor;
+    bool of_registration; /* its_number of those on `detector`, below `where` of that in hand */
+    enum rmap_ray_number ray_number;
+    enum rmap_registration_number its_number;
+    struct rmap_index_set detector;
+};
+struct rmap_sum {
+    const struct rmap_sum_term *term; /* [n]; owned by the criterion */
+    size_t n;
+    double constant;
+};
+
 struct rmap_criterion_node {
     enum rmap_criterion_kind kind;
     int32_t first, next;     /* first child, next sibling; -1: none */
@@ -170,6 +186,7 @@ struct rmap_criterion_node {
         struct rmap_step_test steps;
         struct rmap_registration_test registrations;
         struct rmap_path_test path;
+        struct rmap_sum sum;
     };
 };
 

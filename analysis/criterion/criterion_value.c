@@ -162,6 +162,17 @@ out:
     return st;
 }
 
+enum rmap_status rmap_parse_value(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                  double *value_ret)
+{
+    struct value value;
+    enum rmap_status st = parse_value(
+        parser, dimension, rmap_unit_size_of(parser->criterion->scene, dimension), &value);
+    if (st == RMAP_OK)
+        *value_ret = value_in(&value, &value.factor);
+    return st;
+}
+
 static enum rmap_status parse_index(struct rmap_parser *parser, uint32_t *index)
 {
     const struct rmap_token *token = &parser->token;

@@ -30,6 +30,10 @@ enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimensio
 enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,
                                      struct rmap_interval *interval) RMAP_MUST_USE;
 
+/* A value with or without a unit, in the map's unit of the dimension. */
+enum rmap_status rmap_parse_value(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                  double *value_ret) RMAP_MUST_USE;
+
 /* N or N..M, whole numbers from 0. */
 enum rmap_status rmap_parse_index_range(struct rmap_parser *parser, uint32_t *low,
                                         uint32_t *high) RMAP_MUST_USE;

@@ -4,6 +4,7 @@
  * at its own place, and the history up to it.
  */
 #include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/path_walk.h"
 #include "analysis/criterion/registration_angle.h"
 
@@ -98,6 +99,8 @@ static bool where_holds(struct seen *seen, int32_t index)
         return rmap_interval_holds(
             &node->interval,
             rmap_registration_number(criterion->scene, seen->portion, seen->row, node->its_number));
+    if (node->kind == RMAP_CRITERION_SUM)
+        return rmap_sum_holds_for_registration(criterion, node, seen->portion, seen->row);
     if (node->kind == RMAP_CRITERION_STEPS)
         return rmap_interval_holds(&node->interval, count_steps(seen, &node->steps));
     if (node->kind == RMAP_CRITERION_PATH)

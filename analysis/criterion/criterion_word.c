@@ -12,6 +12,7 @@
 #include <strings.h>
 
 #include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/criterion/step_number.h"
@@ -451,6 +452,8 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
     enum rmap_status st = RMAP_OK;
     struct rmap_token token = parser->token;
     const struct rmap_word *word = rmap_word_next(parser);
+    if (rmap_parser_at_sum(parser))
+        return rmap_parse_sum(parser, node_ret);
     if (word && word->scope == RMAP_NO_TEST)
         word = NULL;
     if (parser->detector && (!word || word->scope == RMAP_OF_RAY))

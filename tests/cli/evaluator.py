@@ -36,7 +36,9 @@ RELATIONS = {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": opera
 TOKEN = re.compile(r"""\s*(?:
     (?P<number>[-+]?(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?) | (?P<quoted>'(?:[^']|'')*') |
     (?P<string>"[^"]*") | (?P<word>[A-Za-z_*?](?:[\w*?]|\.(?!\.))*) |
-    (?P<sign>==|!=|<=|>=|&&|\|\||\.\.|[<>!&|(),@]) | (?P<end>$))""", re.VERBOSE)
+    (?P<sign>==|!=|<=|>=|&&|\|\||\.\.|[<>!&|(),@+-]) | (?P<end>$))""", re.VERBOSE)
+OF_RAY = ("segments", "ray", "wavelength", "flux", "path_length", "optical_path")
+OF_REGISTRATION = ("angle", "x", "y", "time", "optical_path")
 
 
 def tokens_of(text):
@@ -187,10 +189,10 @@ class Evaluator:
         m = self.map
         if self._accept("@"):
             return self.names[self._next()].copy()
+        if self._at_sum():
+            return self._sum(self._of_ray)
         word = self._next()
-        numbers = {"segments": m.ray["segment_count"], "ray": m.ray["id"],
-                   "wavelength": m.ray["wavelength"], "flux": m.flux,
-                   "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
+        numbers = self._ray_numbers()
         if word in ("bounces", "ghost_order", "scatter_order"):
             return self._relation()(self._count(self._steps(word)).astype(float))
         if word == "path_length" and self._accept("("):
@@ -198,9 +200,7 @@ class Evaluator:
             self._expect(")")
             return self._relation(self._length())(self._path_in(media))
         if word in numbers and not (word == "optical_path" and self._is("(")):
-            units = {"wavelength": UNITS["wavelength"], "flux": UNITS[m.flux_unit],
-                     "path_length": self._length(), "optical_path": self._length()}.get(word)
-            return self._relation(units)(numbers[word].astype(float))
+            return self._relation(self._ray_units(word))(numbers[word].astype(float))
         if word == "all":
             return self._counted(np.ones(m.n_ray, dtype=int))
         self._expect("(")
@@ -208,6 +208,80 @@ class Evaluator:
         if found.dtype == bool:
             return found
         return self._counted(found)
+
+    def _ray_numbers(self):
+        m = self.map
+        return {"segments": m.ray["segment_count"], "ray": m.ray["id"], "wavelength": m.ray["wavelength"], "flux": m.flux,
+                "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
+
+    def _ray_units(self, word):
+        return {"wavelength": UNITS["wavelength"], "flux": UNITS[self.map.flux_unit],
+                "path_length": self._length(), "optical_path": self._length()}.get(word)
+
+    # ------------------------------------------------------------------ numbers compared with each other
+
+    def _at_sum(self):
+        """Whether the comparison here has more than one number in it, or a factor."""
+        depth, shown = 0, []
+        for kind, text in self.tokens[self.at:]:
+            ends = kind == "end" or kind in ("word", "sign") and text in (")", "and", "or", "&&", "||", "&", "|")
+            if depth == 0 and ends:
+                break
+            depth += (kind == "sign" and text == "(") - (kind == "sign" and text == ")")
+            if depth == 0:
+                shown.append((kind, text))
+        if not shown or shown[0][1] not in (*OF_RAY, *OF_REGISTRATION) and shown[0][0] != "number":
+            return False
+        numbers = [text for kind, text in shown if kind == "word" and text in (*OF_RAY, *OF_REGISTRATION)]
+        return len(numbers) > 1 or any(text in ("+", "-", "*") for kind, text in shown if kind != "quoted")
+
+    def _sum(self, number):
+        """number(): what stands here, as (least, greatest, units), an array each."""
+        low, high, side, units, relation = 0.0, 0.0, 1.0, None, None
+        sign = 1.0
+        while True:
+            factor = sign * side
+            if self._kind() == "number" and self.tokens[self.at + 1][1] == "*":
+                factor *= float(self._next())
+                self._next()
+            if self._kind() == "number":
+                value, unit = self._number(units)
+                low, high = (bound + factor * value * (unit or 1.0) for bound in (low, high))
+            else:
+                least, most, units = number()
+                low = low + np.minimum(factor * least, factor * most)
+                high = high + np.maximum(factor * least, factor * most)
+            word = self._accept("+", "-")
+            if word is None and self._kind() == "number":
+                word = "+"  # it has a sign of its own
+            sign = -1.0 if word == "-" else 1.0
+            if word is None and relation is None:
+                relation, side = self._next(), -1.0
+            elif word is None:
+                break
+        return {"<": low < 0, "<=": low <= 0, ">": high > 0, ">=": high >= 0}[relation]
+
+    def _of_ray(self):
+        """A number of the ray, or those of its registrations on a detector."""
+        m, word = self.map, self._next()
+        if not self._accept("("):
+            value = self._ray_numbers()[word].astype(float)
+            return value, value, self._ray_units(word)
+        pattern = self._next()
+        self._expect(")")
+        rows = self._named("detector", pattern)[m.registration["detector"]] & (m.registration["registered"] == 1)
+        value, units = self._its_value(word, pattern)
+        rows = rows & ~np.isnan(value)
+        least, most = np.full(m.n_ray, np.inf), np.full(m.n_ray, -np.inf)
+        np.minimum.at(least, m.ray_of_registration[rows], value[rows])
+        np.maximum.at(most, m.ray_of_registration[rows], value[rows])
+        none = least > most
+        return np.where(none, np.nan, least), np.where(none, np.nan, most), units
+
+    def _its_value(self, word, pattern):
+        if word == "optical_path":
+            return self.map.registration[word], self._length()
+        return getattr(self.map, word), UNITS.get(word) or self._place_units(pattern)
 
     def _counted(self, count):
         relation = self._relation()
@@ -352,13 +426,16 @@ class Evaluator:
         return UNITS["angle"] if far.all() else self._length()
 
     def _its_number(self, word, pattern):
-        if word == "optical_path":
-            return self._relation(self._length())(self.map.registration[word])
-        units = UNITS.get(word) or self._place_units(pattern)
-        return self._relation(units)(getattr(self.map, word))
+        value, units = self._its_value(word, pattern)
+        return self._relation(units)(value)
 
     def _its_test(self, pattern):
         """Of one registration: its numbers, and tests of the steps before."""
+        if self._at_sum():
+            def its():
+                value, units = self._its_value(self._next(), pattern)
+                return value, value, units
+            return self._sum(its)
         if self._is("bounces", "ghost_order", "scatter_order"):
             rows = self._steps(self._next())
             return self._relation()(self._count(rows).astype(float))

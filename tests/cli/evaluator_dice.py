@@ -206,6 +206,34 @@ class Dice:
         known = {"angle": {"deg": 1.0, "mrad": 0.18 / np.pi}, "time": {"ns": 1e-9, "ps": 1e-12}}
         return f"{word}{of} " + self.comparison(getattr(m, word)[rows], known.get(word, units))
 
+    def sum(self, number):
+        """Two or three numbers of the same kind compared with each other; number(): one of them, with its values."""
+        left, near = number()
+        right, far = number()
+        factor, sign = self.random.uniform(0.5, 2), self.one_of("<", "<=", ">", ">=")
+        known, other = near[~np.isnan(near)], far[~np.isnan(far)]
+        value = float(known[self.row(known)]) if len(known) else 1.0
+        value -= factor * (float(other[self.row(other)]) if len(other) else 1.0)
+        return self.one_of(f"{left} {sign} {right}", f"{left} - {factor!r} * {right} {sign} {value:.5g}",
+                           f"{left} {sign} {factor!r} * {right} + {value:.5g}", f"{factor!r} * {right} {sign} {left} - {value:.5g}")
+
+    def test_sum(self):
+        """Of lengths, of the ray and of its registrations, or of times."""
+        m = self.map
+        of_time = self.chance(0.2)
+
+        def number():
+            name, rows, units = self.detector()
+            if of_time:
+                return f"time({name})", m.time[rows]
+            word = self.one_of("path_length", "optical_path", "x", "y", "optical_path(")
+            if word in ("path_length", "optical_path"):
+                return word, m.ray[word].astype(float)
+            if word == "optical_path(" or "deg" in units or "?" in name:
+                return f"optical_path({name})", m.registration["optical_path"][rows]
+            return f"{word}({name})", getattr(m, word)[rows]
+        return self.sum(number)
+
     def test_any(self):
         name, rows, units = self.detector()
         return self.its_number(rows, units, f"({name})")
@@ -244,8 +272,14 @@ class Dice:
         if depth < 2 and self.chance(0.4):
             return f"({self.where(rows, units, depth + 1)} {self.one_of('and', 'or')} " \
                    f"{self.where(rows, units, depth + 1)})"
+        if self.chance(0.15) and "deg" not in units:
+            return self.sum(lambda: self.its_length(rows))
         text = self.its_step(rows) if self.chance(0.4) else self.its_number(rows, units)
         return ("not " if self.chance(0.2) else "") + text
+
+    def its_length(self, rows):
+        word = self.one_of("x", "y", "optical_path")
+        return word, (self.map.registration[word] if word == "optical_path" else getattr(self.map, word))[rows]
 
     def at(self, row):
         """Of the step on which a registration lies."""
@@ -358,14 +392,14 @@ class Dice:
 
     def test(self, evaluator):
         kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
-                 "number", "registered", "registered", "any", "path", "path"]
+                 "number", "registered", "registered", "any", "sum", "path", "path"]
         kind = self.random.choice(kinds)
         self.paths = evaluator.paths
         if self.paths.kinds is None:
             self.paths.match(".")
         if kind == "path":
             return f'path("{self.path(evaluator.paths)}")'
-        if kind in ("registered", "any") and not self.map.names["detector"]:
+        if kind in ("registered", "any", "sum") and not self.map.names["detector"]:
             kind = "hit"
         return getattr(self, "test_" + kind)()
 

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers compared with each other: x(film) > x(sensor), time(far) - 2 * time(near) < 1 ns; behind
+ * `where` those of one registration: x > y. Left minus right is a sum of numbers times factors and
+ * a constant, which is compared with 0.
+ */
+#ifndef RMAP_CRITERION_SUM_H
+#define RMAP_CRITERION_SUM_H
+
+#include "analysis/criterion/criterion_parser.h"
+
+/* Whether a comparison that begins at the next token has more in it than one number and a value. */
+bool rmap_parser_at_sum(const struct rmap_parser *parser);
+
+/* The comparison, as a node. */
+enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
+
+/* Columns that a sum is made of. */
+rmap_column_set rmap_sum_columns(const struct rmap_sum *sum);
+
+/* Whether it holds for the numbers of ray i, whose rows of /registration are [first, first + n):
+ * for any registration of each number's own. False where one of them has none. */
+bool rmap_sum_holds_for_ray(const struct rmap_criterion *criterion,
+                            const struct rmap_criterion_node *node,
+                            const struct rmap_portion *portion, const double *flux_per_weight,
+                            size_t i, size_t first, size_t n);
+
+/* The same of one registration, in row `row`. */
+bool rmap_sum_holds_for_registration(const struct rmap_criterion *criterion,
+                                     const struct rmap_criterion_node *node,
+                                     const struct rmap_portion *portion, size_t row);
+
+#endif
