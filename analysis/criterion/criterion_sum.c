@@ -201,24 +201,44 @@ static enum rmap_status parse_relation(struct rmap_parser *parser, struct rmap_i
     return rmap_parser_advance(parser);
 }
 
+/* The terms, with memory of the criterion. */
+static enum rmap_status keep(struct rmap_parser *parser, const struct making *making,
+                             struct rmap_sum *sum)
+{
+    void *block = NULL;
+    enum rmap_status st = rmap_criterion_block_add(parser->criterion, making->n,
+                                                   sizeof *making->term, &block, parser->err);
+    struct rmap_sum_term *term = block;
+    for (size_t k = 0; st == RMAP_OK && k < making->n; k++)
+        term[k] = making->term[k];
+    *sum = (struct rmap_sum){term, making->n, making->constant};
+    return st;
+}
+
+enum rmap_status rmap_parse_sum_alone(struct rmap_parser *parser, struct rmap_sum *sum,
+                                      enum rmap_dimension *dimension_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct making making = {.n = 0};
+    RMAP_TRY(parse_side(parser, 1.0, &making));
+    *dimension_ret = making.dimension;
+    st = keep(parser, &making, sum);
+out:
+    return st;
+}
+
 enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret)
 {
     enum rmap_status st = RMAP_OK;
     struct making making = {.n = 0};
     struct rmap_criterion_node node = {
         .kind = RMAP_CRITERION_SUM, .first = -1, .next = -1, .begin = parser->token.begin};
-    void *block = NULL;
     RMAP_TRY(parse_side(parser, 1.0, &making));
     RMAP_TRY(parse_relation(parser, &node.interval));
     RMAP_TRY(parse_side(parser, -1.0, &making));
     if (rmap_parser_at_comparison(parser))
         RMAP_TRY(RMAP_PARSER_FAIL(parser, &parser->token, "a comparison has two sides"));
-    RMAP_TRY(rmap_criterion_block_add(parser->criterion, making.n, sizeof *making.term, &block,
-                                      parser->err));
-    struct rmap_sum_term *term = block;
-    for (size_t k = 0; k < making.n; k++)
-        term[k] = making.term[k];
-    node.sum = (struct rmap_sum){term, making.n, making.constant};
+    RMAP_TRY(keep(parser, &making, &node.sum));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
 out:
@@ -255,17 +275,16 @@ static bool add_value(struct range *sum, double factor, double least, double gre
     return least <= greatest;
 }
 
-static bool add_registrations(const struct rmap_criterion *criterion,
-                              const struct rmap_sum_term *term, const struct rmap_portion *portion,
-                              size_t first, size_t n, struct range *sum)
+static bool add_registrations(const struct rmap_scene *scene, const struct rmap_sum_term *term,
+                              const struct rmap_portion *portion, size_t first, size_t n,
+                              struct range *sum)
 {
     const struct rmap_registration_columns *its = &portion->registration;
     double least = (double)INFINITY, greatest = -(double)INFINITY;
     for (size_t row = first; row < first + n; row++) {
         if (!its->registered[row] || !rmap_index_set_has(&term->detector, its->detector[row]))
             continue;
-        const double value =
-            rmap_registration_number(criterion->scene, portion, row, term->its_number);
+        const double value = rmap_registration_number(scene, portion, row, term->its_number);
         least = value < least ? value : least;
         greatest = value > greatest ? value : greatest;
     }
@@ -278,37 +297,65 @@ static bool meets(const struct range *sum, const struct rmap_interval *interval)
     return sum->low <= interval->high && sum->high >= interval->low;
 }
 
+/* False: a number of it is not defined. */
+static bool range_of_ray(const struct rmap_scene *scene, const struct rmap_sum *sum,
+                         const struct rmap_portion *portion, const double *flux_per_weight,
+                         size_t i, size_t first, size_t n, struct range *range)
+{
+    const struct rmap_ray_columns *ray = &portion->ray;
+    *range = (struct range){sum->constant, sum->constant};
+    for (size_t k = 0; k < sum->n; k++) {
+        const struct rmap_sum_term *term = &sum->term[k];
+        if (term->of_registration) {
+            if (!add_registrations(scene, term, portion, first, n, range))
+                return false;
+            continue;
+        }
+        const bool knows =
+            term->ray_number != RMAP_RAY_NUMBER_FLUX || (size_t)ray->source[i] < scene->n_source;
+        const double value =
+            knows ? rmap_ray_number_at(term->ray_number, ray, i, flux_per_weight) : (double)NAN;
+        if (!add_value(range, term->factor, value, value))
+            return false;
+    }
+    return true;
+}
+
 bool rmap_sum_holds_for_ray(const struct rmap_criterion *criterion,
                             const struct rmap_criterion_node *node,
                             const struct rmap_portion *portion, const double *flux_per_weight,
                             size_t i, size_t first, size_t n)
 {
-    struct range sum = {node->sum.constant, node->sum.constant};
-    const struct rmap_ray_columns *ray = &portion->ray;
-    for (size_t k = 0; k < node->sum.n; k++) {
-        const struct rmap_sum_term *term = &node->sum.term[k];
-        if (term->of_registration) {
-            if (!add_registrations(criterion, term, portion, first, n, &sum))
-                return false;
-            continue;
-        }
-        const bool knows = term->ray_number != RMAP_RAY_NUMBER_FLUX ||
-                           (size_t)ray->source[i] < criterion->scene->n_source;
-        const double value =
-            knows ? rmap_ray_number_at(term->ray_number, ray, i, flux_per_weight) : (double)NAN;
-        if (!add_value(&sum, term->factor, value, value))
-            return false;
-    }
-    return meets(&sum, &node->interval);
+    struct range range;
+    return range_of_ray(criterion->scene, &node->sum, portion, flux_per_weight, i, first, n,
+                        &range) &&
+           meets(&range, &node->interval);
+}
+
+double rmap_sum_of_ray(const struct rmap_scene *scene, const struct rmap_sum *sum,
+                       const struct rmap_portion *portion, const double *flux_per_weight, size_t i,
+                       size_t first, size_t n)
+{
+    struct range range;
+    const bool is_one = range_of_ray(scene, sum, portion, flux_per_weight, i, first, n, &range) &&
+                        range.low == range.high;
+    return is_one ? range.low : (double)NAN;
+}
+
+double rmap_sum_of_registration(const struct rmap_scene *scene, const struct rmap_sum *sum,
+                                const struct rmap_portion *portion, size_t row)
+{
+    double value = sum->constant;
+    for (size_t k = 0; k < sum->n; k++)
+        value += sum->term[k].factor *
+                 rmap_registration_number(scene, portion, row, sum->term[k].its_number);
+    return value;
 }
 
 bool rmap_sum_holds_for_registration(const struct rmap_criterion *criterion,
                                      const struct rmap_criterion_node *node,
                                      const struct rmap_portion *portion, size_t row)
 {
-    double sum = node->sum.constant;
-    for (size_t k = 0; k < node->sum.n; k++)
-        sum += node->sum.term[k].factor * rmap_registration_number(criterion->scene, portion, row,
-                                                                   node->sum.term[k].its_number);
-    return rmap_interval_holds(&node->interval, sum);
+    return rmap_interval_holds(
+        &node->interval, rmap_sum_of_registration(criterion->scene, &node->sum, portion, row));
 }

@@ -15,6 +15,10 @@ bool rmap_parser_at_sum(const struct rmap_parser *parser);
 /* The comparison, as a node. */
 enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 
+/* A sum alone, as `stats --of` has it; its terms are the criterion's. */
+enum rmap_status rmap_parse_sum_alone(struct rmap_parser *parser, struct rmap_sum *sum,
+                                      enum rmap_dimension *dimension_ret) RMAP_MUST_USE;
+
 /* Columns that a sum is made of. */
 rmap_column_set rmap_sum_columns(const struct rmap_sum *sum);
 
@@ -25,7 +29,14 @@ bool rmap_sum_holds_for_ray(const struct rmap_criterion *criterion,
                             const struct rmap_portion *portion, const double *flux_per_weight,
                             size_t i, size_t first, size_t n);
 
-/* The same of one registration, in row `row`. */
+/* The value of a sum alone. Of a ray NaN, too, where registrations of a number differ in it. */
+double rmap_sum_of_ray(const struct rmap_scene *scene, const struct rmap_sum *sum,
+                       const struct rmap_portion *portion, const double *flux_per_weight, size_t i,
+                       size_t first, size_t n);
+double rmap_sum_of_registration(const struct rmap_scene *scene, const struct rmap_sum *sum,
+                                const struct rmap_portion *portion, size_t row);
+
+/* The comparison for one registration, in row `row`. */
 bool rmap_sum_holds_for_registration(const struct rmap_criterion *criterion,
                                      const struct rmap_criterion_node *node,
                                      const struct rmap_portion *portion, size_t row);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_detector.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/criterion/path_in.h"
@@ -72,6 +73,7 @@ struct making {
     struct rmap_quantities *self;
     struct rmap_parser parser;
     bool has_detector; /* self->detector is known */
+    bool is_given;     /* by --detector */
 };
 
 static bool same_set(const struct rmap_quantities *self, const struct rmap_index_set *set)
@@ -138,6 +140,18 @@ static bool is_called(const struct rmap_parser *parser)
     return behind[strspn(behind, " \t\r\n")] == '(';
 }
 
+/* With --detector its numbers are of registrations there, else of the ray. */
+static enum rmap_status parse_sum(struct making *making, struct rmap_quantity *quantity)
+{
+    struct rmap_parser *parser = &making->parser;
+    quantity->kind = RMAP_QUANTITY_SUM;
+    quantity->of_registration = making->is_given;
+    parser->detector = making->is_given ? &making->self->detector : NULL;
+    enum rmap_status st = rmap_parse_sum_alone(parser, &quantity->sum, &quantity->dimension);
+    parser->detector = NULL;
+    return st;
+}
+
 static enum rmap_status parse_quantity(struct making *making, struct rmap_quantity *quantity)
 {
     enum rmap_status st = RMAP_OK;
@@ -145,7 +159,9 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
     const struct own_word *own = own_word(parser);
     const struct rmap_word *word = rmap_word_next(parser);
     const bool is_its = word && word->of_registration;
-    if (word && word->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH && is_called(parser)) {
+    if (rmap_parser_at_sum(parser)) {
+        st = parse_sum(making, quantity);
+    } else if (word && word->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH && is_called(parser)) {
         quantity->kind = RMAP_QUANTITY_PATH_IN;
         quantity->dimension = RMAP_DIMENSION_LENGTH;
         st = rmap_parser_advance(parser);
@@ -199,7 +215,7 @@ static enum rmap_status parse_detector(struct making *making, const char *text,
     RMAP_TRY(rmap_parse_set(&making->parser, RMAP_WANTED_DETECTOR, &making->self->detector));
     if (making->parser.token.kind != RMAP_TOKEN_END)
         st = rmap_parser_expected(&making->parser, "the end");
-    making->has_detector = true;
+    making->has_detector = making->is_given = true;
 out:
     if (st != RMAP_OK)
         rmap_criterion_relabel("--detector", err);
@@ -215,6 +231,8 @@ static rmap_column_set columns_of(const struct rmap_quantity *quantity)
         return RMAP_PATH_IN_COLUMNS;
     case RMAP_QUANTITY_ITS_NUMBER:
         return rmap_registration_number_columns(quantity->its_number);
+    case RMAP_QUANTITY_SUM:
+        return rmap_sum_columns(&quantity->sum);
     case RMAP_QUANTITY_COUNT:
         return rmap_criterion_columns(quantity->counted);
     case RMAP_QUANTITY_GHOST_ORDER:

@@ -10,6 +10,8 @@
  *                       optical_path(detector) cell(detector) cell_i(detector) cell_j(detector)
  *                       ghost_order(detector)  scatter_order(detector)
  *
+ *   sums of either:     optical_path - path_length   time(far) - 2 * time(near)   x - y
+ *
  * A ray with several wavelengths left has a reading of `wavelength` per channel, each with its
  * share of the ray's flux.
  */
@@ -28,6 +30,7 @@ enum rmap_quantity_kind {
     RMAP_QUANTITY_RAY_NUMBER,
     RMAP_QUANTITY_PATH_IN, /* analysis/criterion/path_in.h */
     RMAP_QUANTITY_ITS_NUMBER,
+    RMAP_QUANTITY_SUM, /* analysis/criterion/criterion_sum.h */
     RMAP_QUANTITY_COUNT,
     RMAP_QUANTITY_GHOST_ORDER, /* analysis/criterion/path_order.h */
     RMAP_QUANTITY_SCATTER_ORDER,
@@ -48,6 +51,7 @@ struct rmap_quantity {
     enum rmap_registration_number its_number;
     struct rmap_criterion *counted; /* COUNT: the one test */
     struct rmap_index_set media;    /* PATH_IN */
+    struct rmap_sum sum;            /* SUM */
 };
 
 /* One or two numbers read at the same places: of rays, or, where one of them is a registration's or

@@ -8,6 +8,7 @@
 
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/path_in.h"
 #include "analysis/query/quantity.h"
@@ -217,6 +218,26 @@ static void read_paths_in(const struct rmap_quantity *quantity, const struct rma
     }
 }
 
+static void read_sums(const struct rmap_quantities *self, const struct rmap_quantity *quantity,
+                      const struct rmap_portion *portion, const struct rmap_readings *readings,
+                      double *value)
+{
+    const double *flux_per_weight = rmap_map_flux_per_weight(self->map);
+    const uint32_t *n_row = portion->ray.registration_count;
+    size_t ray = 0, first = 0;
+    for (size_t k = 0; k < readings->n; k++) {
+        if (quantity->of_registration) {
+            value[k] =
+                rmap_sum_of_registration(self->scene, &quantity->sum, portion, readings->place[k]);
+            continue;
+        }
+        for (; ray < readings->ray[k]; ray++)
+            first += n_row ? n_row[ray] : 0;
+        value[k] = rmap_sum_of_ray(self->scene, &quantity->sum, portion, flux_per_weight, ray,
+                                   first, n_row ? n_row[ray] : 0);
+    }
+}
+
 /* Room for two counts of every row of a table. */
 static enum rmap_status reserve_counts(struct rmap_readings *readings, size_t n_row,
                                        struct rmap_error *err)
@@ -300,6 +321,9 @@ static enum rmap_status read_values(const struct search *search,
         for (size_t k = 0; k < readings->n; k++)
             value[k] = rmap_registration_number(self->scene, portion, readings->place[k],
                                                 quantity->its_number);
+        break;
+    case RMAP_QUANTITY_SUM:
+        read_sums(self, quantity, portion, readings, value);
         break;
     case RMAP_QUANTITY_COUNT:
         return read_counts(quantity, portion, readings, value, err);

@@ -141,7 +141,7 @@ class Referee:
             if not near(said[name]["value"], value, 1e-7, scale) or \
                     not near(said[name]["standard_error"], error, 1e-5, 1e-6 * scale):
                 fail(f"{where}{name}: {said[name]}, not {value} +- {error}")
-        if not near(said["min"], x.min(), 1e-12) or not near(said["max"], x.max(), 1e-12):
+        if not near(said["min"], x.min(), 1e-11) or not near(said["max"], x.max(), 1e-11):
             fail(f"{where}from {said['min']} to {said['max']}, not {x.min()} to {x.max()}")
         order = np.argsort(x, kind="stable")
         share = np.cumsum(self.map.flux[rows][order]) / self.map.flux[rows].sum()

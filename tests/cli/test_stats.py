@@ -248,6 +248,32 @@ def check_numbers(m, path):
         np.degrees(np.arccos(-cosine)), weights=m.flux[m.ray["source"][ray]])), "angle", 1e-6)
 
 
+def check_sums(m, path):
+    """Sums of numbers: of rays, none where registrations of a number differ; with --detector of registrations."""
+    every = np.arange(len(m.ray["id"]))
+    compare(stats(path, "--of", "optical_path - 1.5 * path_length"), m, every, m.ray["optical_path"] - 1.5 * m.ray["path_length"],
+            np.ones(len(every)), "optical_path - 1.5 * path_length", 1e-8)
+    value, known = {}, np.ones(len(every), dtype=bool)
+    for detector in (0, 1):
+        on = m.registered(detector)
+        least, most = np.full(len(every), np.inf), np.full(len(every), -np.inf)
+        np.minimum.at(least, m.of_registration[on], m.registration["optical_path"][on])
+        np.maximum.at(most, m.of_registration[on], m.registration["optical_path"][on])
+        value[detector], known = least, known & (least == most)
+    check(20 < known.sum() < len(every) / 2, "some rays are registered once on both")
+    text = "optical_path(top) - 2 * optical_path(sensor) + 1 cm"
+    got = stats(path, "--of", text)
+    compare(got, m, every[known], 10 + value[1][known] - 2 * value[0][known], np.ones(known.sum()), "a sum of two detectors", 1e-8)
+    check(got["undefined"] == len(every) - known.sum(), "rays without it")
+    near(stats(path, "--of", text, "--unit", "cm")["mean"]["value"], got["mean"]["value"] / 10, "in cm")
+    on = m.registered(0)
+    x, y = ((m.registration["relative"][on] / 65535.0 - 0.5) * 40).T
+    compare(stats(path, "--of", "x - y", "--detector", "sensor"), m, m.of_registration[on], x - y, np.ones(on.sum()), "x - y", 1e-7)
+    top = json.loads(run("query", path, "all", "--top", "3", "--of", "optical_path - path_length", "--json").stdout)
+    check([ray["ray"] for ray in top["top"]] ==
+          np.argsort(-(m.ray["optical_path"] - m.ray["path_length"]), kind="stable")[:3].tolist(), f"the greatest: {top}")
+
+
 def check_wavelengths(m, path):
     """A ray that keeps several wavelengths is spread over them."""
     last = np.cumsum(m.ray["segment_count"]) - 1
@@ -415,6 +441,10 @@ def check_refusals(path):
         ("--of", "hit(low) and hit(high)"): (3, "one number"),
         ("--of", "path_length > 3"): (3, "the end"),
         ("--of", ""): (3, "a number such as"),
+        ("--of", "path_length - wavelength"): (3, "in another unit"),
+        ("--of", "path_length - 2 deg"): (3, "no unit here"),
+        ("--of", "x(sensor) - "): (3, "a number such as x(NAME) or path_length, found the end"),
+        ("--of", "x - path_length", "--detector", "sensor"): (3, "a number of a registration such as x"),
         (): (2, "--of is missing"),
         ("--of", "ray", "--of", "ray", "--of", "ray"): (2, "once, or twice"),
         ("--of", "path_length", "--bins", "1000000000"): (2, "1000000000 bins"),
@@ -484,6 +514,7 @@ def main():
         "--quiet", status=7)  # some rays meet the wrong medium
     m = Map("a.raymap")
     check_numbers(m, "a.raymap")
+    check_sums(m, "a.raymap")
     check_wavelengths(m, "a.raymap")
     check_two(m, "a.raymap")
     check_groups(m, "a.raymap")
