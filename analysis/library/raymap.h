@@ -104,8 +104,8 @@ struct raymap_count {
     double flux, standard_error; /* in the map's unit; NaN of fewer than 2 rays of a source */
 };
 
-/* How many rays match a criterion (NULL: all), and their flux. RAYMAP_INPUT has the text with a
- * caret under the mistake. */
+/* How many rays match a criterion (NULL: all), and their flux, by the calling thread alone.
+ * RAYMAP_INPUT has the text with a caret under the mistake. */
 RAYMAP_API enum raymap_status raymap_count_rays(const raymap_map *map, const char *criterion,
                                                 struct raymap_count *count_ret,
                                                 struct raymap_error *error);
