@@ -4,11 +4,14 @@
 and every failure as a text; the library links neither MPI nor Embree, shows what it promises and nothing else, in a layout that
 callers compiled earlier know, and leaves HDF5 as its host has it."""
 import ctypes
+import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
+import time
 
 import h5py
 import numpy as np
@@ -132,16 +135,35 @@ def leaves_hdf5_alone(lens):
     hdf5.H5Eset_auto2(ctypes.c_int64(0), ctypes.c_void_p(before), None)
 
 
-def tells_of_unfinished(lens):
-    """A map that has lost its index is read as far as its pieces go, in Python as in the program."""
-    run("trace", SOURCE / "examples/double-gauss/scene.yaml", "-o", "part.raymap", "-n", 100000, "--force", "--quiet")
+def many_blocks():
+    trace("double-gauss", "part.raymap", 100000)
     whole = raymap.open("part.raymap")
     seen = np.concatenate([portion["ray/id"] for portion in whole.portions(["ray/id"])])
     check(np.array_equal(seen, np.arange(100000)), "many blocks in their order")
     few = raymap.records(whole, "ray", "flux", where="registered(sensor)")
     told = raymap.query("part.raymap", "registered(sensor)")
-    check(np.isclose(few["flux"].sum(), told["flux"]["matched"], rtol=1e-9), "flux of those that match")
-    check(raymap.open(lens).complete, "a whole map")
+    check(whole.complete and np.isclose(few["flux"].sum(), told["flux"]["matched"], rtol=1e-9), "flux of those that match")
+    check([whole.ray(number)["id"] for number in (99999, 0, 50000)] == [99999, 0, 50000], "rays here and there")
+
+
+def killed_run():
+    """What a run has committed is read, in Python as by the program, once the run is dead."""
+    shutil.rmtree("killed.raymap", ignore_errors=True)
+    with subprocess.Popen([os.environ["RAYMAP"], "trace", SOURCE / "examples/double-gauss/scene.yaml", "-o", "killed.raymap", "-n", "100M",
+                           "--flush", "0.2", "--threads", "1", "--piece-size", "64Gi", "--quiet"]) as writer:
+        rays = 0
+        for _ in range(300):
+            told = subprocess.run([os.environ["RAYMAP"], "info", "killed.raymap", "--json"], capture_output=True, text=True, check=False)
+            rays = json.loads(told.stdout)["rays"] if told.returncode == 0 else 0
+            if rays > 0:
+                break
+            time.sleep(0.1)
+        writer.kill()
+    part, told = raymap.open("killed.raymap"), raymap.query("killed.raymap", "source(star)")
+    check(0 < rays <= part.n_rays == told["rays"]["total"] and not part.complete, f"rays of a killed run: {rays}, {part.n_rays}")
+    seen = raymap.records(part, "ray", "id", "source_name")
+    check(len(np.unique(seen["id"])) == part.n_rays and (seen["source_name"] == "star").sum() == told["rays"]["matched"], "its columns")
+    check(len(raymap.records(part, "ray", "id", where="source(star)")["id"]) == told["rays"]["matched"], "its rays that match")
 
 
 compiled("g++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-pthread", "-I", SOURCE / "analysis/library",
@@ -160,5 +182,6 @@ failures(LENS)
 shows_what_it_promises()
 example_of_the_page()
 leaves_hdf5_alone(LENS)
-tells_of_unfinished(LENS)
+many_blocks()
+killed_run()
 finish()
