@@ -1,7 +1,6 @@
 # libraymap, for other programs: what of the storeys below `mpi` it needs, and nothing of that seen from outside.
 # The number goes up when a caller would have to be compiled again.
 set(RAYMAP_ABI 1)
-file(GLOB library CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/analysis/library/*.c)
 set(exports ${PROJECT_SOURCE_DIR}/analysis/library/exports.txt)
 add_library(raymap_library SHARED ${library})
 add_library(raymap::raymap ALIAS raymap_library)

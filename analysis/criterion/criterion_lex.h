@@ -52,6 +52,12 @@ enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_tok
  * they are. */
 void rmap_criterion_blank_comments(char *text);
 
+/* True for == != < <= > >=. */
+static inline bool rmap_token_is_relation(const struct rmap_token *token)
+{
+    return token->kind >= RMAP_TOKEN_EQ && token->kind <= RMAP_TOKEN_GE;
+}
+
 /* True when the token is this very word. */
 bool rmap_token_is(const char *text, const struct rmap_token *token, const char *word);
 

@@ -21,11 +21,6 @@ static struct rmap_token behind(const struct rmap_parser *parser, const struct r
     return next;
 }
 
-static bool is_relation(const struct rmap_token *token)
-{
-    return token->kind >= RMAP_TOKEN_EQ && token->kind <= RMAP_TOKEN_GE;
-}
-
 /* A sign between terms: of its own, or that of a number. */
 static bool is_sign(const struct rmap_parser *parser, const struct rmap_token *token)
 {
@@ -68,7 +63,7 @@ bool rmap_parser_at_sum(const struct rmap_parser *parser)
     if (!number_word(parser, &parser->token))
         return false;
     next = behind_number(parser, &parser->token);
-    if (!is_relation(&next))
+    if (!rmap_token_is_relation(&next))
         return is_sign(parser, &next);
     struct rmap_token right = behind(parser, &next);
     if (right.kind != RMAP_TOKEN_NUMBER)

@@ -130,8 +130,7 @@ out:
 
 bool rmap_parser_at_comparison(const struct rmap_parser *parser)
 {
-    return (parser->token.kind >= RMAP_TOKEN_EQ && parser->token.kind <= RMAP_TOKEN_GE) ||
-           rmap_parser_at_word(parser, "in");
+    return rmap_token_is_relation(&parser->token) || rmap_parser_at_word(parser, "in");
 }
 
 enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,

@@ -118,15 +118,16 @@ static enum rmap_status converse(struct rmap_session *session, struct rmap_sessi
 
 /* Rank 0. */
 static enum rmap_status open_input(const struct rmap_session *session, bool terminal,
-                                   const char ***word_ret, struct rmap_session_input **input_ret,
-                                   struct rmap_error *err)
+                                   struct rmap_session_input **input_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const char **word = NULL;
     size_t n_word = 0;
     if (terminal)
-        RMAP_TRY(rmap_session_words(rmap_map_scene(session->map), word_ret, &n_word, err));
-    RMAP_TRY(rmap_session_input_create(stdin, *word_ret, n_word, input_ret, err));
+        RMAP_TRY(rmap_session_words(rmap_map_scene(session->map), &word, &n_word, err));
+    st = rmap_session_input_create(stdin, word, n_word, input_ret, err);
 out:
+    rmap_free(word);
     return st;
 }
 
@@ -155,7 +156,6 @@ static enum rmap_status run_session(const struct rmap_context *context,
     struct rmap_context inner = *context;
     struct rmap_session session = {.context = &inner, .path = given->operand[0]};
     struct rmap_session_input *input = NULL;
-    const char **word = NULL;
     uint64_t n_wrong = 0;
     int is_terminal = terminal;
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_terminal, 1, MPI_INT, 0, context->comm)));
@@ -163,7 +163,7 @@ static enum rmap_status run_session(const struct rmap_context *context,
     RMAP_TRY(rmap_load_map(context, given->operand[0], &session.map, err));
     RMAP_TRY(read_options(&session, given, err));
     if (context->rank == 0)
-        st = open_input(&session, is_terminal, &word, &input, err);
+        st = open_input(&session, is_terminal, &input, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(converse(&session, input, &n_wrong, err));
     if (n_wrong > 0 && !is_terminal)
@@ -171,7 +171,6 @@ static enum rmap_status run_session(const struct rmap_context *context,
                             (unsigned long long)n_wrong);
 out:
     rmap_session_input_destroy(input);
-    rmap_free(word);
     rmap_session_memo_clear(&session.memo);
     rmap_criteria_destroy(session.criteria);
     rmap_map_close(session.map);

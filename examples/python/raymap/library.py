@@ -103,16 +103,21 @@ class Block(NamedTuple):
     space: int  # of the map's colour spaces
 
 
-class _Reader:
-    """Columns of one map. One thread at a time."""
+def _destroy(pointer: ctypes.c_void_p, _handle: "Handle") -> None:
+    """Of a reader; its map is open until then, in whatever order Python gives objects up."""
+    _library().raymap_reader_destroy(pointer)
 
-    def __init__(self, handle: "Handle", columns: Sequence[str], where: Optional[str]):
-        self.handle = handle  # outlives it
+
+class Reader:
+    """Columns of one map. One thread at a time; what it has decoded last, it has at hand."""
+
+    def __init__(self, handle: "Handle", columns: Sequence[str], where: Optional[str] = None):
+        self.handle = handle
         library, pointer, error = _library(), _POINTER(), _Error()
         _check(library.raymap_reader_create(handle.pointer, None if where is None else where.encode(),
                                             ",".join(columns).encode(), pointer, error), error)
         self.pointer = pointer
-        weakref.finalize(self, library.raymap_reader_destroy, pointer)
+        weakref.finalize(self, _destroy, pointer, handle)
         self.columns: List[Tuple[str, int, str, int]] = []
         column = _Column()
         while library.raymap_reader_column(pointer, len(self.columns), column) == 0:
@@ -148,7 +153,7 @@ class Handle:
 
     def columns(self, table: str) -> List[Tuple[str, str, int]]:
         """Name, type and width of all that a table has; width 0: one number per channel, as the block's space has."""
-        return [(name, dtype, width) for name, _, dtype, width in _Reader(self, [table], None).columns]
+        return [(name, dtype, width) for name, _, dtype, width in Reader(self, [table]).columns]
 
     def channels(self, space: int) -> int:
         n = ctypes.c_size_t()
@@ -161,15 +166,12 @@ class Handle:
         while _library().raymap_find_ray(self.pointer, ray, block):
             yield block.value
 
-    def read(self, block: int, columns: Sequence[str]) -> Block:
-        return _Reader(self, columns, None).read(block)
-
     def blocks(self, columns: Sequence[str], where: Optional[str] = None) -> Iterator[Block]:
         """All of them in order, read ahead by as many threads as there are cores; memory of a few blocks."""
         n_thread = max(1, min(len(os.sched_getaffinity(0)), self.n_blocks))
-        readers: "queue.SimpleQueue[_Reader]" = queue.SimpleQueue()
+        readers: "queue.SimpleQueue[Reader]" = queue.SimpleQueue()
         for _ in range(n_thread):
-            readers.put(_Reader(self, columns, where))
+            readers.put(Reader(self, columns, where))
 
         def read(block: int) -> Block:
             reader = readers.get()

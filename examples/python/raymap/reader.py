@@ -22,7 +22,7 @@ import sys
 import h5py
 import numpy as np
 
-from .library import TABLES, Handle, MapError
+from .library import TABLES, Handle, MapError, Reader
 
 # The columns, in the order of docs/map.md: name, type, numbers per row (0: one per channel).
 COLUMNS = (
@@ -152,6 +152,7 @@ class Map:
     def __init__(self, path):
         self.path = os.fspath(path)
         self._handle = None  # of the library
+        self._names, self._reader = (), None  # of the portions that were asked for last
         with open_file(os.path.join(path, "map.h5"), has_view=True) as index:
             self._read_index(index)
         if not self.complete:
@@ -209,7 +210,10 @@ class Map:
 
     def portion(self, k, names=None):
         """Block k of rays, in the order of first ray ids; `names`: the columns wanted."""
-        return Portion(*self.handle.read(k, names or self.column_names))
+        names = tuple(names or self.column_names)
+        if self._names != names:
+            self._names, self._reader = names, Reader(self.handle, names)
+        return Portion(*self._reader.read(k))
 
     def portions(self, names=None, where=None):
         """All of them, on all cores; where: a criterion, for the rays that match alone."""
