@@ -17,6 +17,7 @@
 #include "analysis/criterion/registration_angle.h"
 #include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
+#include "io/map/map_reader.h"
 #include "portion/event.h"
 
 /* What a criterion will need: the columns of every test, and an order of evaluation. */
@@ -185,6 +186,9 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
     case RMAP_CRITERION_NUMBER:
         node->columns = rmap_ray_number_columns(node->ray_number);
         return node->columns & ~RMAP_COLUMNS_DISCRETE ? COST_NUMBER : COST_RAY;
+    case RMAP_CRITERION_RAYS:
+        node->columns = RMAP_COLUMN_BIT(RMAP_RAY_id);
+        return COST_NUMBER;
     case RMAP_CRITERION_PATH_IN:
         node->columns = RMAP_PATH_IN_COLUMNS;
         return COST_GEOMETRY;
@@ -278,6 +282,18 @@ static enum rmap_status set_name(struct rmap_criterion *criterion,
                            : rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
 }
 
+/* Of a criterion that is @NAME of rays in the map, and nothing else. */
+static enum rmap_status name_rays(struct rmap_criterion *criterion, struct rmap_error *err)
+{
+    const struct rmap_criterion_node *node = &criterion->node[0];
+    const size_t n = node->end - node->begin - 1;
+    criterion->name = rmap_alloc(n + 1, 1);
+    if (!criterion->name)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+    memcpy(criterion->name, criterion->text + node->begin + 1, n);
+    return RMAP_OK;
+}
+
 static enum rmap_status create(const char *text, const struct rmap_scene *scene,
                                struct rmap_criterion **criterion_ret, struct rmap_error *err)
 {
@@ -309,6 +325,8 @@ enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap
     RMAP_TRY(st);
     RMAP_TRY(set_name(criterion, criteria, err));
     RMAP_TRY(rmap_criterion_parse(criterion, criteria, err));
+    if (criterion->n_node == 1 && criterion->node[0].kind == RMAP_CRITERION_RAYS)
+        RMAP_TRY(name_rays(criterion, err));
     void *fitting = rmap_realloc(criterion->node, criterion->n_node, sizeof *criterion->node);
     if (fitting) { /* a file may have very many criteria */
         criterion->node = fitting;
@@ -461,31 +479,35 @@ bool rmap_criterion_may_match(const struct rmap_criterion *criterion,
     return possible_of(criterion, criterion->root, summary).yes;
 }
 
-static uint64_t last_ray(const struct rmap_criterion *criterion, int32_t index)
+static bool may_hold(const struct rmap_criterion *criterion, int32_t index, uint64_t first,
+                     uint64_t last)
 {
     const struct rmap_criterion_node *node = &criterion->node[index];
     bool is_and = node->kind == RMAP_CRITERION_AND;
     if (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_ID &&
         !node->interval.outside)
-        return node->id_high;
+        return first <= node->id_high && last >= node->id_low;
+    if (node->kind == RMAP_CRITERION_RAYS)
+        return rmap_id_set_meets(node->rays, first, last);
     if (!is_and && node->kind != RMAP_CRITERION_OR)
-        return UINT64_MAX;
-    uint64_t last = is_and ? UINT64_MAX : 0;
-    for (int32_t child = node->first; child >= 0; child = criterion->node[child].next) {
-        uint64_t its = last_ray(criterion, child);
-        last = (its < last) == is_and ? its : last;
-    }
-    return last;
+        return true;
+    bool own = is_and;
+    for (int32_t child = node->first; child >= 0 && own == is_and;
+         child = criterion->node[child].next)
+        own = may_hold(criterion, child, first, last);
+    return own;
 }
 
-uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion)
+bool rmap_criterion_may_hold(const struct rmap_criterion *criterion, uint64_t first, uint64_t last)
 {
-    return last_ray(criterion, criterion->root);
+    return may_hold(criterion, criterion->root, first, last);
 }
 
-bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
-                          const struct rmap_portion_summary *summary)
+bool rmap_criterion_skips(const struct rmap_criterion *criterion,
+                          const struct rmap_portion_info *portion)
 {
-    return first_ray > rmap_criterion_last_ray(criterion) ||
-           !rmap_criterion_may_match(criterion, summary);
+    const uint64_t end = rmap_portion_end(portion);
+    return !rmap_criterion_may_hold(criterion, portion->first_ray,
+                                    end > portion->first_ray ? end - 1 : UINT64_MAX) ||
+           !rmap_criterion_may_match(criterion, &portion->summary);
 }

@@ -44,6 +44,14 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
     }
 }
 
+static void mark_rays(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
+                      uint8_t *outcome)
+{
+    rmap_id_set_mark(node->rays, ev->portion->ray.id, ev->n_ray, outcome);
+    for (size_t i = 0; i < ev->n_ray; i++)
+        outcome[i] = outcome[i] ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
+}
+
 static enum rmap_status compare_sums(const struct rmap_evaluation *ev,
                                      const struct rmap_criterion_node *node, uint8_t *outcome,
                                      struct rmap_error *err)
@@ -156,6 +164,9 @@ static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t 
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
         compare_ray_numbers(ev, node, outcome);
+    } else if (node->kind == RMAP_CRITERION_RAYS) {
+        RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
+        mark_rays(ev, node, outcome);
     } else if (node->kind == RMAP_CRITERION_SUM) {
         st = compare_sums(ev, node, outcome, err);
     } else if (node->kind == RMAP_CRITERION_PATH_IN) {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * @NAME: the definition's text is parsed where it is used, so that its tests become part of the
- * tree like any others. Definitions may use each other in any order, but not themselves.
+ * tree like any others. Definitions may use each other in any order, but not themselves. A name
+ * that has no definition may be that of rays which the map keeps.
  */
 #include <string.h>
 
@@ -30,7 +31,7 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser,
     if (!criteria)
         return RMAP_PARSER_FAIL(parser, token,
                                 "no criterion is named '%s': --criteria FILE defines names, as "
-                                "let %s = ...",
+                                "let %s = ..., and raymap select keeps rays in the map by name",
                                 shown, shown);
     const char **known = rmap_alloc(criteria->n, sizeof *known);
     for (size_t i = 0; known && i < criteria->n; i++)
@@ -45,8 +46,30 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser,
                             criteria->label, hint[0], hint[1], hint[2]);
 }
 
-/* The name behind '@', and which definition it is. */
-static enum rmap_status find_let(struct rmap_parser *parser, struct rmap_token *token, size_t *let)
+/* Rays of the map that have the name; *rays NULL: none. */
+static enum rmap_status find_rays(struct rmap_parser *parser, const struct rmap_token *token,
+                                  const char *name, bool is_defined,
+                                  const struct rmap_id_set **rays)
+{
+    struct rmap_error why = {0};
+    const struct rmap_ray_names *names = parser->criterion->scene->ray_names;
+    *rays = NULL;
+    enum rmap_status st = names ? names->find(names->context, name, rays, &why) : RMAP_OK;
+    if (is_defined && (*rays || st != RMAP_OK))
+        return RMAP_PARSER_FAIL(parser, token,
+                                "'%s' is defined in %.64s, and rays of the map are named so: give "
+                                "one another name",
+                                name, parser->criteria->label);
+    if (st == RMAP_SYSTEM && parser->err)
+        *parser->err = why;
+    if (st != RMAP_OK)
+        return st == RMAP_SYSTEM ? st : RMAP_PARSER_FAIL(parser, token, "%s", why.text);
+    return RMAP_OK;
+}
+
+/* The name behind '@': which definition it is; or else rays, not NULL. */
+static enum rmap_status find_name(struct rmap_parser *parser, struct rmap_token *token, size_t *let,
+                                  const struct rmap_id_set **rays)
 {
     enum rmap_status st = RMAP_OK;
     char name[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
@@ -54,10 +77,11 @@ static enum rmap_status find_let(struct rmap_parser *parser, struct rmap_token *
     RMAP_TRY(rmap_parser_take_name(parser, "the name of a criterion", token));
     rmap_token_name(parser->text, token, name);
     *let = parser->criteria ? rmap_criteria_find(parser->criteria, name) : SIZE_MAX;
-    if (*let == SIZE_MAX)
+    RMAP_TRY(find_rays(parser, token, name, *let != SIZE_MAX, rays));
+    if (*let == SIZE_MAX && !*rays)
         return fail_unknown(parser, token, name);
     for (const struct rmap_reference *open = parser->reference; open; open = open->outer)
-        if (open->let == *let) {
+        if (!*rays && open->let == *let) {
             rmap_criterion_shorten(name, shown);
             return RMAP_PARSER_FAIL(parser, token, "'%s' is defined by itself", shown);
         }
@@ -101,8 +125,19 @@ enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_
     enum rmap_status st = RMAP_OK;
     struct rmap_criterion *criterion = parser->criterion;
     struct rmap_token at = parser->token, name = at;
+    const struct rmap_id_set *rays = NULL;
     size_t first = criterion->n_node, let = 0;
-    RMAP_TRY(find_let(parser, &name, &let));
+    RMAP_TRY(find_name(parser, &name, &let, &rays));
+    if (rays) {
+        const struct rmap_criterion_node node = {.kind = RMAP_CRITERION_RAYS,
+                                                 .first = -1,
+                                                 .next = -1,
+                                                 .begin = at.begin,
+                                                 .end = name.end,
+                                                 .interval = {1.0, 1.0, false},
+                                                 .rays = rays};
+        return rmap_criterion_node_add(criterion, &node, node_ret, parser->err);
+    }
     if (++parser->depth > RMAP_CRITERION_DEPTH)
         return RMAP_PARSER_FAIL(parser, &name, "definitions stand in definitions more than %d deep",
                                 RMAP_CRITERION_DEPTH);

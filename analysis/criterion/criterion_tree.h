@@ -8,6 +8,7 @@
 
 #include "analysis/criterion/criterion.h"
 #include "analysis/criterion/ray_number.h"
+#include "base/id_set.h"
 
 /* True for v in the closed [low, high], or, when `outside`, for v beyond it. Never for NaN. */
 struct rmap_interval {
@@ -56,6 +57,7 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
                                      `where` the history up to and with the registration */
+    RMAP_CRITERION_RAYS,          /* a count, 0 or 1: of a set of rays that the map keeps */
     RMAP_CRITERION_ITS_NUMBER,    /* of one registration; below `where` only */
     RMAP_CRITERION_SUM            /* numbers compared with each other, of the ray, or below `where`
                                      of one registration */
@@ -181,7 +183,8 @@ struct rmap_criterion_node {
             struct rmap_index_set source;
             uint64_t source_bits;
         };
-        struct rmap_index_set media; /* PATH_IN */
+        struct rmap_index_set media;    /* PATH_IN */
+        const struct rmap_id_set *rays; /* borrowed from the map */
         struct rmap_ending_test ending;
         struct rmap_step_test steps;
         struct rmap_registration_test registrations;
@@ -241,12 +244,13 @@ enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
                                             const struct rmap_index_set *detector,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* Rays with larger ids cannot match; UINT64_MAX without such a bound. */
-uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion);
+/* False: no ray with one of the ids first ... last can match. */
+bool rmap_criterion_may_hold(const struct rmap_criterion *criterion, uint64_t first, uint64_t last);
 
-/* True when no ray of a portion with this first ray and summary can match. */
-bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
-                          const struct rmap_portion_summary *summary);
+/* True when no ray of the portion can match, by its ids and its summary. */
+struct rmap_portion_info; /* io/map/map_reader.h */
+bool rmap_criterion_skips(const struct rmap_criterion *criterion,
+                          const struct rmap_portion_info *portion);
 
 /* True when the medium travelled tells the side of the object that light met; else geometry. */
 static inline bool rmap_object_medium_tells(const struct rmap_object *object)

@@ -74,9 +74,8 @@ static bool choose(struct rmap_query_scanner *self, size_t index)
     const struct rmap_portion_info *info = rmap_map_portion(self->map, index);
     bool any = false;
     for (size_t c = 0; c < self->n_criterion; c++) {
-        self->wanted[c] =
-            !(c == 0 && rmap_collector_is_done(&self->collector)) &&
-            !rmap_criterion_skips(self->criterion[c], info->first_ray, &info->summary);
+        self->wanted[c] = !(c == 0 && rmap_collector_is_done(&self->collector)) &&
+                          !rmap_criterion_skips(self->criterion[c], info);
         any |= self->wanted[c];
     }
     return any;

@@ -121,7 +121,7 @@ static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion, ui
 static bool may_pick(const struct rmap_picker *self, const struct rmap_portion_info *info)
 {
     const struct rmap_pick *pick = &self->pick;
-    if (pick->criterion && rmap_criterion_skips(pick->criterion, info->first_ray, &info->summary))
+    if (pick->criterion && rmap_criterion_skips(pick->criterion, info))
         return false;
     if (!pick->id)
         return true;

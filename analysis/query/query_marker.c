@@ -55,7 +55,7 @@ enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *self, size_t 
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     const bool wanted = true;
     *n_ret = self->n_ray = 0;
-    if (self->criterion && rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
+    if (self->criterion && rmap_criterion_skips(self->criterion, info))
         return RMAP_OK;
     RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, portion, &wanted, err));
     *n_ret = self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];

@@ -89,7 +89,7 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
         const struct rmap_portion_info *info = rmap_map_portion(map, p);
         struct rmap_query_outlook outlook;
-        if (rmap_criterion_skips(criterion, info->first_ray, &info->summary)) {
+        if (rmap_criterion_skips(criterion, info)) {
             plan->n_skipped++;
             continue;
         }

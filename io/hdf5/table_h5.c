@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/file/seal.h"
 #include "io/file/whole_file.h"
 #include "io/hdf5/h5.h"
 #include "io/hdf5/h5_deflate.h"
@@ -145,7 +146,13 @@ enum rmap_status rmap_table_h5_add(struct rmap_table_h5 *self, size_t c, const v
     return column->n_waiting < ROWS ? RMAP_OK : write_waiting(self, column, err);
 }
 
-enum rmap_status rmap_table_h5_finish(struct rmap_table_h5 *self, struct rmap_error *err)
+struct rmap_h5 *rmap_table_h5_file(struct rmap_table_h5 *self)
+{
+    return &self->h5;
+}
+
+enum rmap_status rmap_table_h5_finish(struct rmap_table_h5 *self, bool seals,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t c = 0; c < self->n; c++) {
@@ -157,6 +164,8 @@ enum rmap_status rmap_table_h5_finish(struct rmap_table_h5 *self, struct rmap_er
         column->set = H5I_INVALID_HID;
     }
     RMAP_TRY(rmap_h5_close(&self->h5, err));
+    if (seals)
+        RMAP_TRY(rmap_seal_write(self->whole.temporary, NULL, 0, err));
     st = rmap_whole_file_finish(&self->whole, err);
 out:
     return st;

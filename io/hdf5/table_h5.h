@@ -6,6 +6,7 @@
 #ifndef RMAP_TABLE_H5_H
 #define RMAP_TABLE_H5_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/status.h"
@@ -18,6 +19,7 @@ struct rmap_table_h5_column {
 };
 
 struct rmap_table_h5;
+struct rmap_h5;
 
 /* Begins a file in place of what stands at `path`, with columns that follow each other group by
  * group; all borrowed for the call, but for the path. RMAP_SYSTEM. */
@@ -37,8 +39,11 @@ enum rmap_status rmap_table_h5_put_names(struct rmap_table_h5 *table, const char
 enum rmap_status rmap_table_h5_add(struct rmap_table_h5 *table, size_t c, const void *element,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* Gives the file its name. RMAP_SYSTEM. */
-enum rmap_status rmap_table_h5_finish(struct rmap_table_h5 *table,
+/* The file, for more attributes. */
+struct rmap_h5 *rmap_table_h5_file(struct rmap_table_h5 *table);
+
+/* Gives the file its name. seals: as a file of a map (io/file/seal.h). RMAP_SYSTEM. */
+enum rmap_status rmap_table_h5_finish(struct rmap_table_h5 *table, bool seals,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Removes a file that was not finished, and releases. NULL is fine. */

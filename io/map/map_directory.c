@@ -22,6 +22,7 @@
 #include "io/map/map_format.h"
 #include "io/map/map_lock.h"
 #include "io/map/map_writer.h"
+#include "io/map/named_rays.h"
 
 /* What unfinished writers left in a map's directory, and whether they live. */
 
@@ -42,10 +43,17 @@ static bool leftover_is_journal(const char *name)
     return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".journal");
 }
 
-static bool leftover_is_half_index(const char *name)
+/* An index, or named rays. */
+static bool leftover_is_half_file(const char *name)
 {
-    return strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part") &&
-           strcmp(name, RMAP_MAP_LOCK_NAME) != 0;
+    return (strncmp(name, ".map.h5.", 8) == 0 || strncmp(name, ".selection-", 11) == 0) &&
+           ends_with(name, ".part") && strcmp(name, RMAP_MAP_LOCK_NAME) != 0;
+}
+
+static bool is_named_rays(const char *name)
+{
+    char own[RMAP_RAYS_NAME_NBYTES];
+    return rmap_named_rays_name(name, own);
 }
 
 static bool leftover_is_held(const char *map_path, const struct rmap_leftover *leftover)
@@ -204,7 +212,7 @@ static enum rmap_status list_in_map(void *context, int directory, const char *na
 {
     struct rmap_error why = {0};
     struct walk *walk = context;
-    walk->listing->has_half_index |= leftover_is_half_index(name);
+    walk->listing->has_half_index |= leftover_is_half_file(name);
     walk->shard = rmap_directory_number(name, "shard-", "");
     walk->shard_name = name;
     if (walk->shard < 0)
@@ -399,7 +407,7 @@ out:
 
 static bool is_temporary(const char *name)
 {
-    return leftover_is_part(name) || leftover_is_journal(name) || leftover_is_half_index(name);
+    return leftover_is_part(name) || leftover_is_journal(name) || leftover_is_half_file(name);
 }
 
 struct clearing {
@@ -460,7 +468,7 @@ static enum rmap_status clear_entry(void *context, int directory, const char *na
     if (shard_number(name) >= 0)
         return clear_shard(clearing, directory, name, err);
     if (strcmp(name, "map.h5") != 0 && strcmp(name, RMAP_INDEX_START) != 0 &&
-        strcmp(name, RMAP_MAP_LOCK_NAME) != 0 && !is_temporary(name))
+        strcmp(name, RMAP_MAP_LOCK_NAME) != 0 && !is_named_rays(name) && !is_temporary(name))
         return foreign(clearing->map_path, name, err);
     return clearing->remove ? remove_at(directory, clearing->map_path, name, 0, err) : RMAP_OK;
 }
@@ -478,7 +486,7 @@ static enum rmap_status remove_half_index(void *context, int directory, const ch
                                           struct rmap_error *err)
 {
     const char *map_path = *(const char **)context;
-    return leftover_is_half_index(name) ? remove_at(directory, map_path, name, 0, err) : RMAP_OK;
+    return leftover_is_half_file(name) ? remove_at(directory, map_path, name, 0, err) : RMAP_OK;
 }
 
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_error *err)

@@ -16,6 +16,7 @@
 #include "io/map/map_internal.h"
 #include "io/map/map_paths.h"
 #include "io/map/map_tally.h"
+#include "io/map/named_rays.h"
 #include "io/map/portion_rows.h"
 #include "io/map/provenance.h"
 #include "io/mesh/bundle_pack.h"
@@ -437,6 +438,7 @@ static enum rmap_status open_index(const char *path, const char *name, enum scop
     }
     rmap_map_derive_flux(map);
     RMAP_TRY(rmap_map_sum_up(map, err));
+    RMAP_TRY(rmap_map_offer_named_rays(map, err));
     *map_ret = map;
     map = NULL;
 out:
@@ -492,6 +494,7 @@ void rmap_map_close(struct rmap_map *map)
     rmap_kept_views_destroy(map->views);
     rmap_arena_destroy(map->arena);
     rmap_map_forget(map);
+    rmap_kept_rays_destroy(map->kept_rays);
     (void)pthread_mutex_destroy(&map->paths_lock);
     for (size_t i = 0; map->model && i < map->spaces.n; i++)
         rmap_compact_model_destroy(map->model[i]);

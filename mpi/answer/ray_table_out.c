@@ -138,7 +138,7 @@ out:
 
 enum rmap_status rmap_table_out_finish(struct rmap_table_out *self, struct rmap_error *err)
 {
-    return rmap_table_h5_finish(self->file, err);
+    return rmap_table_h5_finish(self->file, false, err);
 }
 
 void rmap_table_out_destroy(struct rmap_table_out *self)

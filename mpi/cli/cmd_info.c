@@ -15,6 +15,7 @@
 #include "io/map/map_rays.h"
 #include "io/map/map_reader.h"
 #include "io/map/selection.h"
+#include "mpi/answer/named_rays_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -142,7 +143,8 @@ static json_t *selection_json(const struct rmap_selection *selection)
 }
 
 static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                         const struct rmap_history_survey *indexed)
+                         const struct rmap_history_survey *indexed,
+                         const struct rmap_named_rays_list *named)
 {
     char digest[33];
     rmap_digest_text(summary->digest, digest);
@@ -169,6 +171,8 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                   indexed->why.text, "selection", selection_json(rmap_map_selection(map)));
     uint64_t asked = 0;
     const bool is_known = rmap_rays_asked(map, &asked);
+    if (info)
+        (void)json_object_set_new(info, "selections", rmap_named_rays_json(named));
     if (info)
         (void)json_object_set_new(info, "rays_asked",
                                   is_known ? json_integer((json_int_t)asked) : json_null());
@@ -224,7 +228,8 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
 
 static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_map_summary *summary,
-                       const struct rmap_history_survey *indexed, bool damaged, FILE *out)
+                       const struct rmap_history_survey *indexed,
+                       const struct rmap_named_rays_list *named, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     const char *encodings = rmap_map_content_encodings(rmap_map_contents(map));
@@ -277,6 +282,7 @@ static void print_info(const char *path, const struct rmap_map *map,
                 rmap_counted((uint64_t)channels->n, "channel").text);
     }
     print_detectors(map, out);
+    rmap_named_rays_print(NULL, named, out);
     double *flux = picked_flux(map);
     rmap_balance_print(rmap_map_tally(map), flux, out);
     rmap_free(flux);
@@ -298,13 +304,17 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
         fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
     struct rmap_history_survey indexed;
+    struct rmap_named_rays_list named;
     st = rmap_map_history_survey(map, &indexed, err);
+    if (st == RMAP_OK)
+        st = rmap_named_rays_list(map, &named, err);
     if (st != RMAP_OK)
         return st;
     if (context->json)
-        st = rmap_json_print(info_json(map, &summary, &indexed), stdout, err);
+        st = rmap_json_print(info_json(map, &summary, &indexed, &named), stdout, err);
     else
-        print_info(path, map, &summary, &indexed, pieces != RMAP_OK, stdout);
+        print_info(path, map, &summary, &indexed, &named, pieces != RMAP_OK, stdout);
+    rmap_named_rays_list_fini(&named);
     return st == RMAP_OK ? pieces : st;
 }
 

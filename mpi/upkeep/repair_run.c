@@ -13,8 +13,10 @@
 #include "io/map/map_directory.h"
 #include "io/map/map_lock.h"
 #include "io/map/map_rays.h"
+#include "io/map/named_rays.h"
 #include "io/recovery/repair.h"
 #include "io/recovery/salvage.h"
+#include "io/recovery/verify_named.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/gather_findings.h"
 #include "mpi/parallel/progress.h"
@@ -24,7 +26,7 @@
 enum { ROUNDS_MAX = 8 };
 
 /* What a round calls for. */
-enum step { STEP_NONE, STEP_INDEX, STEP_PIECES, STEP_LEFTOVERS };
+enum step { STEP_NONE, STEP_INDEX, STEP_PIECES, STEP_LEFTOVERS, STEP_NAMES };
 
 struct repair {
     const struct rmap_context *context;
@@ -51,14 +53,20 @@ void rmap_repair_result_fini(struct rmap_repair_result *result)
 
 /* ---- what to do next (rank 0) ---- */
 
+static bool of_names(const struct rmap_finding *finding)
+{
+    char name[RMAP_RAYS_NAME_NBYTES];
+    return rmap_named_rays_name(finding->file, name);
+}
+
 static bool of_index(const struct rmap_finding *finding)
 {
-    return strncmp(finding->file, "shard-", 6) != 0;
+    return strncmp(finding->file, "shard-", 6) != 0 && !of_names(finding);
 }
 
 static bool of_piece(const struct rmap_finding *finding)
 {
-    return !of_index(finding) && !strstr(finding->file, "/.piece-");
+    return strncmp(finding->file, "shard-", 6) == 0 && !strstr(finding->file, "/.piece-");
 }
 
 static bool same(const struct rmap_findings *a, const struct rmap_findings *b)
@@ -75,10 +83,11 @@ static enum step choose(const struct repair *self)
     const struct rmap_verify_result *round = &self->round;
     const struct rmap_findings *findings = &round->findings;
     struct rmap_map_summary summary = {0};
-    bool index = !round->verification->map, pieces = false;
+    bool index = !round->verification->map, pieces = false, names = false;
     for (size_t i = 0; i < findings->n; i++) {
         index = index || of_index(&findings->row[i]);
         pieces = pieces || of_piece(&findings->row[i]);
+        names = names || of_names(&findings->row[i]);
     }
     if (index)
         return self->index_made ? STEP_NONE : STEP_INDEX;
@@ -89,7 +98,7 @@ static enum step choose(const struct repair *self)
         return STEP_PIECES;
     if (self->n_leftover > 0 && !self->salvaged)
         return summary.complete ? STEP_PIECES : STEP_LEFTOVERS; /* first of all, incomplete */
-    return STEP_NONE;
+    return names ? STEP_NAMES : STEP_NONE;
 }
 
 /* ---- steps; collective ---- */
@@ -100,6 +109,14 @@ static enum rmap_status mend_index(struct repair *self, struct rmap_error *err)
     if (self->context->rank == 0)
         st = rmap_repair_index(self->path, self->scene, &self->result->done, err);
     self->index_made = true;
+    return rmap_agree_patiently(self->context, st, err);
+}
+
+static enum rmap_status mend_names(struct repair *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (self->context->rank == 0)
+        st = rmap_remove_damaged_rays(self->round.verification->map, &self->result->done, err);
     return rmap_agree_patiently(self->context, st, err);
 }
 
@@ -302,6 +319,8 @@ out:
 /* Collective. */
 static enum rmap_status mend(struct repair *self, enum step step, struct rmap_error *err)
 {
+    if (step == STEP_NAMES)
+        return mend_names(self, err);
     self->changed = true;
     return step == STEP_INDEX    ? mend_index(self, err)
            : step == STEP_PIECES ? mend_pieces(self, err)

@@ -21,6 +21,7 @@
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
 #include "scene/profile.h"
+#include "scene/ray_names.h"
 #include "scene/surface_model.h"
 
 struct rmap_medium {
@@ -194,6 +195,8 @@ struct rmap_scene {
     size_t n_camera;
     struct rmap_camera *camera;
     double background[RMAP_CHANNEL_MAX]; /* radiance from outside the scene: flux unit / (m2 sr) */
+
+    const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
 
     /* Derived by rmap_scene_finish. */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */

@@ -173,7 +173,8 @@ static const struct {
      "found ')'"},
     {"registered(sensor where (x > 0)", 32, 1, "expected 'and', 'or' or ')', found the end"},
     {"all and @ghost", 10, 5,
-     "no criterion is named 'ghost': --criteria FILE defines names, as let ghost = ..."},
+     "no criterion is named 'ghost': --criteria FILE defines names, as let ghost = ..., and raymap "
+     "select keeps rays in the map by name"},
     {"let ghost = all", 1, 3, "'let' defines names in a file that --criteria names"},
 };
 

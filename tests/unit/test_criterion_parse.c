@@ -296,6 +296,7 @@ static void test_skipping(void **state)
 static void test_last_ray(void **state)
 {
     (void)state;
+    /* may match, and no later one. */
     static const struct {
         const char *text;
         uint64_t last;
@@ -318,7 +319,9 @@ static void test_last_ray(void **state)
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         struct rmap_criterion *criterion = NULL;
         assert_int_equal(rmap_criterion_compile(row[i].text, &t.scene, &criterion, NULL), RMAP_OK);
-        assert_true(rmap_criterion_last_ray(criterion) == row[i].last);
+        assert_true(rmap_criterion_may_hold(criterion, row[i].last, row[i].last));
+        assert_false(row[i].last < UINT64_MAX &&
+                     rmap_criterion_may_hold(criterion, row[i].last + 1, UINT64_MAX));
         rmap_criterion_destroy(criterion);
     }
 }
