@@ -6,6 +6,7 @@
 #include "io/map/chunk_reader.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 #include "io/map/map_chunks.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_memory.h"
+#include "io/map/piece_columns.h"
 #include "io/map/piece_file.h"
 
 #define FILES_MAX     32
@@ -24,7 +26,8 @@
 
 struct open_file {
     size_t piece;
-    int fd; /* -1: none */
+    bool is_beside; /* the file of its kept columns */
+    int fd;         /* -1: none */
     uint64_t tick;
 };
 
@@ -35,17 +38,20 @@ struct rmap_chunk_reader {
     size_t stored_cap;
     /* Chunks as byte planes, from which rows are taken; made when first read. */
     struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
-    struct rmap_chunk_budget budget; /* of all caches */
+    struct rmap_chunk_cache *kept[RMAP_STREAM_MAX]; /* of columns beside compact pieces */
+    struct rmap_chunk_budget budget;                /* of all caches */
     struct open_file file[FILES_MAX];
     uint64_t tick;
     bool is_counted; /* among those that share the map's bytes: it has read chunks */
     uint64_t nbytes, nbytes_of_rows;
 };
 
-/* A stream of a piece, looked up once per read. */
+/* A stream of a piece, or a column beside it, looked up once per read. */
 struct place {
     size_t piece;
+    bool is_beside;
     int stream;
+    uint64_t n_row; /* in the piece */
     const struct rmap_stream_info *info;
     const struct rmap_piece_chunks *chunks;
     struct rmap_chunk_cache *cache;
@@ -94,6 +100,8 @@ void rmap_chunk_reader_destroy(struct rmap_chunk_reader *self)
     for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
         for (int s = 0; s < RMAP_STREAM_MAX; s++)
             rmap_chunk_cache_destroy(self->cache[e][s]);
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_chunk_cache_destroy(self->kept[s]);
     for (int k = 0; k < FILES_MAX; k++)
         if (self->file[k].fd >= 0)
             (void)close(self->file[k].fd);
@@ -119,13 +127,20 @@ void rmap_chunk_reader_set_nbytes_of_rows(struct rmap_chunk_reader *self, uint64
     self->nbytes_of_rows = nbytes;
 }
 
-static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece, int *fd_ret,
-                                   struct rmap_error *err)
+static int open_file(const struct rmap_map *map, const struct place *place, const char *path)
 {
+    return place->is_beside ? open(path, O_RDONLY | O_CLOEXEC)
+                            : rmap_piece_file_open(map->path, &map->content.piece[place->piece]);
+}
+
+static enum rmap_status open_piece(struct rmap_chunk_reader *self, const struct place *place,
+                                   int *fd_ret, struct rmap_error *err)
+{
+    const size_t piece = place->piece;
     struct open_file *oldest = &self->file[0];
     for (int k = 0; k < FILES_MAX; k++) {
         struct open_file *file = &self->file[k];
-        if (file->fd >= 0 && file->piece == piece) {
+        if (file->fd >= 0 && file->piece == piece && file->is_beside == place->is_beside) {
             file->tick = ++self->tick;
             *fd_ret = file->fd;
             return RMAP_OK;
@@ -133,11 +148,13 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
         if (file->fd < 0 || (oldest->fd >= 0 && file->tick < oldest->tick))
             oldest = file;
     }
-    char *path = rmap_map_piece_path(self->map, piece);
+    char *path = place->is_beside
+                     ? rmap_piece_columns_path(self->map->path, &self->map->content.piece[piece])
+                     : rmap_map_piece_path(self->map, piece);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     enum rmap_status st = RMAP_OK;
-    int fd = rmap_piece_file_open(self->map->path, &self->map->content.piece[piece]);
+    int fd = open_file(self->map, place, path);
     if (fd < 0)
         st = rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM,
                             "%s: cannot be opened: %s", path, strerror(errno));
@@ -146,7 +163,7 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
         return st;
     if (oldest->fd >= 0)
         (void)close(oldest->fd);
-    *oldest = (struct open_file){piece, fd, ++self->tick};
+    *oldest = (struct open_file){piece, place->is_beside, fd, ++self->tick};
     *fd_ret = fd;
     return RMAP_OK;
 }
@@ -191,12 +208,13 @@ static enum rmap_status find_chunk(struct rmap_chunk_reader *self, const struct 
     if (*plane_ret)
         return RMAP_OK;
     RMAP_TRY(rmap_chunk_cache_room(place->cache, place->piece, index, &plane, err));
-    RMAP_TRY(open_piece(self, place->piece, &fd, err));
+    RMAP_TRY(open_piece(self, place, &fd, err));
     st = decode(self, place, &place->chunks->entry[place->chunks->first[place->stream] + index], fd,
                 plane, err);
     if (st != RMAP_OK) {
-        rmap_error_context(err, "%s: %s chunk %llu", self->map->content.piece[place->piece].name,
-                           place->info->path, (unsigned long long)index);
+        rmap_error_context(err, "%s%s: %s chunk %llu", place->is_beside ? "kept columns of " : "",
+                           self->map->content.piece[place->piece].name, place->info->path,
+                           (unsigned long long)index);
         goto out;
     }
     rmap_chunk_cache_keep(place->cache, place->piece, index);
@@ -206,35 +224,30 @@ out:
 }
 
 /* Rows of the piece in a chunk; what else stands there is 0. */
-static uint64_t rows_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
-                              uint64_t index)
+static uint64_t rows_of_chunk(const struct place *place, uint64_t index)
 {
-    uint64_t rows = self->map->content.piece[place->piece].stored_rows[place->info->table];
-    rows -= index * RMAP_CHUNK_ROWS;
+    const uint64_t rows = place->n_row - index * RMAP_CHUNK_ROWS;
     return rows < RMAP_CHUNK_ROWS ? rows : RMAP_CHUNK_ROWS;
 }
 
 /* Of the stored bytes of a chunk, those of its rows [first, last). Telescopes. */
-static uint64_t share_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
-                               uint64_t index, size_t first, size_t last)
+static uint64_t share_of_chunk(const struct place *place, uint64_t index, size_t first, size_t last)
 {
     uint64_t nbytes = place->chunks->entry[place->chunks->first[place->stream] + index].nbytes;
-    uint64_t rows = rows_of_chunk(self, place, index);
+    uint64_t rows = rows_of_chunk(place, index);
     return nbytes * last / rows - nbytes * first / rows;
 }
 
-static enum rmap_status look_up(struct rmap_chunk_reader *self, size_t piece, int stream,
-                                struct place *place, struct rmap_error *err)
+/* What a place of that stream takes; its chunks are known. */
+static enum rmap_status prepare(struct rmap_chunk_reader *self, struct place *place,
+                                struct rmap_chunk_cache **cache, struct rmap_error *err)
 {
     const struct rmap_map *map = self->map;
-    const struct rmap_layout *layout = rmap_map_piece_layout(map, piece);
-    struct rmap_chunk_cache **cache = &self->cache[layout->encoding][stream];
-    *place = (struct place){.piece = piece, .stream = stream, .info = &layout->stream[stream]};
-    place->width = rmap_stream_width(place->info, rmap_map_piece_n_channel(map, piece));
+    enum rmap_status st = RMAP_OK;
+    place->width = rmap_stream_width(place->info, rmap_map_piece_n_channel(map, place->piece));
     place->element = rmap_element_nbytes(place->info->element);
-    enum rmap_status st = rmap_map_piece_chunks(map, piece, &place->chunks, err);
     share_budget(self);
-    if (st == RMAP_OK && !*cache)
+    if (!*cache)
         st = rmap_chunk_cache_create(&self->budget,
                                      RMAP_CHUNK_ROWS *
                                          rmap_stream_row_nbytes(place->info, map->n_channel_max),
@@ -257,35 +270,72 @@ static size_t copy_tail(struct rmap_chunk_reader *self, const struct place *plac
     return n;
 }
 
-enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t piece, int stream,
-                                        uint64_t first, size_t n_row, void *to,
-                                        struct rmap_error *err)
+static enum rmap_status read_rows(struct rmap_chunk_reader *self, const struct place *place,
+                                  uint64_t first, size_t n_row, uint8_t *out,
+                                  struct rmap_error *err)
 {
-    struct place place;
-    uint8_t *out = to;
-    enum rmap_status st = look_up(self, piece, stream, &place, err);
-    if (st != RMAP_OK)
-        return st;
-    size_t n_chunk = place.chunks->first[stream + 1] - place.chunks->first[stream];
+    enum rmap_status st = RMAP_OK;
+    const size_t *of = &place->chunks->first[place->stream], n_chunk = of[1] - of[0];
     for (uint64_t at = first, end = first + n_row; at < end;) {
         const uint8_t *plane = NULL;
         uint64_t index = at / RMAP_CHUNK_ROWS, skip = at % RMAP_CHUNK_ROWS;
         size_t n = (size_t)(end - at < RMAP_CHUNK_ROWS - skip ? end - at : RMAP_CHUNK_ROWS - skip);
         if (index < n_chunk) {
-            st = find_chunk(self, &place, index, &plane, err);
+            st = find_chunk(self, place, index, &plane, err);
             if (st != RMAP_OK)
                 return st;
-            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, (size_t)skip * place.width,
-                           n * place.width, place.element, out);
-            self->nbytes_of_rows +=
-                share_of_chunk(self, &place, index, (size_t)skip, (size_t)skip + n);
-        } else if (copy_tail(self, &place, at, n, out) != n) {
+            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place->width, (size_t)skip * place->width,
+                           n * place->width, place->element, out);
+            self->nbytes_of_rows += share_of_chunk(place, index, (size_t)skip, (size_t)skip + n);
+        } else if (place->is_beside || copy_tail(self, place, at, n, out) != n) {
             return rmap_error_set(err, RMAP_FORMAT, "%s: %s: rows from %llu on are not there",
-                                  self->map->content.piece[piece].name, place.info->path,
+                                  self->map->content.piece[place->piece].name, place->info->path,
                                   (unsigned long long)at);
         }
-        out += n * place.width * place.element;
+        out += n * place->width * place->element;
         at += n;
     }
+    return st;
+}
+
+enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t piece, int stream,
+                                        uint64_t first, size_t n, void *to, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_layout *layout = rmap_map_piece_layout(self->map, piece);
+    const struct rmap_stream_info *info = &layout->stream[stream];
+    struct place place = {.piece = piece,
+                          .stream = stream,
+                          .info = info,
+                          .n_row = self->map->content.piece[piece].stored_rows[info->table]};
+    RMAP_TRY(rmap_map_piece_chunks(self->map, piece, &place.chunks, err));
+    RMAP_TRY(prepare(self, &place, &self->cache[layout->encoding][stream], err));
+    st = read_rows(self, &place, first, n, to, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_chunk_reader_kept(struct rmap_chunk_reader *self, size_t piece, int column,
+                                        uint64_t first, size_t n, void *to, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_piece_info *info = &self->map->content.piece[piece];
+    const enum rmap_colour_mode mode = self->map->spaces.space[info->space].mode;
+    const struct rmap_piece_columns *columns;
+    struct place place = {.piece = piece,
+                          .is_beside = true,
+                          .stream = column,
+                          .info = &rmap_layout_of(RMAP_ENCODING_PLAIN, mode)->stream[column],
+                          .n_row = info->n_row[rmap_column_info((enum rmap_column)column)->table]};
+    RMAP_TRY(rmap_map_piece_columns(self->map, piece, &columns, err));
+    if (!columns)
+        return rmap_error_set(err, RMAP_INTERNAL, "%s has no kept columns", info->name);
+    place.chunks = &columns->chunks;
+    RMAP_TRY(prepare(self, &place, &self->kept[column], err));
+    st = read_rows(self, &place, first, n, to, err);
+    if (st == RMAP_FORMAT && err)
+        (void)strncat(err->text, "; raymap keep --force makes them again",
+                      sizeof err->text - strlen(err->text) - 1);
+out:
     return st;
 }

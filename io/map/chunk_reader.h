@@ -21,6 +21,11 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *reader, size_t
                                         uint64_t first, size_t n, void *to,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same of a column that stands beside the piece (rmap_map_columns_beside). */
+enum rmap_status rmap_chunk_reader_kept(struct rmap_chunk_reader *reader, size_t piece, int column,
+                                        uint64_t first, size_t n, void *to,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
 /* As rmap_cursor_nbytes and rmap_cursor_nbytes_of_rows. */
 uint64_t rmap_chunk_reader_nbytes(const struct rmap_chunk_reader *reader);
 uint64_t rmap_chunk_reader_nbytes_of_rows(const struct rmap_chunk_reader *reader);

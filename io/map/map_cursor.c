@@ -15,6 +15,7 @@
 #include "io/map/map_history.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_paths.h"
+#include "io/map/piece_columns.h"
 #include "io/scene/scene_limits.h"
 
 /* What a colour space takes; made when first needed. */
@@ -41,10 +42,11 @@ struct rmap_cursor {
     uint64_t streams;                /* of a compact one, in `buffer` */
     bool knows_header;               /* of a compact one: */
     struct rmap_compact_summary header;
-    struct rmap_portion *portion; /* of the space in hand; borrowed from there */
-    struct rmap_portion shown;    /* that, without columns that only decoding needed */
-    struct rmap_portion selected; /* the same of rays that were selected */
-    uint32_t *some;               /* [n_ray] their rows */
+    struct rmap_portion *portion;  /* of the space in hand; borrowed from there */
+    struct rmap_portion shown;     /* that, without columns that only decoding needed */
+    struct rmap_portion selected;  /* the same of rays that were selected */
+    struct rmap_row_buffer beside; /* rows that are compared with decoded ones */
+    uint32_t *some;                /* [n_ray] their rows */
     size_t some_cap;
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
@@ -170,7 +172,10 @@ enum rmap_status rmap_cursor_traced(struct rmap_cursor *self, rmap_column_set *t
                                     struct rmap_error *err)
 {
     const enum rmap_status st = know_header(self, err);
-    *traced_ret = self->knows_header ? rmap_compact_traced(self->header.placed) : 0;
+    const size_t piece = (size_t)self->map->content.portion[self->in_hand].piece;
+    *traced_ret = self->knows_header ? rmap_compact_traced(self->header.placed) &
+                                           ~rmap_map_columns_beside(self->map, piece)
+                                     : 0;
     return st;
 }
 
@@ -322,6 +327,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     rmap_portion_destroy(self->own);
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
+    rmap_free(self->beside.data);
     rmap_free(self->some);
     rmap_free(self);
 }
@@ -367,10 +373,11 @@ static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, stru
     return RMAP_OK;
 }
 
-/* The streams are the columns. */
+/* Columns that stand as they are: the streams of a plain piece, or beside a compact one. */
 static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                   rmap_column_set columns, struct rmap_error *err)
+                                   bool is_beside, rmap_column_set columns, struct rmap_error *err)
 {
+    const uint64_t *first = is_beside ? rmap_map_first_rows(self->map, self->in_hand) : NULL;
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *rows = self->portion;
     bool has[RMAP_TABLE_COUNT] = {false};
@@ -388,9 +395,14 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
         enum rmap_table table = rmap_column_info((enum rmap_column)c)->table;
         if (!(columns & RMAP_COLUMN_BIT(c)))
             continue;
-        RMAP_TRY(rmap_chunk_reader_rows(
-            self->reader, (size_t)info->piece, c, info->stored_first[table], rows->n_row[table],
-            rmap_portion_column(self->portion, (enum rmap_column)c), err));
+        void *to = rmap_portion_column(self->portion, (enum rmap_column)c);
+        if (is_beside)
+            RMAP_TRY(rmap_chunk_reader_kept(self->reader, (size_t)info->piece, c, first[table],
+                                            rows->n_row[table], to, err));
+        else
+            RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
+                                            info->stored_first[table], rows->n_row[table], to,
+                                            err));
     }
 out:
     return st;
@@ -523,18 +535,45 @@ static rmap_column_set compact_columns(const struct rmap_cursor *self, rmap_colu
     return columns & ~self->present;
 }
 
+/* Of these columns of a compact portion, those that are read from beside its piece: where others
+ * have its rays traced again, they come with them. */
+static enum rmap_status choose_beside(struct rmap_cursor *self,
+                                      const struct rmap_portion_info *info, rmap_column_set columns,
+                                      rmap_column_set *beside_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_piece_columns *kept;
+    const rmap_column_set traced = rmap_compact_traced(self->header.placed);
+    *beside_ret = 0;
+    if ((traced & ~self->columns) == 0) /* who wants all of them has them from the piece itself */
+        return RMAP_OK;
+    RMAP_TRY(rmap_map_piece_columns(self->map, (size_t)info->piece, &kept, err));
+    *beside_ret = kept ? columns & kept->columns : 0;
+    if (columns & traced & ~*beside_ret)
+        *beside_ret = 0;
+out:
+    return st;
+}
+
 static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,
                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    rmap_column_set fresh = columns;
+    rmap_column_set fresh = columns, beside;
     if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN) {
-        RMAP_TRY(read_plain(self, info, fresh, err));
+        RMAP_TRY(read_plain(self, info, false, fresh, err));
     } else {
         RMAP_TRY(know_header(self, err));
-        fresh = compact_columns(self, columns);
-        RMAP_TRY(cursor_read_compact(self, info, fresh, err));
+        RMAP_TRY(choose_beside(self, info, columns, &beside, err));
+        if (beside) {
+            RMAP_TRY(read_plain(self, info, true, beside, err));
+            self->present |= beside;
+        }
+        fresh = compact_columns(self, columns & ~beside);
+        if (fresh)
+            RMAP_TRY(cursor_read_compact(self, info, fresh, err));
+        fresh |= beside;
     }
     self->portion->first_ray = info->first_ray;
     self->present |= fresh;
@@ -573,8 +612,8 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
 }
 
 /* Where rays are selected, at most one of so many: selecting one costs as much as some that are
- * traced again with all others. */
-enum { SELECTED_SHARE = 2 };
+ * traced again with all others; and as much as reading many where the columns stand beside. */
+enum { SELECTED_SHARE = 2, BESIDE_SHARE = 16 };
 
 bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns)
 {
@@ -584,6 +623,31 @@ bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_se
     return map->content.piece[info->piece].encoding == RMAP_ENCODING_COMPACT &&
            (columns & rmap_compact_traced(false)) && kept.budget == 0 &&
            !((columns & RMAP_COLUMNS_CURVE) && info->n_row[RMAP_TABLE_CURVE] > 0);
+}
+
+enum rmap_status rmap_cursor_compare_beside(struct rmap_cursor *self, enum rmap_column *differs_ret,
+                                            struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    const rmap_column_set columns = rmap_map_columns_beside(self->map, (size_t)info->piece);
+    *differs_ret = RMAP_COLUMN_COUNT;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        const enum rmap_table table = rmap_column_info((enum rmap_column)c)->table;
+        const size_t n = self->shown.n_row[table];
+        const size_t nbytes = n * rmap_portion_row_nbytes(&self->shown, (enum rmap_column)c);
+        if (!(columns & RMAP_COLUMN_BIT(c)) || nbytes == 0)
+            continue;
+        RMAP_TRY(rmap_reserve(&self->beside.data, &self->beside.cap, nbytes, 1, err));
+        RMAP_TRY(rmap_chunk_reader_kept(self->reader, (size_t)info->piece, c,
+                                        rmap_map_first_rows(self->map, self->in_hand)[table], n,
+                                        self->beside.data, err));
+        if (memcmp(self->beside.data, rmap_portion_column(&self->shown, (enum rmap_column)c),
+                   nbytes) != 0)
+            *differs_ret = (enum rmap_column)c;
+    }
+out:
+    return st;
 }
 
 /* The rows of the marked rays, into `some`. */
@@ -642,9 +706,11 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     if (!rmap_map_selects(self->map, self->in_hand, columns) ||
         !(columns & ~self->present & rmap_compact_traced(false)))
         return RMAP_OK;
+    rmap_column_set beside;
     RMAP_TRY(know_header(self, err));
+    RMAP_TRY(choose_beside(self, info, columns & ~self->present, &beside, err));
     RMAP_TRY(list_marked(self, mark, wanted, &n, err));
-    if (n == 0 || n * SELECTED_SHARE > info->n_row[RMAP_TABLE_RAY])
+    if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > info->n_row[RMAP_TABLE_RAY])
         goto out;
     RMAP_TRY(decode_selected(self, info, n, columns, err));
     const struct rmap_portion *rows = self->space[info->space].selected;

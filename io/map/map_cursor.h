@@ -47,6 +47,13 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *m
 /* Whether that may be of use for a portion at all. */
 bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns);
 
+/* Of a portion whose columns have all been decoded: which one stands otherwise beside its piece
+ * (io/map/piece_columns.h); *differs_ret is RMAP_COLUMN_COUNT where none does. Errors as of fetch.
+ */
+enum rmap_status rmap_cursor_compare_beside(struct rmap_cursor *cursor,
+                                            enum rmap_column *differs_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
 /* *traced_ret: columns for which rays of the portion in hand are traced again. Errors as of fetch.
  */
 enum rmap_status rmap_cursor_traced(struct rmap_cursor *cursor, rmap_column_set *traced_ret,

@@ -23,6 +23,7 @@
 #include "io/map/map_lock.h"
 #include "io/map/map_writer.h"
 #include "io/map/named_rays.h"
+#include "io/map/piece_columns.h"
 
 /* What unfinished writers left in a map's directory, and whether they live. */
 
@@ -192,6 +193,11 @@ static enum rmap_status add_leftover(const struct walk *walk, const char *name,
     return st;
 }
 
+static int columns_number(const char *name)
+{
+    return rmap_directory_number(name, "piece-", RMAP_COLUMNS_SUFFIX);
+}
+
 static enum rmap_status list_in_shard(void *context, int directory, const char *name,
                                       struct rmap_error *err)
 {
@@ -203,6 +209,8 @@ static enum rmap_status list_in_shard(void *context, int directory, const char *
         return add_name(&walk->listing->pieces, walk->shard, piece, err);
     if (history >= 0)
         return add_name(&walk->listing->histories, walk->shard, history, err);
+    if (columns_number(name) >= 0)
+        return add_name(&walk->listing->columns, walk->shard, columns_number(name), err);
     return add_leftover(walk, name, err);
 }
 
@@ -274,6 +282,7 @@ enum rmap_status rmap_map_list(const char *map_path, struct rmap_map_listing *li
         rmap_map_listing_fini(listing);
     sort_names(&listing->pieces);
     sort_names(&listing->histories);
+    sort_names(&listing->columns);
     join_leftovers(listing);
     return st;
 }
@@ -282,6 +291,7 @@ void rmap_map_listing_fini(struct rmap_map_listing *listing)
 {
     rmap_free(listing->pieces.name);
     rmap_free(listing->histories.name);
+    rmap_free(listing->columns.name);
     rmap_free(listing->leftover);
     *listing = (struct rmap_map_listing){0};
 }
@@ -440,7 +450,8 @@ static enum rmap_status clear_piece(void *context, int directory, const char *na
                                     struct rmap_error *err)
 {
     const struct clearing *clearing = context;
-    if (piece_number(name) < 0 && history_number(name) < 0 && !is_temporary(name))
+    if (piece_number(name) < 0 && history_number(name) < 0 && columns_number(name) < 0 &&
+        !is_temporary(name))
         return foreign(clearing->shard, name, err);
     return clearing->remove ? remove_at(directory, clearing->shard, name, 0, err) : RMAP_OK;
 }

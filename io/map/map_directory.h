@@ -41,8 +41,10 @@ struct rmap_piece_list {
 /* What one look at a map's directory and at the folders of its shards found. Many files in many
  * folders are a load for a cluster's file system: who needs more than one kind looks once. */
 struct rmap_map_listing {
-    struct rmap_piece_list pieces, histories; /* published; history indexes by their pieces */
-    struct rmap_leftover *leftover;           /* by name */
+    struct rmap_piece_list pieces;    /* published */
+    struct rmap_piece_list histories; /* history indexes, by their pieces */
+    struct rmap_piece_list columns;   /* kept columns, likewise */
+    struct rmap_leftover *leftover;   /* by name */
     size_t n_leftover, cap_leftover;
     bool has_half_index;    /* what a killed run left of an index that it was writing */
     struct rmap_error link; /* where a shard's folder is a link: that it was passed over; or "" */

@@ -176,10 +176,13 @@ static enum rmap_status look(const struct rmap_map *map, struct rmap_histories *
     char *path = rmap_history_path(map->path, &map->content.piece[piece]);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
+    pthread_mutex_t *hdf5_lock = &((struct rmap_map *)(uintptr_t)map)->hdf5_lock;
+    (void)pthread_mutex_lock(hdf5_lock);
     /* Portions of other rays are not found in it: nothing else need be compared. */
     enum rmap_status st = map->content.piece[piece].is_open
                               ? RMAP_INPUT
                               : rmap_history_file_open(path, &limits, &index, &why);
+    (void)pthread_mutex_unlock(hdf5_lock);
     rmap_free(path);
     if (st == RMAP_SYSTEM) {
         if (err)

@@ -64,7 +64,9 @@ struct rmap_map {
     struct rmap_column_store *store;
     struct rmap_kept_views *views;
     struct rmap_histories *_Atomic histories; /* indexes; NULL: none asked for yet */
-    struct rmap_kept_rays *kept_rays;         /* what criteria of its scenes may name */
+    pthread_mutex_t hdf5_lock; /* of files that are opened late; taken after all others */
+    struct rmap_column_files *_Atomic column_files; /* beside pieces; NULL: none looked for yet */
+    struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its

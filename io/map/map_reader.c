@@ -17,6 +17,7 @@
 #include "io/map/map_paths.h"
 #include "io/map/map_tally.h"
 #include "io/map/named_rays.h"
+#include "io/map/piece_columns.h"
 #include "io/map/portion_rows.h"
 #include "io/map/provenance.h"
 #include "io/mesh/bundle_pack.h"
@@ -419,6 +420,7 @@ static enum rmap_status open_index(const char *path, const char *name, enum scop
     if (map) {
         (void)pthread_mutex_init(&map->lock, NULL);
         (void)pthread_mutex_init(&map->paths_lock, NULL);
+        (void)pthread_mutex_init(&map->hdf5_lock, NULL);
         map->paths_budget = RMAP_PATHS_NBYTES;
     }
     if (map)
@@ -476,6 +478,8 @@ void rmap_map_forget(struct rmap_map *map)
 {
     rmap_histories_destroy(map->histories);
     map->histories = NULL;
+    rmap_column_files_destroy(map->column_files);
+    map->column_files = NULL;
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
         rmap_path_table_destroy(map->paths[i].table);
     rmap_free(map->paths);
@@ -496,6 +500,7 @@ void rmap_map_close(struct rmap_map *map)
     rmap_map_forget(map);
     rmap_kept_rays_destroy(map->kept_rays);
     (void)pthread_mutex_destroy(&map->paths_lock);
+    (void)pthread_mutex_destroy(&map->hdf5_lock);
     for (size_t i = 0; map->model && i < map->spaces.n; i++)
         rmap_compact_model_destroy(map->model[i]);
     rmap_free(map->model);

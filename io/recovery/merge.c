@@ -20,6 +20,7 @@
 #include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_run.h"
+#include "io/map/piece_columns.h"
 #include "io/recovery/merge.h"
 #include "io/scene/scene_numbers.h"
 #include "io/write/index_writer.h"
@@ -162,15 +163,18 @@ static enum rmap_status link_piece(struct merge *self, const char *from, const c
                : RMAP_OK;
 }
 
-/* The piece's history index, if it has one: it finds its rays wherever it stands. */
-static enum rmap_status link_history(const struct merge *self, const struct rmap_map *map, size_t i,
-                                     const struct rmap_piece_info *info, struct rmap_error *err)
+/* What stands beside the piece, if there is something: it finds its rays wherever it stands. */
+static enum rmap_status link_beside(const struct merge *self, const struct rmap_map *map, size_t i,
+                                    const struct rmap_piece_info *info,
+                                    char *(*path_of)(const char *map_path,
+                                                     const struct rmap_piece_info *piece),
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct stat file;
     struct merge uncounted = *self;
-    char *from = rmap_history_path(map->path, &map->content.piece[i]);
-    char *to = rmap_history_path(self->to, info);
+    char *from = path_of(map->path, &map->content.piece[i]);
+    char *to = path_of(self->to, info);
     if (!from || !to)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     else if (stat(from, &file) == 0)
@@ -227,7 +231,8 @@ static enum rmap_status place_piece(struct merge *self, const struct rmap_map *m
         goto out;
     }
     RMAP_TRY(link_piece(self, from, to, err));
-    RMAP_TRY(link_history(self, map, i, info, err));
+    RMAP_TRY(link_beside(self, map, i, info, rmap_history_path, err));
+    RMAP_TRY(link_beside(self, map, i, info, rmap_piece_columns_path, err));
     if (i + 1 == map->content.n_piece || info[1].shard != info->shard)
         RMAP_TRY(rmap_sync_directory(shard, err));
 out:

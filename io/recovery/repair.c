@@ -23,6 +23,7 @@
 #include "io/map/map_scan.h"
 #include "io/map/provenance.h"
 #include "io/recovery/repair.h"
+#include "io/recovery/verify_columns.h"
 #include "io/write/index_writer.h"
 
 /* ---- the index without rays ---- */
@@ -411,6 +412,7 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
     for (size_t i = 0; i < n; i++)
         RMAP_TRY(remove_piece(&removal, &name[i], err));
     RMAP_TRY(remove_histories(&removal, map, err));
+    RMAP_TRY(rmap_remove_bad_columns(map, done, err));
 out:
     rmap_ray_set_fini(&removal.rays);
     rmap_map_close(map);

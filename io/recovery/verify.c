@@ -21,6 +21,7 @@
 #include "io/map/portion_rows.h"
 #include "io/map/provenance.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_columns.h"
 #include "io/recovery/verify_history.h"
 #include "io/recovery/verify_named.h"
 
@@ -356,6 +357,7 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
     RMAP_TRY(verify_missing_shards(self, findings, err));
     RMAP_TRY(verify_extra_pieces(self, name, n, findings, err));
     RMAP_TRY(rmap_verify_stray_histories(self, name, n, findings, err));
+    RMAP_TRY(rmap_verify_stray_columns(self, name, n, findings, err));
     if (self->map)
         RMAP_TRY(rmap_verify_named_rays(self->map, findings, err));
     *self_ret = self;

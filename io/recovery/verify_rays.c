@@ -14,6 +14,7 @@
 #include "io/map/map_internal.h"
 #include "io/map/map_rays.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_columns.h"
 #include "io/recovery/verify_history.h"
 #include "io/recovery/verify_piece.h"
 #include "io/recovery/verify_rays.h"
@@ -390,6 +391,8 @@ enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap
         return st;
     }
     st = rmap_verify_history(self, portion, rays, findings, err);
+    if (st == RMAP_OK)
+        st = rmap_verify_columns(self, cursor, portion, findings, err);
     if (st != RMAP_OK || self->portion_flag[portion] & RMAP_PORTION_UNSURE)
         return st;
     return check_summary(self, portion, rays, findings, err);

@@ -23,6 +23,7 @@
 #include "io/map/provenance.h"
 #include "io/write/piece_internal.h"
 #include "io/write/piece_writer.h"
+#include "io/write/stream_set.h"
 #include "portion/event.h"
 
 static enum rmap_status piece_check_number(int number, struct rmap_error *err) RMAP_MUST_USE;
@@ -36,34 +37,17 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_stream_info *info = &self->layout->stream[stream];
-    const hsize_t extent[2] = {n_row, rmap_stream_width(info, self->run->scene->channels.n)};
-    const hsize_t offset[2] = {(hsize_t)index * RMAP_CHUNK_ROWS, 0};
-    hsize_t found_nbytes = 0;
-    haddr_t address = 0;
-    unsigned mask = 0;
-    if (self->h5.failed)
-        return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
-    st = RMAP_RESERVE(self->entry, self->cap_entry, self->n_entry + 1, err);
-    if (st != RMAP_OK)
-        return st;
-    hid_t set = self->set[stream];
-    if (H5Dset_extent(set, extent) < 0 ||
-        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, nbytes, stored) < 0 ||
-        H5Dget_chunk_info_by_coord(set, offset, &mask, &address, &found_nbytes) < 0)
-        return rmap_h5_fail(&self->h5, info->path, err);
-    self->entry[self->n_entry++] =
-        (struct rmap_chunk_entry){.offset = address,
-                                  .checksum = rmap_checksum(stored, nbytes),
-                                  .nbytes = (uint32_t)nbytes,
-                                  .lead_planes = (uint16_t)rmap_element_nbytes(info->element),
-                                  .index = index,
-                                  .stream = (uint16_t)stream};
+    RMAP_TRY(RMAP_RESERVE(self->entry, self->cap_entry, self->n_entry + 1, err));
+    RMAP_TRY(rmap_stream_set_put(&self->h5, self->set[stream], &self->layout->stream[stream],
+                                 self->run->scene->channels.n, stream, index, n_row, stored, nbytes,
+                                 &self->entry[self->n_entry], err));
+    self->n_entry++;
     self->resting_nbytes += nbytes;
     if (self->resting_nbytes >= WRITE_BACK_NBYTES) {
         rmap_write_back_begin(self->fd);
         self->resting_nbytes = 0;
     }
+out:
     return st;
 }
 
@@ -233,9 +217,6 @@ void rmap_piece_writer_destroy(struct rmap_piece_writer *self)
 
 /* A new piece: its file with empty datasets. */
 
-/* What readers are told of the stored streams; any zlib level reads alike. */
-#define DECLARED_LEVEL 1
-
 /* Datasets are numbered in the order of their names' list, which the file carries. */
 static enum rmap_status write_stream_names(struct rmap_piece_writer *self, struct rmap_error *err)
 {
@@ -244,45 +225,6 @@ static enum rmap_status write_stream_names(struct rmap_piece_writer *self, struc
         name[s] = self->layout->stream[s].path;
     return rmap_h5_write_names(&self->h5, "/chunk/name", name, (size_t)self->n_stream,
                                "datasets that /chunk/stream counts", err);
-}
-
-static hid_t stream_properties(int rank, size_t width)
-{
-    const hsize_t chunk[2] = {RMAP_CHUNK_ROWS, width};
-    hid_t create = H5Pcreate(H5P_DATASET_CREATE);
-    if (create >= 0 &&
-        (H5Pset_obj_track_times(create, false) < 0 || H5Pset_chunk(create, rank, chunk) < 0 ||
-         H5Pset_fill_time(create, H5D_FILL_TIME_NEVER) < 0 || H5Pset_shuffle(create) < 0 ||
-         H5Pset_deflate(create, DECLARED_LEVEL) < 0 || H5Pset_fletcher32(create) < 0)) {
-        (void)H5Pclose(create);
-        create = H5I_INVALID_HID;
-    }
-    return create;
-}
-
-static enum rmap_status create_stream(struct rmap_piece_writer *self, int stream,
-                                      struct rmap_error *err)
-{
-    static const hsize_t unlimited[2] = {H5S_UNLIMITED, H5S_UNLIMITED};
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = self->run->scene;
-    const struct rmap_stream_info *info = &self->layout->stream[stream];
-    const char *path = info->path;
-    size_t width = rmap_stream_width(info, scene->channels.n);
-    int rank = info->width == 1 ? 1 : 2;
-    const hsize_t dims[2] = {0, width}, most[2] = {unlimited[0], width};
-    hid_t create = stream_properties(rank, width), space = H5Screate_simple(rank, dims, most);
-    if (create < 0 || space < 0 ||
-        (self->set[stream] = H5Dcreate2(self->h5.file, path, rmap_h5_type(info->element), space,
-                                        H5P_DEFAULT, create, H5P_DEFAULT)) < 0)
-        st = rmap_h5_fail(&self->h5, path, err);
-    (void)H5Sclose(space);
-    (void)H5Pclose(create);
-    if (st == RMAP_OK)
-        st = rmap_h5_describe(&self->h5, path,
-                              rmap_h5_unit_of(info->unit, scene->unit, scene->unit_m),
-                              info->description, err);
-    return st;
 }
 
 static bool ends_with(const char *text, const char *end)
@@ -321,7 +263,8 @@ static enum rmap_status create_file(struct rmap_piece_writer *self, struct rmap_
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
     for (int s = 0; s < self->n_stream; s++)
-        RMAP_TRY(create_stream(self, s, err));
+        RMAP_TRY(rmap_stream_set_create(&self->h5, &self->layout->stream[s], self->run->scene,
+                                        &self->set[s], err));
     RMAP_TRY(describe_values(self, err));
     RMAP_TRY(write_stream_names(self, err));
 out:

@@ -15,6 +15,7 @@
 #include "io/map/map_rays.h"
 #include "io/map/map_reader.h"
 #include "io/map/selection.h"
+#include "mpi/answer/kept_columns_out.h"
 #include "mpi/answer/named_rays_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/json_out.h"
@@ -144,6 +145,7 @@ static json_t *selection_json(const struct rmap_selection *selection)
 
 static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
                          const struct rmap_history_survey *indexed,
+                         const struct rmap_columns_survey *kept,
                          const struct rmap_named_rays_list *named)
 {
     char digest[33];
@@ -171,6 +173,8 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                   indexed->why.text, "selection", selection_json(rmap_map_selection(map)));
     uint64_t asked = 0;
     const bool is_known = rmap_rays_asked(map, &asked);
+    if (info)
+        (void)json_object_set_new(info, "kept", rmap_kept_columns_json(kept));
     if (info)
         (void)json_object_set_new(info, "selections", rmap_named_rays_json(named));
     if (info)
@@ -229,6 +233,7 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
 static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_map_summary *summary,
                        const struct rmap_history_survey *indexed,
+                       const struct rmap_columns_survey *kept,
                        const struct rmap_named_rays_list *named, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
@@ -263,6 +268,7 @@ static void print_info(const char *path, const struct rmap_map *map,
                 "  history indexes of %s cannot be used: raymap index makes them "
                 "again (%s)\n",
                 rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
+    rmap_kept_columns_print(kept, out);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
     fprintf(out, "  made by raymap %s (%s, tracer revision %d) with Embree %s (%s), HDF5 %s\n",
@@ -304,16 +310,19 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
         fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
     struct rmap_history_survey indexed;
+    struct rmap_columns_survey kept;
     struct rmap_named_rays_list named;
     st = rmap_map_history_survey(map, &indexed, err);
+    if (st == RMAP_OK)
+        st = rmap_map_columns_survey(map, &kept, err);
     if (st == RMAP_OK)
         st = rmap_named_rays_list(map, &named, err);
     if (st != RMAP_OK)
         return st;
     if (context->json)
-        st = rmap_json_print(info_json(map, &summary, &indexed, &named), stdout, err);
+        st = rmap_json_print(info_json(map, &summary, &indexed, &kept, &named), stdout, err);
     else
-        print_info(path, map, &summary, &indexed, &named, pieces != RMAP_OK, stdout);
+        print_info(path, map, &summary, &indexed, &kept, &named, pieces != RMAP_OK, stdout);
     rmap_named_rays_list_fini(&named);
     return st == RMAP_OK ? pieces : st;
 }

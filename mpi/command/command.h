@@ -49,6 +49,7 @@ extern const struct rmap_command rmap_command_convert;
 extern const struct rmap_command rmap_command_merge;
 extern const struct rmap_command rmap_command_index;
 extern const struct rmap_command rmap_command_select;
+extern const struct rmap_command rmap_command_keep;
 extern const struct rmap_command rmap_command_session;
 extern const struct rmap_command rmap_command_glass;
 extern const struct rmap_command rmap_command_bench;

@@ -210,6 +210,10 @@ def judge_scene_in(name, scene, n_ray, k):
     for number, (target, ranks) in enumerate(maps):
         if EVERYTHING or number == k:
             verdicts.compare(target, "--threads", "3")
+        if target == compact:
+            kept = (("path_length", "angle(*)"), ("optical_path", "wavelength"), ("path_length", "time(*)"))[k]
+            program("keep", target, "--quiet", *(word for one in kept for word in ("--of", one)))
+            verdicts.compare(target, "--threads", "2")
         program("index", target, "--large", "--quiet")
         verdicts.compare(target, ranks=ranks)
         if EVERYTHING or number != k:
