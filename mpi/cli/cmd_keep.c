@@ -9,6 +9,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/file/directory.h"
+#include "io/file/publish.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
@@ -62,10 +63,30 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
         rmap_quantities_destroy(quantities);
         *columns_ret |= columns;
         if (!columns && context->rank == 0 && !context->quiet)
-            fprintf(stderr, "raymap: %s stands in every map as it is: nothing to keep\n",
+            fprintf(stderr, "raymap: %s stands in the map as it is: nothing to keep\n",
                     request->of[i]);
     }
 out:
+    return st;
+}
+
+/* What killed runs left of files that they were writing; the map's lock is held. */
+static enum rmap_status remove_halves(const char *map_path, struct rmap_error *err)
+{
+    struct rmap_map_listing found;
+    enum rmap_status st = rmap_map_list(map_path, &found, err);
+    for (size_t i = 0; st == RMAP_OK && i < found.n_leftover; i++) {
+        const struct rmap_leftover *leftover = &found.leftover[i];
+        if (leftover->has_journal || !strstr(leftover->name, RMAP_COLUMNS_SUFFIX "."))
+            continue;
+        char *path = rmap_path_format("%s/%s", map_path, leftover->name);
+        if (!path)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        else
+            (void)!rmap_shard_unlink(path); /* harmless where it cannot be removed */
+        rmap_free(path);
+    }
+    rmap_map_listing_fini(&found);
     return st;
 }
 
@@ -124,6 +145,8 @@ static enum rmap_status run_keep(const struct rmap_context *context,
     const bool changes = request.n_of > 0 || request.remove;
     if (context->rank == 0 && changes)
         st = rmap_map_lock_take(request.map, "keep", &lock, err);
+    if (st == RMAP_OK && lock.path)
+        st = remove_halves(request.map, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     RMAP_TRY(rmap_load_map(context, request.map, &map, err));
     st = choose(context, map, &request, &columns, err);
