@@ -80,6 +80,17 @@ static double spread(const struct rmap_map *map, size_t source, double q, double
     return n < 2.0 ? (double)NAN : f * f * n / (n - 1.0) * (qr - q * r / n);
 }
 
+/* Readings that are all the same are known exactly; sums about another centre leave rounding. */
+static void tell_one_number(struct rmap_stats_summary *of)
+{
+    const struct rmap_stats_estimate unknown = {(double)NAN, (double)NAN};
+    if (!(of->least >= of->greatest))
+        return;
+    of->moment.mean = (struct rmap_stats_estimate){of->least, 0.0};
+    of->moment.deviation = (struct rmap_stats_estimate){0.0, (double)NAN};
+    of->moment.skewness = of->moment.kurtosis = unknown;
+}
+
 static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap_stats_sums *sums)
 {
     const struct rmap_stats_setup *setup = stats->setup;
@@ -99,6 +110,7 @@ static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap
         }
         rmap_stats_estimate_moments(total, covariance, stats->plan->centre[i],
                                     stats->plan->scale[i], &stats->group[g].of[i].moment);
+        tell_one_number(&stats->group[g].of[i]);
     }
     stats->group[g].flux = stats->group[g].of[0].moment.flux;
 }
@@ -123,20 +135,12 @@ static void estimate_cells(struct rmap_stats *stats, size_t g, const struct rmap
     }
 }
 
-static const char *group_name(const struct rmap_stats_setup *setup, size_t g)
-{
-    const struct rmap_scene *scene = setup->quantities->scene;
-    if (setup->by == RMAP_STATS_TOGETHER)
-        return NULL;
-    return setup->by == RMAP_STATS_BY_SOURCE ? scene->source[g].name : scene->detector[g].name;
-}
-
 static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
                                       const struct rmap_stats_range *range, struct rmap_error *err)
 {
     const size_t n = stats->plan->n_cell + RMAP_STATS_BEYOND;
     struct rmap_stats_group *group = &stats->group[g];
-    group->name = group_name(stats->setup, g);
+    group->name = rmap_stats_group_name(stats->setup->by, stats->setup->quantities->scene, g);
     group->n_reading = range->n_reading;
     group->n_ray = range->n_cluster;
     group->cell = rmap_alloc(n, sizeof *group->cell);

@@ -12,19 +12,16 @@ void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_qua
 {
     *setup = (struct rmap_stats_setup){.quantities = quantities,
                                        .by = by,
-                                       .n_group = 1,
+                                       .n_group = rmap_stats_group_count(by, quantities->scene),
                                        .n_source = quantities->scene->n_source,
                                        .budget_nbytes = budget_nbytes};
-    if (by == RMAP_STATS_BY_SOURCE)
-        setup->n_group = quantities->scene->n_source;
-    if (by == RMAP_STATS_BY_DETECTOR)
-        setup->n_group = quantities->scene->n_detector;
     setup->n_class = setup->n_group * setup->n_source;
 }
 
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
 {
     rmap_readings_fini(&reader->readings);
+    rmap_stats_marks_fini(&reader->marks);
     rmap_free(reader->tag);
     rmap_free(reader->weight);
     *reader = (struct rmap_stats_reader){0};
@@ -53,25 +50,19 @@ static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, s
         }
 }
 
-static size_t group_of(const struct rmap_stats_setup *setup, const struct rmap_portion *portion,
-                       size_t place, size_t source)
-{
-    return setup->by == RMAP_STATS_BY_DETECTOR ? (size_t)portion->registration.detector[place]
-           : setup->by == RMAP_STATS_BY_SOURCE ? source
-                                               : 0;
-}
-
 /* The readings [first, end) of one ray: their classes, and where clusters begin. */
 static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                     const struct rmap_portion *portion, size_t first, size_t end)
 {
     const struct rmap_readings *readings = &reader->readings;
     const size_t source = (size_t)portion->ray.source[readings->ray[first]];
+    const bool its = rmap_stats_group_of_registration(setup->by, setup->quantities);
+    const uint32_t *group = setup->by == RMAP_STATS_TOGETHER ? NULL : reader->marks.group;
     for (size_t k = first; k < end; k++) {
-        const size_t group = group_of(setup, portion, readings->place[k], source);
-        reader->tag[k] = (uint32_t)(group * setup->n_source + source);
+        const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
+        reader->tag[k] = (uint32_t)(own * setup->n_source + source);
     }
-    if (setup->by == RMAP_STATS_BY_DETECTOR)
+    if (its)
         sort_by_class(reader, setup->quantities->n, first, end);
     uint32_t before = UINT32_MAX;
     for (size_t k = first; k < end; k++) {
@@ -111,6 +102,9 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
         RMAP_TRY(rmap_fold_fetch(rays, setup->quantities->deferred, err));
     RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, readings->n + 1, err));
     RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, readings->n + 1, err));
+    if (setup->by != RMAP_STATS_TOGETHER)
+        RMAP_TRY(rmap_stats_group_mark(setup->by, setup->quantities, rays->portion, &reader->marks,
+                                       err));
     are_one = weigh(reader, are_one ? NULL : rays->portion->ray.weight);
     for (size_t first = 0, end = 0; first < readings->n; first = end) {
         for (end = first + 1; end < readings->n && readings->ray[end] == readings->ray[first];)

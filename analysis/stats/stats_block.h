@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
  * Readings as sums take them: clusters, each being what one ray adds to one group. A group is all
- * readings, or (--by) those of one source or detector; its class says the source, too.
+ * readings, or (--by) those of one source, detector ...; its class says the source, too.
  */
 #ifndef RMAP_STATS_BLOCK_H
 #define RMAP_STATS_BLOCK_H
 
-#include "analysis/query/quantity.h"
-
-enum rmap_stats_by { RMAP_STATS_TOGETHER, RMAP_STATS_BY_SOURCE, RMAP_STATS_BY_DETECTOR };
+#include "analysis/stats/stats_groups.h"
 
 struct rmap_stats_setup {
     const struct rmap_quantities *quantities; /* borrowed */
@@ -62,6 +60,7 @@ static inline double rmap_stats_weight(const struct rmap_stats_block *block, siz
 /* Memory of a portion's block. All zero at first. */
 struct rmap_stats_reader {
     struct rmap_readings readings;
+    struct rmap_stats_marks marks;
     uint32_t *tag;
     double *weight;
     size_t tag_cap, weight_cap;

@@ -174,8 +174,7 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
         set_group(object, stats, &stats->group[0], &failed);
     } else {
         json_t *groups = json_array();
-        set(object, "by",
-            json_string(stats->setup->by == RMAP_STATS_BY_SOURCE ? "source" : "detector"), &failed);
+        set(object, "by", json_string(rmap_stats_by_word(stats->setup->by)), &failed);
         for (size_t g = 0; g < stats->n_group; g++) {
             if (!rmap_stats_shows(stats, g))
                 continue;
@@ -205,8 +204,9 @@ void rmap_stats_name(const struct rmap_stats *stats, size_t quantity, char *name
 
 bool rmap_stats_shows(const struct rmap_stats *stats, size_t group)
 {
-    return stats->setup->by != RMAP_STATS_BY_DETECTOR ||
-           rmap_index_set_has(&stats->setup->quantities->detector, (int32_t)group);
+    if (stats->setup->by == RMAP_STATS_BY_DETECTOR)
+        return rmap_index_set_has(&stats->setup->quantities->detector, (int32_t)group);
+    return stats->setup->by <= RMAP_STATS_BY_SOURCE || stats->group[group].n_reading > 0;
 }
 
 static void add_estimate(struct rmap_text_table *table, const char *name,
@@ -298,9 +298,8 @@ static enum rmap_status print_group(const struct rmap_stats *stats,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const char *kind = stats->setup->by == RMAP_STATS_BY_SOURCE ? "source" : "detector";
     if (group->name)
-        fprintf(out, "\n%s %s\n", kind, group->name);
+        fprintf(out, "\n%s %s\n", rmap_stats_by_word(stats->setup->by), group->name);
     char n[RMAP_GROUPED_LEN];
     fprintf(out, "%-14s %s of %s\n", "values", rmap_grouped(group->n_reading, n),
             rmap_counted((uint64_t)group->n_ray, "ray").text);
@@ -383,7 +382,7 @@ void rmap_stats_csv(const struct rmap_stats *stats, const struct rmap_stats_labe
     fprintf(out, "# flux: %s\n# rays: %" PRIu64 " of %" PRIu64 "\n", rmap_stats_flux_unit(stats),
             stats->known.n_ray, labels->n_ray);
     if (stats->setup->by != RMAP_STATS_TOGETHER)
-        fputs(stats->setup->by == RMAP_STATS_BY_SOURCE ? "source," : "detector,", out);
+        fprintf(out, "%s,", rmap_stats_by_word(stats->setup->by));
     fputs(n == 1 ? "low,high," : "x_low,x_high,y_low,y_high,", out);
     fputs("flux,standard_error,rays\n", out);
     for (size_t g = 0; g < stats->n_group; g++)

@@ -35,19 +35,25 @@ void rmap_stats_options_fini(struct rmap_stats_options *options)
 
 static enum rmap_status read_by(const char *word, enum rmap_stats_by *by, struct rmap_error *err)
 {
-    static const char *const known[] = {"source", "detector"};
+    const char *known[RMAP_STATS_BY_COUNT];
+    size_t n = 0;
     *by = RMAP_STATS_TOGETHER;
     if (!word)
         return RMAP_OK;
-    for (size_t i = 0; i < 2; i++)
-        if (strcmp(word, known[i]) == 0)
-            *by = i == 0 ? RMAP_STATS_BY_SOURCE : RMAP_STATS_BY_DETECTOR;
+    for (int k = RMAP_STATS_BY_SOURCE; k < RMAP_STATS_BY_COUNT; k++) {
+        known[n++] = rmap_stats_by_word((enum rmap_stats_by)k);
+        if (strcmp(word, known[n - 1]) == 0)
+            *by = (enum rmap_stats_by)k;
+    }
     if (*by != RMAP_STATS_TOGETHER)
         return RMAP_OK;
-    const char *nearest = rmap_nearest_word(word, known, 2);
+    const char *nearest = rmap_nearest_word(word, known, n);
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE, "--by '%s': did you mean '%s'?", word, nearest);
-    return rmap_error_set(err, RMAP_USAGE, "--by '%s': say source or detector", word);
+    return rmap_error_set(err, RMAP_USAGE,
+                          "--by '%s': say source, detector, object, ended, ghost_order or "
+                          "scatter_order",
+                          word);
 }
 
 static int compare(const void *a, const void *b)

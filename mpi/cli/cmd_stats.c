@@ -31,7 +31,9 @@ static const struct rmap_option options[] = {
     {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
     {"log", 0, NULL, "bins of equal ratio"},
-    {"by", 0, "WHAT", "source or detector: each by itself", .words = "source detector"},
+    {"by", 0, "WHAT",
+     "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order",
+     .words = "source detector object ended ghost_order scatter_order"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
@@ -73,6 +75,7 @@ static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_ov
                             "--by detector wants a number of registrations: give --detector '*'");
         goto out;
     }
+    RMAP_TRY(rmap_stats_group_prepare(given->by, *quantities_ret, err));
     rmap_stats_setup_init(setup, *quantities_ret, given->by, given->memory_nbytes);
     *request = (struct rmap_stats_request){
         .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};

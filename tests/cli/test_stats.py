@@ -387,6 +387,46 @@ def check_groups(m, path):
         compare(group, m, m.of_registration[on],
                 m.registration["optical_path"][on] * 1e-3 / 299792458.0, np.ones(on.sum()),
                 group["name"])
+    check_histories(m, path)
+
+
+def labels_of(m, row, before):
+    """What --by tells the first `before` segments of a ray apart by."""
+    first = m.first_segment[row]
+    objects, events = (m.segment[name][first:first + before] for name in ("object", "event"))
+    met = objects[objects >= 0]
+    name = ["low", "high", "entry", "exit"]
+    return {"object": name[met[-1]] if len(met) else "(none)", "ended": ["absorbed", "left", "limit", "error"][m.ray["stop"][row]],
+            "ghost_order": str(int(((events & 1 != 0) & (objects >= 2)).sum())),  # the plate's faces let light through
+            "scatter_order": str(int((events & 2 != 0).sum()))}
+
+
+def check_histories(m, path):
+    """Groups by what rays met and how they ended, in their whole histories or before a registration."""
+    m.first_segment = np.cumsum(m.ray["segment_count"]) - m.ray["segment_count"]
+    of_ray = [labels_of(m, row, n) for row, n in enumerate(m.ray["segment_count"])]
+    on = np.flatnonzero(m.registered(0))
+    of_registration = [labels_of(m, m.of_registration[k], m.registration["segment"][k]) for k in on]
+    for by in ("object", "ended", "ghost_order", "scatter_order"):
+        for labels, ray, value, words in (
+                (of_ray, np.arange(len(m.ray["id"])), m.ray["path_length"], ("--of", "path_length")),
+                (of_registration, m.of_registration[on], m.registration["optical_path"][on], ("--of", "optical_path(sensor)"))):
+            own = np.array([one[by] for one in labels])
+            if by.endswith("order"):
+                own = np.array(["15 or more" if int(one) > 14 else one for one in own])
+            got = stats(path, *words, "--by", by)
+            check(got["by"] == by and {g["name"] for g in got["groups"]} == set(own), f"groups by {by}: {[g['name'] for g in got['groups']]}")
+            for group in got["groups"]:
+                its = own == group["name"]
+                check(group["values"] == its.sum(), f"values of {by} {group['name']}")
+                if value[its].min() == value[its].max():  # exactly, wherever the others are
+                    check(group["mean"] == {"value": value[its][0], "standard_error": 0.0} and group["standard_deviation"]["value"] == 0 and
+                          group["skewness"]["value"] is None, f"one number of {by} {group['name']}: {group['mean']}")
+                elif its.sum() > 1000:
+                    compare(group, m, ray[its], value[its], np.ones(its.sum()), f"{words} by {by} {group['name']}")
+            near(sum(g["flux"]["value"] for g in got["groups"]), stats(path, *words)["flux"]["value"], f"all of {by}")
+    check(len(set(one["scatter_order"] for one in of_ray)) > 8 and len(set(one["ghost_order"] for one in of_registration)) > 1, "orders")
+    check("did you mean 'ghost_order'" in run("stats", path, "--of", "flux", "--by", "gost_order", status=2).stderr, "a wrong word")
 
 
 def check_beams():
