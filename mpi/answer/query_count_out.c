@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "base/grouped.h"
+#include "io/map/map_content.h"
 #include "io/map/map_json.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/hint.h"
@@ -28,18 +29,17 @@ json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_crit
                               const struct rmap_registered_list *registered, double seconds)
 {
     double flux, error;
-    struct rmap_map_summary summary;
-    rmap_map_summarise(map, &summary);
+    const uint64_t *n_row = rmap_map_contents(map)->n_row;
     rmap_count_flux(count, map, &flux, &error);
     json_t *document = json_pack(
         "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:o, s:{s:I, s:I}, s:o, s:f}",
         "criterion", rmap_criterion_text(criterion), "rays", "total",
-        (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
-        "total", (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "matched",
-        (json_int_t)count->segments, "flux", "total", total_flux(map), "matched", flux,
-        "standard_error", rmap_json_number(error), "unit", rmap_flux_unit_text(rmap_map_scene(map)),
-        "registered", rmap_registered_json(registered), "portions", "total",
-        (json_int_t)rmap_map_n_portion(map), "read", (json_int_t)count->portions_read, "bytes_read",
+        (json_int_t)n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments", "total",
+        (json_int_t)n_row[RMAP_TABLE_SEGMENT], "matched", (json_int_t)count->segments, "flux",
+        "total", total_flux(map), "matched", flux, "standard_error", rmap_json_number(error),
+        "unit", rmap_flux_unit_text(rmap_map_scene(map)), "registered",
+        rmap_registered_json(registered), "portions", "total", (json_int_t)rmap_map_n_portion(map),
+        "read", (json_int_t)count->portions_read, "bytes_read",
         count->nbytes_read == UINT64_MAX ? json_null()
                                          : json_integer((json_int_t)count->nbytes_read),
         "seconds", seconds);
@@ -57,16 +57,17 @@ static void print_row(const char *what, uint64_t matched, uint64_t total)
     putchar('\n');
 }
 
-static void print_text(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                       const struct rmap_criterion *criterion, const struct rmap_count *count,
+static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                       const struct rmap_count *count,
                        const struct rmap_registered_list *registered)
 {
+    const uint64_t *n_row = rmap_map_contents(map)->n_row;
     double flux, error;
     const char *unit = rmap_flux_unit_text(rmap_map_scene(map));
     rmap_count_flux(count, map, &flux, &error);
     printf("%s\n", rmap_criterion_text(criterion));
-    print_row("rays", count->rays, summary->n_row[RMAP_TABLE_RAY]);
-    print_row("segments", count->segments, summary->n_row[RMAP_TABLE_SEGMENT]);
+    print_row("rays", count->rays, n_row[RMAP_TABLE_RAY]);
+    print_row("segments", count->segments, n_row[RMAP_TABLE_SEGMENT]);
     printf("  flux      %.6g", flux);
     if (isfinite(error))
         printf(" +- %.2g", error);
@@ -78,17 +79,20 @@ enum rmap_status
 rmap_query_count_print(const struct rmap_context *context, const struct rmap_map *map,
                        struct rmap_criterion *const *criterion, const struct rmap_count *count,
                        const struct rmap_registered_list *registered, size_t n_criterion,
-                       bool listed, double seconds, struct rmap_error *err)
+                       bool listed, const struct rmap_until *until, double seconds,
+                       struct rmap_error *err)
 {
-    struct rmap_map_summary summary;
-    rmap_map_summarise(map, &summary);
     for (size_t c = 0; c < n_criterion; c++)
         rmap_tell_hint(context, map, &(struct rmap_choice){criterion[c], NULL}, count[c].rays);
     if (context->json) {
         json_t *list = json_array();
-        for (size_t c = 0; c < n_criterion; c++)
-            (void)json_array_append_new(
-                list, rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds));
+        for (size_t c = 0; c < n_criterion; c++) {
+            json_t *own =
+                rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds);
+            if (until)
+                rmap_until_json(until, own);
+            (void)json_array_append_new(list, own);
+        }
         json_t *document = list;
         if (n_criterion == 1 && !listed) {
             document = json_incref(json_array_get(list, 0));
@@ -99,7 +103,9 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
     uint64_t nbytes = 0, read = 0;
     char of_all[RMAP_GROUPED_LEN];
     for (size_t c = 0; c < n_criterion; c++) {
-        print_text(map, &summary, criterion[c], &count[c], &registered[c]);
+        print_text(map, criterion[c], &count[c], &registered[c]);
+        if (until)
+            rmap_until_print(until, stdout);
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }

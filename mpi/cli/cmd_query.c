@@ -37,6 +37,7 @@ static const struct rmap_option options[] = {
      .words = "plain compact"},
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
+    RMAP_UNTIL_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"explain", 'e', NULL, "say what would be read; read nothing"},
@@ -54,6 +55,7 @@ struct request {
     bool map;                    /* the answer is a ray map */
     bool count, explain, force;
     bool listed; /* the answer is a list, of one criterion too */
+    struct rmap_until until;
     struct rmap_asked asked;
     const char **text; /* criteria as they were given, borrowed */
 };
@@ -111,6 +113,12 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample, --top and -o");
+    RMAP_TRY(rmap_until_read(given, &request->until, err));
+    if (request->until.relative > 0.0 &&
+        (list || request->explain || rmap_argument(given, "receivers")))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--until is of counts: it goes with none of --limit, --sample, "
+                              "--top, -o, --explain and --receivers");
     request->map = request->output_path && rmap_map_answer_is(request->output_path);
     RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
@@ -242,29 +250,54 @@ out:
 }
 
 /* Collective. */
-static enum rmap_status count_rays(const struct rmap_context *context,
-                                   const struct request *request, struct search *search,
-                                   struct rmap_error *err)
+static enum rmap_status count_portions(const struct rmap_context *context,
+                                       const struct request *request, struct search *search,
+                                       bool *is_exact_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_source = rmap_map_scene(search->map)->n_source;
+    for (size_t c = 0; c < request->asked.n; c++) {
+        rmap_count_fini(&search->count[c]);
+        RMAP_TRY(rmap_count_init(&search->count[c], n_source, err));
+    }
+    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n,
+                           request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
+                           search->count, err));
+    *is_exact_ret = true;
+    for (size_t c = 0; c < request->asked.n; c++) {
+        double flux, error;
+        rmap_count_flux(&search->count[c], search->map, &flux, &error);
+        *is_exact_ret = *is_exact_ret && rmap_until_suffices(&request->until, flux, error);
+    }
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status count_rays(const struct rmap_context *context, struct request *request,
+                                   struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
+    bool is_exact = false;
+    RMAP_TRY(rmap_agree(context, rmap_until_begin(&request->until, search->map, err), err));
     if (search->overlay)
         RMAP_TRY(count_with_receivers(context, request, search, err));
     else
-        RMAP_TRY(
-            rmap_scan_map(context, search->map, search->criterion, request->asked.n,
-                          request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
-                          search->count, err));
+        do
+            RMAP_TRY(count_portions(context, request, search, &is_exact, err));
+        while (rmap_until_goes_on(&request->until, is_exact));
     for (size_t c = 0; c < request->asked.n; c++)
         RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
                                      context->json, &search->registered[c], err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
-                                    search->registered, request->asked.n, request->listed, seconds,
-                                    err);
+                                    search->registered, request->asked.n, request->listed,
+                                    &request->until, seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_until_fini(&request->until);
     return st;
 }
 

@@ -94,7 +94,7 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
             err);
     } else if (context->rank == 0) {
         st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1, false,
-                                    seconds, err);
+                                    NULL, seconds, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:

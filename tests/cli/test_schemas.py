@@ -128,6 +128,7 @@ with open("names.txt", "w", encoding="utf-8") as file:
     file.write("let seen = registered(sensor)\n")
 assert isinstance(run("query", "a.raymap", "--criteria", "names.txt"), list)
 assert isinstance(run("query", "a.raymap", "all", "--explain"), list)
+run("query", "a.raymap", "registered(sensor)", "--until", "20%")
 run("query", "a.raymap", "all", "--limit", 3)
 run("query", "a.raymap", "ray < 9", "-o", "rays.json", "--force")
 with open("rays.json", encoding="utf-8") as file:

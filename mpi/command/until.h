@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * --until: answers from the first rays of a map, as many as make them exact enough. The first
+ * 65,536 are asked, then twice as many, and so on, so that the same question has the same answer.
+ */
+#ifndef RMAP_UNTIL_H
+#define RMAP_UNTIL_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "io/map/map_cut.h"
+#include "mpi/command/arguments.h"
+
+#define RMAP_UNTIL_OPTION                                                                          \
+    {                                                                                              \
+        "until", 0, "P%",                                                                          \
+            "ask the first rays, and more until the standard error is P % of the answer"           \
+    }
+
+struct rmap_until {
+    double relative; /* 0: not asked for */
+    struct rmap_map_cut cut;
+    size_t n_portion;
+    bool is_reached;
+    uint64_t n_ray; /* that were asked, of all_rays */
+    uint64_t all_rays;
+};
+
+/* "1%", "0.5 %" or "0.01". RMAP_USAGE. */
+enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap_until *until,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Where it is asked for, the map is the first part of itself from begin to fini. To be called alike
+ * on all ranks. */
+enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+void rmap_until_fini(struct rmap_until *until);
+
+/* Takes note of an answer, and makes the part larger. False: it was the last one, as it was exact
+ * enough, or there is no more. */
+bool rmap_until_goes_on(struct rmap_until *until, bool is_exact);
+
+/* Whether an error is small enough, as against a value. */
+bool rmap_until_suffices(const struct rmap_until *until, double value, double standard_error);
+
+/* Adds "until" to the document where it is asked for; a line about it. */
+void rmap_until_json(const struct rmap_until *until, json_t *document);
+void rmap_until_print(const struct rmap_until *until, FILE *out);
+
+#endif

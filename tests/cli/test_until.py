@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `query --until P%` answers from the first rays of a map as a map of these rays alone would, is as exact as it says,
+and has the same answer for any number of ranks and either encoding; what cannot be so exact is asked of all rays, and told."""
+import json
+import sys
+
+sys.dont_write_bytecode = True
+from asking import check, finish, run, trace  # noqa: E402
+
+KEYS = ("rays", "segments", "flux", "registered")
+QUESTIONS = ("registered(sensor)", "registered(sensor where ghost_order == 0)", "path_length > 150 and source(star)", "hit(lens.3, reflect) and ray > 5")
+
+
+def ask(name, *words, ranks=1):
+    return json.loads(run("query", name, *words, "--json", ranks=ranks))
+
+
+trace("double-gauss", "lens.raymap", 300000)
+trace("double-gauss", "plain.raymap", 300000, "--encoding", "plain")
+parts = {n: trace("double-gauss", f"first-{n}.raymap", n) for n in (65536, 131072, 262144)}
+seen = set()
+for question in QUESTIONS:
+    for percent in (0.3, 1, 3):
+        told = ask("lens.raymap", question, "--until", f"{percent}%")
+        until = told["until"]
+        seen.add(until["rays"])
+        check(until["of_rays"] == 300000 and until["relative"] == percent / 100, f"{until}")
+        check(until["reached"] == (told["flux"]["standard_error"] <= percent / 100 * told["flux"]["matched"]), f"{question}: {until}")
+        alone = ask(parts.get(until["rays"], "lens.raymap"), question)
+        check([told[key] for key in KEYS] == [alone[key] for key in KEYS], f"{question}, {percent} %: of {until['rays']} rays alone")
+        check(told["rays_traced"] == 300000 and told["complete"], "the map's own numbers")
+        check(until["reached"] or until["rays"] == 300000, "no more to ask")
+        for name, ranks in (("lens.raymap", 3), ("plain.raymap", 1)):
+            again = ask(name, question, "--until", percent / 100, ranks=ranks)
+            check([again[key] for key in (*KEYS, "until")] == [told[key] for key in (*KEYS, "until")], f"{question} again: {name}, {ranks} ranks")
+check(len(seen) >= 3, f"{seen}")
+both = ask("lens.raymap", *QUESTIONS[:2], "hit(lens.3, reflect)", "--until", "2%")
+check(len({one["until"]["rays"] for one in both}) == 1 and all(one["until"]["reached"] for one in both), "several criteria: all of them")
+never = run("query", "lens.raymap", "bounces > 500", "--until", "1%")
+check("NOT reached, by the first 300,000 of 300,000 rays" in never, never)
+check(ask("lens.raymap", "all", "--until", "1%")["until"]["rays"] == 65536, "a flux without an error")
+
+run("query", "lens.raymap", "registered(sensor)", "-o", "picked.raymap", "--force", "--quiet")
+for words, told in ((("lens.raymap", "all", "--until", "2"), "1% or 0.01"), (("lens.raymap", "all", "--until", "-1%"), "1% or 0.01"),
+                    (("lens.raymap", "all", "--until", "x"), "1% or 0.01"), (("lens.raymap", "all", "--until", "1%", "--limit", 3), "--limit"),
+                    (("picked.raymap", "all", "--until", "1%"), "no sample")):
+    error = run("query", *words, status=2)
+    check(told in error, f"{words}: {error}")
+finish()
