@@ -170,6 +170,7 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
                   (json_int_t)stats->known.n_ray),
         &failed);
     set(object, "undefined", json_integer((json_int_t)stats->known.n_undefined), &failed);
+    rmap_json_add_part(object, labels->part);
     if (stats->setup->by == RMAP_STATS_TOGETHER) {
         set_group(object, stats, &stats->group[0], &failed);
     } else {
@@ -335,9 +336,12 @@ enum rmap_status rmap_stats_print(const struct rmap_stats *stats,
     enum rmap_status st = RMAP_OK;
     fprintf(out, "%-14s %s\n", "criterion", labels->criterion ? labels->criterion : "all");
     rmap_which_print(labels->which, out);
-    char matched[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN];
+    char matched[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN], part[RMAP_MAP_PART_LEN];
     fprintf(out, "%-14s %s of %s\n", "rays matched", rmap_grouped(stats->known.n_ray, matched),
             rmap_grouped(labels->n_ray, all));
+    rmap_map_part_text(labels->part, part);
+    if (part[0])
+        fprintf(out, "%-14s %s\n", "until", part);
     if (stats->known.n_undefined > 0)
         fprintf(out, "%-14s %" PRIu64 " values are not defined and left out\n", "note",
                 stats->known.n_undefined);
@@ -372,6 +376,7 @@ void rmap_stats_csv(const struct rmap_stats *stats, const struct rmap_stats_labe
                     FILE *out)
 {
     const size_t n = stats->setup->quantities->n;
+    char part[RMAP_MAP_PART_LEN];
     fprintf(out, "# criterion: %s\n", labels->criterion ? labels->criterion : "all");
     rmap_which_csv(labels->which, out);
     for (size_t i = 0; i < n; i++) {
@@ -381,6 +386,9 @@ void rmap_stats_csv(const struct rmap_stats *stats, const struct rmap_stats_labe
     }
     fprintf(out, "# flux: %s\n# rays: %" PRIu64 " of %" PRIu64 "\n", rmap_stats_flux_unit(stats),
             stats->known.n_ray, labels->n_ray);
+    rmap_map_part_text(labels->part, part);
+    if (part[0])
+        fprintf(out, "# until: %s\n", part);
     if (stats->setup->by != RMAP_STATS_TOGETHER)
         fprintf(out, "%s,", rmap_stats_by_word(stats->setup->by));
     fputs(n == 1 ? "low,high," : "x_low,x_high,y_low,y_high,", out);

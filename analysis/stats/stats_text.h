@@ -9,12 +9,14 @@
 #include <stdio.h>
 
 #include "analysis/stats/stats.h"
+#include "io/map/map_cut.h"
 
 struct rmap_stats_labels {
-    const char *map;                /* path */
-    const char *criterion;          /* NULL: all rays */
-    const struct rmap_which *which; /* registrations that count; NULL: all */
-    uint64_t n_ray;                 /* of the map */
+    const char *map;                  /* path */
+    const char *criterion;            /* NULL: all rays */
+    const struct rmap_which *which;   /* registrations that count; NULL: all */
+    uint64_t n_ray;                   /* of the map */
+    const struct rmap_map_part *part; /* what of the map was asked; NULL: all of it */
     const char *detector; /* whose registrations have a value each, by name or pattern; NULL: as
                              the quantity says */
 };

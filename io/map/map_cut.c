@@ -4,11 +4,23 @@
  */
 #include "io/map/map_cut.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map/map_internal.h"
 #include "trace/tally.h"
+
+void rmap_map_part_text(const struct rmap_map_part *part, char text[RMAP_MAP_PART_LEN])
+{
+    char first[RMAP_GROUPED_LEN], second[RMAP_GROUPED_LEN];
+    text[0] = 0;
+    if (part && part->relative > 0.0)
+        (void)snprintf(text, RMAP_MAP_PART_LEN, "%.3g %% %s, by the first %s of %s rays",
+                       100.0 * part->relative, part->is_reached ? "reached" : "NOT reached",
+                       rmap_grouped(part->n_ray, first), rmap_grouped(part->all_rays, second));
+}
 
 enum rmap_status rmap_map_cut_init(struct rmap_map_cut *cut, struct rmap_map *map,
                                    struct rmap_error *err)

@@ -8,6 +8,19 @@
 
 #include "io/map/map_reader.h"
 
+/* What an answer is of: the first rays, as many as made its errors small enough. */
+struct rmap_map_part {
+    double relative; /* error that was asked for, as a part of the answer; 0: all rays are asked */
+    bool is_reached;
+    uint64_t n_ray; /* that were asked, of all_rays */
+    uint64_t all_rays;
+};
+
+/* "1 % reached, by the first 65,536 of 4,000,000 rays"; "" where all rays are asked, and of NULL.
+ */
+#define RMAP_MAP_PART_LEN 128
+void rmap_map_part_text(const struct rmap_map_part *part, char text[RMAP_MAP_PART_LEN]);
+
 struct rmap_map_cut {
     struct rmap_map *map; /* borrowed */
     size_t n_portion;     /* of the whole map */

@@ -24,3 +24,13 @@ json_t *rmap_json_of_map(json_t *document, const struct rmap_map *map)
     json_decref(document);
     return NULL;
 }
+
+void rmap_json_add_part(json_t *document, const struct rmap_map_part *part)
+{
+    if (document && part && part->relative > 0.0)
+        (void)json_object_set_new(document, "until",
+                                  json_pack("{s:f, s:b, s:I, s:I}", "relative", part->relative,
+                                            "reached", (int)part->is_reached, "rays",
+                                            (json_int_t)part->n_ray, "of_rays",
+                                            (json_int_t)part->all_rays));
+}

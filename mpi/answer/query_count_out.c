@@ -79,7 +79,7 @@ enum rmap_status
 rmap_query_count_print(const struct rmap_context *context, const struct rmap_map *map,
                        struct rmap_criterion *const *criterion, const struct rmap_count *count,
                        const struct rmap_registered_list *registered, size_t n_criterion,
-                       bool listed, const struct rmap_until *until, double seconds,
+                       bool listed, const struct rmap_map_part *part, double seconds,
                        struct rmap_error *err)
 {
     for (size_t c = 0; c < n_criterion; c++)
@@ -89,8 +89,7 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
         for (size_t c = 0; c < n_criterion; c++) {
             json_t *own =
                 rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds);
-            if (until)
-                rmap_until_json(until, own);
+            rmap_json_add_part(own, part);
             (void)json_array_append_new(list, own);
         }
         json_t *document = list;
@@ -101,11 +100,12 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
         return rmap_json_print(document, stdout, err);
     }
     uint64_t nbytes = 0, read = 0;
-    char of_all[RMAP_GROUPED_LEN];
+    char of_all[RMAP_GROUPED_LEN], of_part[RMAP_MAP_PART_LEN];
     for (size_t c = 0; c < n_criterion; c++) {
         print_text(map, criterion[c], &count[c], &registered[c]);
-        if (until)
-            rmap_until_print(until, stdout);
+        rmap_map_part_text(part, of_part);
+        if (of_part[0])
+            printf("  until     %s\n", of_part);
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }

@@ -15,6 +15,7 @@
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"
 #include "mpi/command/overlay_load.h"
+#include "mpi/command/until.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/overlay_pick.h"
@@ -114,7 +115,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample, --top and -o");
     RMAP_TRY(rmap_until_read(given, &request->until, err));
-    if (request->until.relative > 0.0 &&
+    if (request->until.part.relative > 0.0 &&
         (list || request->explain || rmap_argument(given, "receivers")))
         return rmap_error_set(err, RMAP_USAGE,
                               "--until is of counts: it goes with none of --limit, --sample, "
@@ -294,7 +295,7 @@ static enum rmap_status count_rays(const struct rmap_context *context, struct re
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
                                     search->registered, request->asked.n, request->listed,
-                                    &request->until, seconds, err);
+                                    &request->until.part, seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_until_fini(&request->until);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "analysis/stats/stats_text.h"
+#include "io/map/map_content.h"
 #include "mpi/answer/stats_options.h"
 #include "mpi/answer/stats_out.h"
 #include "mpi/command/asked.h"
@@ -12,6 +13,7 @@
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/overlay_load.h"
+#include "mpi/command/until.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/stats_run.h"
 
@@ -22,6 +24,7 @@ static const struct rmap_option options[] = {
      "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
      "twice: a histogram over both"},
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_UNTIL_OPTION,
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
@@ -105,6 +108,29 @@ static enum rmap_status choose(const struct rmap_context *context,
     return RMAP_OK;
 }
 
+/* Of every group that has values: its flux, and the means of its numbers as against themselves or
+ * the spread about them. */
+static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats)
+{
+    bool suffices = true;
+    for (size_t g = 0; g < stats->n_group; g++) {
+        const struct rmap_stats_group *group = &stats->group[g];
+        if (group->n_reading == 0)
+            continue;
+        suffices =
+            suffices && rmap_until_suffices(until, group->flux.value, group->flux.standard_error);
+        for (size_t i = 0; i < stats->setup->quantities->n; i++) {
+            const struct rmap_stats_moment_estimates *moment = &group->of[i].moment;
+            suffices =
+                suffices &&
+                (rmap_until_suffices(until, moment->mean.value, moment->mean.standard_error) ||
+                 rmap_until_suffices(until, moment->deviation.value, moment->mean.standard_error) ||
+                 moment->mean.standard_error <= 0.0);
+        }
+    }
+    return suffices;
+}
+
 static enum rmap_status run_stats(const struct rmap_context *context,
                                   const struct rmap_arguments *arguments, struct rmap_error *err)
 {
@@ -118,8 +144,11 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_stats_setup setup;
     struct rmap_stats_request request = {0};
     struct rmap_stats_answer answer = {0};
+    struct rmap_until until = {.part = {.relative = 0.0}};
     const char *where = rmap_argument(arguments, "where");
     enum rmap_status st = rmap_stats_options_read(arguments, rmap_stats_suffixes, &given, err);
+    if (st == RMAP_OK)
+        st = rmap_until_read(arguments, &until, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
     RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
@@ -130,20 +159,27 @@ static enum rmap_status run_stats(const struct rmap_context *context,
         st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
     if (st == RMAP_OK)
         st = choose(context, arguments, &asked, quantities, criterion, &which, err);
+    if (st == RMAP_OK)
+        st = rmap_until_begin(&until, map, err);
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
     request.which = which;
     setup.all_rays = !criterion;
-    RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
+    int is_exact = 0;
+    do {
+        rmap_stats_answer_fini(&answer);
+        RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
+        is_exact = context->rank == 0 && is_exact_enough(&until, answer.stats);
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_exact, 1, MPI_INT, 0, context->comm)));
+    } while (rmap_until_goes_on(&until, is_exact));
     if (context->rank == 0) {
-        struct rmap_map_summary summary;
-        rmap_map_summarise(map, &summary);
         const struct rmap_stats_labels labels = {
             .map = arguments->operand[0],
             .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
             .which = which,
             .detector = given.detector,
-            .n_ray = summary.n_row[RMAP_TABLE_RAY]};
+            .part = &until.part,
+            .n_ray = rmap_map_contents(map)->n_row[RMAP_TABLE_RAY]};
         if (!criterion)
             answer.stats->known.n_ray = labels.n_ray;
         rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
@@ -152,6 +188,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_until_fini(&until);
     rmap_stats_answer_fini(&answer);
     rmap_stats_axes_fini(request.axis);
     rmap_which_destroy(which);

@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/grouped.h"
-
 enum { FIRST_PORTIONS = 16 };
 
 enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap_until *until,
@@ -17,7 +15,7 @@ enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap
 {
     const char *text = rmap_argument(given, "until");
     char *end = NULL;
-    *until = (struct rmap_until){.relative = 0.0};
+    *until = (struct rmap_until){.part = {.relative = 0.0}};
     if (!text)
         return RMAP_OK;
     double value = strtod(text, &end);
@@ -30,7 +28,7 @@ enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap
     if (!is_number || *end != 0 || !(value > 0.0 && value < 1.0))
         return rmap_error_set(err, RMAP_USAGE,
                               "--until '%.40s': a part of the answer, such as 1%% or 0.01", text);
-    until->relative = value;
+    until->part.relative = value;
     return RMAP_OK;
 }
 
@@ -43,7 +41,7 @@ static void take_portions(struct rmap_until *until, size_t n)
 enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map,
                                   struct rmap_error *err)
 {
-    if (!(until->relative > 0.0))
+    if (!(until->part.relative > 0.0))
         return RMAP_OK;
     enum rmap_status st = rmap_map_cut_init(&until->cut, map, err);
     if (st == RMAP_OK)
@@ -61,13 +59,13 @@ void rmap_until_fini(struct rmap_until *until)
 
 bool rmap_until_goes_on(struct rmap_until *until, bool is_exact)
 {
-    if (!(until->relative > 0.0))
+    if (!(until->part.relative > 0.0))
         return false;
-    until->is_reached = is_exact;
-    until->all_rays = until->cut.n_row[RMAP_TABLE_RAY];
-    until->n_ray = 0;
+    until->part.is_reached = is_exact;
+    until->part.all_rays = until->cut.n_row[RMAP_TABLE_RAY];
+    until->part.n_ray = 0;
     for (size_t i = 0; i < until->n_portion; i++)
-        until->n_ray += rmap_map_portion(until->cut.map, i)->n_row[RMAP_TABLE_RAY];
+        until->part.n_ray += rmap_map_portion(until->cut.map, i)->n_row[RMAP_TABLE_RAY];
     if (is_exact || until->n_portion == until->cut.n_portion)
         return false;
     take_portions(until, 2 * until->n_portion);
@@ -76,26 +74,5 @@ bool rmap_until_goes_on(struct rmap_until *until, bool is_exact)
 
 bool rmap_until_suffices(const struct rmap_until *until, double value, double standard_error)
 {
-    return fabs(value) > 0.0 && standard_error <= until->relative * fabs(value);
-}
-
-void rmap_until_json(const struct rmap_until *until, json_t *document)
-{
-    if (!(until->relative > 0.0) || !document)
-        return;
-    (void)json_object_set_new(document, "until",
-                              json_pack("{s:f, s:b, s:I, s:I}", "relative", until->relative,
-                                        "reached", (int)until->is_reached, "rays",
-                                        (json_int_t)until->n_ray, "of_rays",
-                                        (json_int_t)until->all_rays));
-}
-
-void rmap_until_print(const struct rmap_until *until, FILE *out)
-{
-    char first[RMAP_GROUPED_LEN], second[RMAP_GROUPED_LEN];
-    if (!(until->relative > 0.0))
-        return;
-    fprintf(out, "  until     %.3g %% %s, by the first %s of %s rays\n", 100.0 * until->relative,
-            until->is_reached ? "reached" : "NOT reached", rmap_grouped(until->n_ray, first),
-            rmap_grouped(until->all_rays, second));
+    return fabs(value) > 0.0 && standard_error <= until->part.relative * fabs(value);
 }

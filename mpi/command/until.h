@@ -6,9 +6,6 @@
 #ifndef RMAP_UNTIL_H
 #define RMAP_UNTIL_H
 
-#include <jansson.h>
-#include <stdio.h>
-
 #include "io/map/map_cut.h"
 #include "mpi/command/arguments.h"
 
@@ -19,12 +16,9 @@
     }
 
 struct rmap_until {
-    double relative; /* 0: not asked for */
+    struct rmap_map_part part;
     struct rmap_map_cut cut;
     size_t n_portion;
-    bool is_reached;
-    uint64_t n_ray; /* that were asked, of all_rays */
-    uint64_t all_rays;
 };
 
 /* "1%", "0.5 %" or "0.01". RMAP_USAGE. */
@@ -43,9 +37,5 @@ bool rmap_until_goes_on(struct rmap_until *until, bool is_exact);
 
 /* Whether an error is small enough, as against a value. */
 bool rmap_until_suffices(const struct rmap_until *until, double value, double standard_error);
-
-/* Adds "until" to the document where it is asked for; a line about it. */
-void rmap_until_json(const struct rmap_until *until, json_t *document);
-void rmap_until_print(const struct rmap_until *until, FILE *out);
 
 #endif

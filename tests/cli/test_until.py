@@ -41,6 +41,18 @@ never = run("query", "lens.raymap", "bounces > 500", "--until", "1%")
 check("NOT reached, by the first 300,000 of 300,000 rays" in never, never)
 check(ask("lens.raymap", "all", "--until", "1%")["until"]["rays"] == 65536, "a flux without an error")
 
+for words in (("--of", "path_length"), ("--of", "angle(sensor)", "--by", "source"), ("--of", "x(sensor)", "--where", "source(star)")):
+    told = json.loads(run("stats", "lens.raymap", *words, "--until", "8%" if "--by" in words else "2%", "--json", ranks=2))
+    until = told.pop("until")
+    alone = json.loads(run("stats", parts.get(until["rays"], "lens.raymap"), *words, "--json"))
+    for one in (told, alone):
+        for key in ("map", "rays_traced", "rays_asked", "seconds"):
+            one.pop(key, None)
+    check(until["reached"] and until["rays"] < 300000 and told == alone, f"stats {words}: {until}")
+run("stats", "lens.raymap", "--of", "path_length", "--until", "2%", "-o", "until.csv", "--force")
+with open("until.csv", encoding="utf-8") as file:
+    check("# until: 2 % reached, by the first 65,536 of 300,000 rays" in file.read(), "in the file")
+
 run("query", "lens.raymap", "registered(sensor)", "-o", "picked.raymap", "--force", "--quiet")
 for words, told in ((("lens.raymap", "all", "--until", "2"), "1% or 0.01"), (("lens.raymap", "all", "--until", "-1%"), "1% or 0.01"),
                     (("lens.raymap", "all", "--until", "x"), "1% or 0.01"), (("lens.raymap", "all", "--until", "1%", "--limit", 3), "--limit"),
