@@ -82,7 +82,7 @@ def judge(command, case, ranks):
 
 def main():
     cases = harness.Cases("kept things under faults")
-    cases.BUDGET_S = 40
+    cases.BUDGET_S = 20
     scene = harness.write_curved_scene()
     shutil.rmtree("map.raymap", ignore_errors=True)
     for words in (("trace", scene, "-o", "map.raymap", "-n", 900, "--quiet"), ("select", "map.raymap", "old", "ray < 5", "--quiet")):
