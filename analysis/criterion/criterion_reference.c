@@ -60,11 +60,9 @@ static enum rmap_status find_rays(struct rmap_parser *parser, const struct rmap_
                                 "'%s' is defined in %.64s, and rays of the map are named so: give "
                                 "one another name",
                                 name, parser->criteria->label);
-    if (st == RMAP_SYSTEM && parser->err)
-        *parser->err = why;
-    if (st != RMAP_OK)
-        return st == RMAP_SYSTEM ? st : RMAP_PARSER_FAIL(parser, token, "%s", why.text);
-    return RMAP_OK;
+    if (st == RMAP_SYSTEM)
+        return rmap_error_set(parser->err, st, "%s", why.text);
+    return st == RMAP_OK ? RMAP_OK : RMAP_PARSER_FAIL(parser, token, "%s", why.text);
 }
 
 /* The name behind '@': which definition it is; or else rays, not NULL. */
@@ -134,7 +132,6 @@ enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_
                                                  .next = -1,
                                                  .begin = at.begin,
                                                  .end = name.end,
-                                                 .interval = {1.0, 1.0, false},
                                                  .rays = rays};
         return rmap_criterion_node_add(criterion, &node, node_ret, parser->err);
     }

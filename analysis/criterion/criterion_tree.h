@@ -57,7 +57,7 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
                                      `where` the history up to and with the registration */
-    RMAP_CRITERION_RAYS,          /* a count, 0 or 1: of a set of rays that the map keeps */
+    RMAP_CRITERION_RAYS,          /* whether the ray is of a set that the map keeps */
     RMAP_CRITERION_ITS_NUMBER,    /* of one registration; below `where` only */
     RMAP_CRITERION_SUM            /* numbers compared with each other, of the ray, or below `where`
                                      of one registration */

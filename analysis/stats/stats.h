@@ -53,7 +53,7 @@ struct rmap_stats_summary {
 };
 
 struct rmap_stats_group {
-    const char *name;          /* of the source or detector; NULL: all together. Borrowed */
+    const char *name;          /* as stats_groups.h has it; NULL: all together. Borrowed */
     uint64_t n_ray, n_reading; /* rays with readings, and these */
     struct rmap_stats_estimate flux;
     struct rmap_stats_summary of[RMAP_QUANTITIES_MAX];

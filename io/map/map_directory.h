@@ -46,7 +46,7 @@ struct rmap_map_listing {
     struct rmap_piece_list columns;   /* kept columns, likewise */
     struct rmap_leftover *leftover;   /* by name */
     size_t n_leftover, cap_leftover;
-    bool has_half_index;    /* what a killed run left of an index that it was writing */
+    bool has_half_index;    /* what a killed run left of an index, or of named rays */
     struct rmap_error link; /* where a shard's folder is a link: that it was passed over; or "" */
 };
 
@@ -63,7 +63,7 @@ enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_na
 enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Removes what killed runs left of an index that they were writing. */
+/* Removes what killed runs left of an index, or of named rays, that they were writing. */
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path,
                                               struct rmap_error *err) RMAP_MUST_USE;
 

@@ -298,7 +298,6 @@ struct kept_set {
 struct rmap_kept_rays {
     struct rmap_ray_names names;
     struct rmap_map *map;
-    pthread_mutex_t lock;
     struct kept_set **set; /* [n]: criteria borrow what they point to */
     size_t n, cap;
 };
@@ -352,13 +351,13 @@ static enum rmap_status find(void *context, const char *name, const struct rmap_
     *set_ret = NULL;
     if (!is_name(name))
         return RMAP_OK;
-    (void)pthread_mutex_lock(&self->lock);
+    (void)pthread_mutex_lock(&self->map->hdf5_lock);
     for (size_t i = 0; i < self->n; i++)
         if (strcmp(self->set[i]->name, name) == 0)
             *set_ret = &self->set[i]->set;
     if (!*set_ret && stands(self->map, name))
         st = keep(self, name, set_ret, err);
-    (void)pthread_mutex_unlock(&self->lock);
+    (void)pthread_mutex_unlock(&self->map->hdf5_lock);
     return st;
 }
 
@@ -367,10 +366,6 @@ enum rmap_status rmap_map_offer_named_rays(struct rmap_map *map, struct rmap_err
     struct rmap_kept_rays *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a map");
-    if (pthread_mutex_init(&self->lock, NULL) != 0) {
-        rmap_free(self);
-        return rmap_error_set(err, RMAP_SYSTEM, "no lock for a map");
-    }
     self->map = map;
     self->names = (struct rmap_ray_names){self, find};
     map->kept_rays = self;
@@ -388,6 +383,5 @@ void rmap_kept_rays_destroy(struct rmap_kept_rays *self)
         rmap_free(self->set[i]);
     }
     rmap_free(self->set);
-    (void)pthread_mutex_destroy(&self->lock);
     rmap_free(self);
 }

@@ -29,14 +29,6 @@ char *rmap_piece_columns_path(const char *map_path, const struct rmap_piece_info
                             (int)piece->shard, (int)piece->number);
 }
 
-struct rmap_digest *rmap_map_piece_digests(const struct rmap_map *map)
-{
-    struct rmap_digest *sum = rmap_alloc(map->content.n_piece, sizeof *sum);
-    for (size_t i = 0; sum && i < map->content.n_portion; i++)
-        rmap_digest_add(&sum[map->content.portion[i].piece], map->content.portion[i].digest);
-    return sum;
-}
-
 void rmap_piece_columns_fini(struct rmap_piece_columns *columns)
 {
     rmap_free(columns->entry);
@@ -153,16 +145,17 @@ out:
     return st;
 }
 
-enum rmap_status rmap_piece_columns_read(const struct rmap_map *map, size_t piece,
-                                         const struct rmap_digest *digest,
-                                         struct rmap_piece_columns *self, bool *is_stale_ret,
-                                         struct rmap_error *err)
+static enum rmap_status read_file(const struct rmap_map *map, size_t piece,
+                                  const struct rmap_digest *digest, struct rmap_piece_columns *self,
+                                  bool *is_stale_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct stat file;
     *self = (struct rmap_piece_columns){0};
     *is_stale_ret = false;
+    if (!digest)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for kept columns");
     char *path = rmap_piece_columns_path(map->path, &map->content.piece[piece]);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -180,41 +173,6 @@ out:
     return st;
 }
 
-enum rmap_status rmap_map_columns_survey(const struct rmap_map *map,
-                                         struct rmap_columns_survey *survey, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_digest *digest = rmap_map_piece_digests(map);
-    *survey = (struct rmap_columns_survey){.columns = RMAP_COLUMNS_ALL};
-    if (!digest)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for kept columns");
-    for (size_t i = 0; i < map->content.n_piece && st == RMAP_OK; i++) {
-        const struct rmap_piece_info *info = &map->content.piece[i];
-        struct rmap_piece_columns columns;
-        struct rmap_error why = {0};
-        bool is_stale;
-        if (info->is_open || info->encoding != RMAP_ENCODING_COMPACT)
-            continue;
-        survey->n_compact++;
-        st = rmap_piece_columns_read(map, i, &digest[i], &columns, &is_stale, &why);
-        if (st == RMAP_OK) {
-            survey->n_piece++;
-            survey->columns &= columns.columns;
-            survey->nbytes += columns.nbytes;
-        } else if (st == RMAP_FORMAT && survey->n_unused++ == 0) {
-            survey->why = why;
-        } else if (st == RMAP_SYSTEM) {
-            (void)rmap_error_set(err, st, "%s", why.text);
-        }
-        st = st == RMAP_SYSTEM ? st : RMAP_OK;
-        rmap_piece_columns_fini(&columns);
-    }
-    if (survey->n_piece == 0)
-        survey->columns = 0;
-    rmap_free(digest);
-    return st;
-}
-
 /* ---- those of an open map ---- */
 
 struct slot {
@@ -227,7 +185,7 @@ struct slot {
 struct rmap_column_files {
     struct slot *slot; /* [n] */
     size_t n;
-    struct rmap_digest *digest;          /* [n], once a piece has a file */
+    struct rmap_digest *digest;          /* [n], once they were asked for */
     uint64_t (*first)[RMAP_TABLE_COUNT]; /* [n_portion], once a piece has columns */
 };
 
@@ -277,6 +235,17 @@ static enum rmap_status list_first_rows(const struct rmap_map *map, struct rmap_
                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory for kept columns");
 }
 
+/* Under the lock of HDF5. NULL: memory is short. */
+static const struct rmap_digest *digest_of(const struct rmap_map *map, size_t piece,
+                                           struct rmap_column_files *self)
+{
+    if (!self->digest && (self->digest = rmap_alloc(self->n, sizeof *self->digest)))
+        for (size_t i = 0; i < map->content.n_portion; i++)
+            rmap_digest_add(&self->digest[map->content.portion[i].piece],
+                            map->content.portion[i].digest);
+    return self->digest ? &self->digest[piece] : NULL;
+}
+
 static bool stands(const struct rmap_map *map, const struct rmap_piece_info *info)
 {
     struct stat file;
@@ -293,14 +262,10 @@ static void look(struct rmap_map *map, size_t piece, struct rmap_column_files *s
 {
     struct slot *slot = &self->slot[piece];
     bool is_stale = false;
-    slot->st = stands(map, &map->content.piece[piece]) ? RMAP_OK : RMAP_INPUT;
-    if (slot->st == RMAP_OK && !self->digest)
-        self->digest = rmap_map_piece_digests(map);
-    if (slot->st == RMAP_OK)
-        slot->st = self->digest
-                       ? rmap_piece_columns_read(map, piece, &self->digest[piece], &slot->columns,
-                                                 &is_stale, &slot->why)
-                       : rmap_error_set(&slot->why, RMAP_SYSTEM, "out of memory for kept columns");
+    slot->st = RMAP_INPUT;
+    if (stands(map, &map->content.piece[piece]))
+        slot->st = read_file(map, piece, digest_of(map, piece, self), &slot->columns, &is_stale,
+                             &slot->why);
     if (slot->st == RMAP_OK && !self->first)
         slot->st = list_first_rows(map, self, &slot->why);
     if (slot->st == RMAP_INPUT || is_stale)
@@ -322,6 +287,54 @@ static struct slot *slot_of(const struct rmap_map *map, size_t piece)
         look(inside, piece, self);
     (void)pthread_mutex_unlock(&inside->hdf5_lock);
     return self ? &self->slot[piece] : NULL;
+}
+
+const struct rmap_digest *rmap_map_piece_digest(const struct rmap_map *map, size_t piece)
+{
+    struct rmap_map *inside = (struct rmap_map *)(uintptr_t)map;
+    (void)pthread_mutex_lock(&inside->hdf5_lock);
+    struct rmap_column_files *self = files_of(inside);
+    const struct rmap_digest *digest = self ? digest_of(map, piece, self) : NULL;
+    (void)pthread_mutex_unlock(&inside->hdf5_lock);
+    return digest;
+}
+
+enum rmap_status rmap_piece_columns_read(const struct rmap_map *map, size_t piece,
+                                         struct rmap_piece_columns *self, bool *is_stale_ret,
+                                         struct rmap_error *err)
+{
+    return read_file(map, piece, rmap_map_piece_digest(map, piece), self, is_stale_ret, err);
+}
+
+enum rmap_status rmap_map_columns_survey(const struct rmap_map *map,
+                                         struct rmap_columns_survey *survey, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *survey = (struct rmap_columns_survey){.columns = RMAP_COLUMNS_ALL};
+    for (size_t i = 0; i < map->content.n_piece && st == RMAP_OK; i++) {
+        const struct rmap_piece_info *info = &map->content.piece[i];
+        struct rmap_piece_columns columns;
+        struct rmap_error why = {0};
+        bool is_stale;
+        if (info->is_open || info->encoding != RMAP_ENCODING_COMPACT)
+            continue;
+        survey->n_compact++;
+        st = rmap_piece_columns_read(map, i, &columns, &is_stale, &why);
+        if (st == RMAP_OK) {
+            survey->n_piece++;
+            survey->columns &= columns.columns;
+            survey->nbytes += columns.nbytes;
+        } else if (st == RMAP_FORMAT && survey->n_unused++ == 0) {
+            survey->why = why;
+        } else if (st == RMAP_SYSTEM) {
+            (void)rmap_error_set(err, st, "%s", why.text);
+        }
+        st = st == RMAP_SYSTEM ? st : RMAP_OK;
+        rmap_piece_columns_fini(&columns);
+    }
+    if (survey->n_piece == 0)
+        survey->columns = 0;
+    return st;
 }
 
 rmap_column_set rmap_map_columns_beside(const struct rmap_map *map, size_t piece)

@@ -18,9 +18,9 @@ rmap_column_set rmap_keepable_columns(void);
 /* "MAP/shard-00000/piece-00000.columns.h5"; rmap_free. NULL when memory is short. */
 char *rmap_piece_columns_path(const char *map_path, const struct rmap_piece_info *piece);
 
-/* What a piece's rays are: the sums of the digests of its portions, [n_piece]; rmap_free. NULL when
- * memory is short. */
-struct rmap_digest *rmap_map_piece_digests(const struct rmap_map *map);
+/* What a piece's rays are: the sum of the digests of its portions. Borrowed from the map, which
+ * sums up all pieces once; NULL: memory is short. Thread-safe. */
+const struct rmap_digest *rmap_map_piece_digest(const struct rmap_map *map, size_t piece);
 
 /* What such a file holds; opened while the map is. */
 struct rmap_piece_columns {
@@ -44,11 +44,9 @@ enum rmap_status rmap_map_piece_columns(const struct rmap_map *map, size_t piece
  * portions follow each other as in the map. Once the map has columns beside a piece. */
 const uint64_t *rmap_map_first_rows(const struct rmap_map *map, size_t portion);
 
-/* Reads one, whether the map knows of it or not. digest: of the piece. RMAP_INPUT: there is none;
- * RMAP_FORMAT: damaged, or of other rays, which *is_stale_ret tells apart. columns:
- * rmap_piece_columns_fini. */
+/* Reads one, whether the map knows of it or not. RMAP_INPUT: there is none; RMAP_FORMAT: damaged,
+ * or of other rays, which *is_stale_ret tells apart. columns: rmap_piece_columns_fini. */
 enum rmap_status rmap_piece_columns_read(const struct rmap_map *map, size_t piece,
-                                         const struct rmap_digest *digest,
                                          struct rmap_piece_columns *columns, bool *is_stale_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_piece_columns_fini(struct rmap_piece_columns *columns);

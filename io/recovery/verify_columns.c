@@ -13,28 +13,19 @@
 #include "io/map/map_directory.h"
 #include "io/map/piece_columns.h"
 
-/* "shard-00000/piece-00000.columns.h5"; rmap_free. */
-static char *file_of(const struct rmap_piece_info *piece)
-{
-    char *path = rmap_piece_columns_path("", piece);
-    if (path)
-        memmove(path, path + 1, strlen(path));
-    return path;
-}
-
 static enum rmap_status tell(const struct rmap_piece_info *piece,
                              const struct rmap_portion_info *portion, const char *dataset,
                              const char *text, struct rmap_findings *findings,
                              struct rmap_error *err)
 {
     struct rmap_finding finding;
-    char *file = file_of(piece);
-    if (!file)
+    char *path = rmap_piece_columns_path("", piece); /* "/shard-00000/..." */
+    if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    rmap_finding_set(&finding, file, dataset, "%s", text);
+    rmap_finding_set(&finding, path + 1, dataset, "%s", text);
     if (portion)
         rmap_finding_add_rays(&finding, portion->first_ray, portion->n_row[RMAP_TABLE_RAY]);
-    rmap_free(file);
+    rmap_free(path);
     return rmap_findings_add(findings, &finding, err);
 }
 
@@ -44,11 +35,7 @@ enum rmap_status rmap_verify_columns_file(struct rmap_verification *self, size_t
     struct rmap_piece_columns columns;
     struct rmap_error why = {0};
     bool is_stale;
-    struct rmap_digest *digest = rmap_map_piece_digests(self->map);
-    enum rmap_status st = digest ? rmap_piece_columns_read(self->map, piece, &digest[piece],
-                                                           &columns, &is_stale, &why)
-                                 : rmap_error_set(&why, RMAP_SYSTEM, "out of memory");
-    rmap_free(digest);
+    enum rmap_status st = rmap_piece_columns_read(self->map, piece, &columns, &is_stale, &why);
     if (st == RMAP_SYSTEM)
         return rmap_error_set(err, st, "%s", why.text);
     if (st == RMAP_FORMAT)
@@ -137,14 +124,12 @@ out:
 }
 
 static enum rmap_status check_one(const struct rmap_map *map, size_t piece,
-                                  const struct rmap_digest *digest, struct rmap_findings *done,
-                                  struct rmap_error *err)
+                                  struct rmap_findings *done, struct rmap_error *err)
 {
     struct rmap_piece_columns columns;
     struct rmap_error why = {0};
     bool is_stale = false;
-    enum rmap_status st =
-        rmap_piece_columns_read(map, piece, &digest[piece], &columns, &is_stale, &why);
+    enum rmap_status st = rmap_piece_columns_read(map, piece, &columns, &is_stale, &why);
     if (st == RMAP_OK) {
         rmap_piece_columns_fini(&columns);
         st = read_all(map, piece, &why);
@@ -163,10 +148,7 @@ enum rmap_status rmap_remove_bad_columns(const struct rmap_map *map, struct rmap
                                          struct rmap_error *err)
 {
     struct rmap_map_listing found;
-    struct rmap_digest *digest = rmap_map_piece_digests(map);
     enum rmap_status st = rmap_map_list(map->path, &found, err);
-    if (st == RMAP_OK && !digest)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     for (size_t k = 0; st == RMAP_OK && k < found.columns.n; k++) {
         const struct rmap_piece_name name = found.columns.name[k];
         const struct rmap_piece_info stray = {.shard = name.shard, .number = name.number};
@@ -176,9 +158,8 @@ enum rmap_status rmap_remove_bad_columns(const struct rmap_map *map, struct rmap
             i++;
         st = i == map->content.n_piece
                  ? take_away(map, &stray, "removed: its piece is gone", done, err)
-                 : check_one(map, i, digest, done, err);
+                 : check_one(map, i, done, err);
     }
     rmap_map_listing_fini(&found);
-    rmap_free(digest);
     return st;
 }

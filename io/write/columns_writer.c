@@ -4,10 +4,8 @@
  */
 #include "io/write/columns_writer.h"
 
-#include <errno.h>
 #include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
@@ -92,17 +90,19 @@ static enum rmap_status reserve(struct rmap_columns_writer *self, struct rmap_er
 }
 
 enum rmap_status rmap_columns_writer_create(const struct rmap_map *map, size_t piece,
-                                            const struct rmap_digest *digest,
                                             rmap_column_set columns,
                                             struct rmap_columns_writer **writer_ret,
                                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_piece_info *info = &map->content.piece[piece];
+    const struct rmap_digest *digest = rmap_map_piece_digest(map, piece);
     int folder = -1;
     struct rmap_columns_writer *self = rmap_alloc(1, sizeof *self);
-    if (!self)
+    if (!self || !digest) {
+        rmap_free(self);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for kept columns");
+    }
     self->h5.file = H5I_INVALID_HID;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         self->column[c].set = H5I_INVALID_HID;
@@ -190,11 +190,10 @@ static enum rmap_status seal(struct rmap_columns_writer *self, struct rmap_error
     return st;
 }
 
-enum rmap_status rmap_columns_writer_finish(struct rmap_columns_writer *self, uint64_t *nbytes_ret,
+enum rmap_status rmap_columns_writer_finish(struct rmap_columns_writer *self,
                                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct stat file;
     struct rmap_field_table fields = rmap_chunk_fields();
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         if (self->column[c].n_waiting > 0)
@@ -207,9 +206,6 @@ enum rmap_status rmap_columns_writer_finish(struct rmap_columns_writer *self, ui
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_h5_close(&self->h5, err));
     RMAP_TRY(seal(self, err));
-    if (stat(self->temporary, &file) != 0)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno)));
-    *nbytes_ret = (uint64_t)file.st_size;
     st = rmap_publish_over(self->directory, self->temporary, self->final, err);
     rmap_free(self->temporary);
     self->temporary = NULL;

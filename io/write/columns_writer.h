@@ -9,9 +9,8 @@
 
 struct rmap_columns_writer;
 
-/* columns: of rmap_keepable_columns. digest: of the piece. The map is borrowed. */
+/* columns: of rmap_keepable_columns. The map is borrowed. */
 enum rmap_status rmap_columns_writer_create(const struct rmap_map *map, size_t piece,
-                                            const struct rmap_digest *digest,
                                             rmap_column_set columns,
                                             struct rmap_columns_writer **writer_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
@@ -23,7 +22,6 @@ enum rmap_status rmap_columns_writer_put(struct rmap_columns_writer *writer,
 
 /* Gives the file its name, in place of what has it; durable when it returns. */
 enum rmap_status rmap_columns_writer_finish(struct rmap_columns_writer *writer,
-                                            uint64_t *nbytes_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* Releases; what was not finished is removed. NULL is fine. */

@@ -101,9 +101,9 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
     }
     uint64_t nbytes = 0, read = 0;
     char of_all[RMAP_GROUPED_LEN], of_part[RMAP_MAP_PART_LEN];
+    rmap_map_part_text(part, of_part);
     for (size_t c = 0; c < n_criterion; c++) {
         print_text(map, criterion[c], &count[c], &registered[c]);
-        rmap_map_part_text(part, of_part);
         if (of_part[0])
             printf("  until     %s\n", of_part);
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;

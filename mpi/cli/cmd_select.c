@@ -8,13 +8,11 @@
 
 #include "analysis/query/id_fold.h"
 #include "base/alloc.h"
-#include "base/grouped.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
 #include "mpi/answer/named_rays_out.h"
 #include "mpi/command/asked.h"
-#include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"

@@ -105,15 +105,13 @@ static void let_cursors_go(struct keeping *self)
     }
 }
 
-static enum rmap_status write_piece(struct keeping *self, size_t piece,
-                                    const struct rmap_digest *digest, struct rmap_error *err)
+static enum rmap_status write_piece(struct keeping *self, size_t piece, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_columns_writer *writer = NULL;
-    uint64_t nbytes = 0;
     let_cursors_go(self);
     RMAP_TRY(list_portions(self, piece, err));
-    RMAP_TRY(rmap_columns_writer_create(self->map, piece, digest, self->columns, &writer, err));
+    RMAP_TRY(rmap_columns_writer_create(self->map, piece, self->columns, &writer, err));
     for (self->at = 0; self->at < self->n_portion; self->at += self->n_rows) {
         const size_t left = self->n_portion - self->at;
         struct rmap_parts parts = {.last = left < self->n_rows ? left : self->n_rows,
@@ -125,7 +123,7 @@ static enum rmap_status write_piece(struct keeping *self, size_t piece,
         for (size_t i = 0; i < parts.last; i++)
             RMAP_TRY(rmap_columns_writer_put(writer, self->rows[i], err));
     }
-    st = rmap_columns_writer_finish(writer, &nbytes, err);
+    st = rmap_columns_writer_finish(writer, err);
 out:
     rmap_columns_writer_destroy(writer);
     return st;
@@ -167,9 +165,6 @@ static enum rmap_status keep_pieces(struct keeping *self, const struct rmap_part
                                     struct rmap_keep_result *result, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_digest *digest = rmap_map_piece_digests(self->map);
-    if (!digest)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for kept columns");
     RMAP_TRY(reserve(self, err));
     for (size_t i = share->first; i < share->last; i++) {
         const struct rmap_piece_info *info = rmap_map_piece(self->map, i);
@@ -179,12 +174,11 @@ static enum rmap_status keep_pieces(struct keeping *self, const struct rmap_part
         result->n_piece++;
         self->columns = columns | beside;
         if ((columns & ~beside) || force) {
-            RMAP_TRY(write_piece(self, i, &digest[i], err));
+            RMAP_TRY(write_piece(self, i, err));
             result->n_made++;
         }
     }
 out:
-    rmap_free(digest);
     return st;
 }
 
