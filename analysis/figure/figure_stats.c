@@ -311,7 +311,8 @@ static void describe(const struct plot *plot, char *line, size_t nbytes)
     if (n_reading == 0)
         return;
     int n = stats->group[0].name
-                ? snprintf(line, nbytes, "%s", rmap_counted(n_reading, "value").text)
+                ? snprintf(line, nbytes, "%s by %s", rmap_counted(n_reading, "value").text,
+                           rmap_stats_by_word(stats->setup->by))
                 : describe_only(plot, line, nbytes);
     if (outside > 0.0 && n > 0 && (size_t)n < nbytes)
         n += snprintf(line + n, nbytes - (size_t)n, "; %.3g %s outside the picture", outside,
