@@ -545,7 +545,9 @@ static enum rmap_status choose_beside(struct rmap_cursor *self,
     const struct rmap_piece_columns *kept;
     const rmap_column_set traced = rmap_compact_traced(self->header.placed);
     *beside_ret = 0;
-    if ((traced & ~self->columns) == 0) /* who wants all of them has them from the piece itself */
+    /* Who wants none of them does not look for the file, and who wants all has them from the piece.
+     */
+    if ((columns & traced) == 0 || (traced & ~self->columns) == 0)
         return RMAP_OK;
     RMAP_TRY(rmap_map_piece_columns(self->map, (size_t)info->piece, &kept, err));
     *beside_ret = kept ? columns & kept->columns : 0;

@@ -84,17 +84,31 @@ out:
     return st;
 }
 
+static bool is_recounted(const struct rmap_map *map, size_t portion)
+{
+    const struct rmap_portion_info *info = rmap_map_portion(map, portion);
+    return info->is_added && !rmap_map_piece(map, (size_t)info->piece)->is_open;
+}
+
+/* Piece by piece, so that few ranks open each. */
 static enum rmap_status find_recount(struct rmap_trace_goal *goal, struct rmap_error *err)
 {
-    size_t n = rmap_map_n_portion(goal->map);
+    const size_t n = rmap_map_n_portion(goal->map), n_piece = rmap_map_n_piece(goal->map);
+    size_t *first = rmap_alloc(n_piece + 1, sizeof *first); /* of a piece's in the list */
     goal->recount = rmap_alloc(n ? n : 1, sizeof *goal->recount);
-    if (!goal->recount)
+    if (!first || !goal->recount) {
+        rmap_free(first);
         return out_of_memory(err);
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_portion_info *portion = rmap_map_portion(goal->map, i);
-        if (portion->is_added && !rmap_map_piece(goal->map, (size_t)portion->piece)->is_open)
-            goal->recount[goal->n_recount++] = i;
     }
+    for (size_t i = 0; i < n; i++)
+        first[rmap_map_portion(goal->map, i)->piece + 1] += is_recounted(goal->map, i);
+    for (size_t p = 0; p < n_piece; p++)
+        first[p + 1] += first[p];
+    goal->n_recount = first[n_piece];
+    for (size_t i = 0; i < n; i++)
+        if (is_recounted(goal->map, i))
+            goal->recount[first[rmap_map_portion(goal->map, i)->piece]++] = i;
+    rmap_free(first);
     return RMAP_OK;
 }
 
