@@ -15,7 +15,7 @@
 #include "mpi/answer/draw_polydata.h"
 #include "mpi/answer/draw_request.h"
 #include "mpi/answer/page_run.h"
-#include "mpi/command/asked.h"
+#include "mpi/command/asked_each.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/find_camera.h"
 #include "mpi/command/json_out.h"
@@ -75,10 +75,7 @@ struct drawing {
     struct rmap_overlay *overlay;   /* receivers; NULL: none */
     const struct rmap_scene *scene; /* with them */
     struct rmap_asked asked;
-    struct rmap_criterion **each; /* [n_each] as they were given */
-    size_t n_each;
-    struct rmap_criterion *any;      /* of each; of nothing all rays */
-    const char *where;               /* its text; NULL: all rays */
+    struct rmap_asked_each each;
     struct rmap_count *count;        /* [n_count] of any, then of each where they are several */
     struct rmap_criterion **counted; /* [n_count] those */
     size_t n_count;
@@ -95,7 +92,7 @@ struct drawing {
 /* Whether each criterion gets its share of the rays. */
 static bool is_shared(const struct drawing *self)
 {
-    return self->request.paint == RMAP_PAINT_CRITERION && self->n_each > 1;
+    return self->request.paint == RMAP_PAINT_CRITERION && self->each.n > 1;
 }
 
 /* On rank 0. */
@@ -111,7 +108,7 @@ static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *er
         RMAP_TRY(rmap_find_camera(rmap_map_scene(self->map), request->map_path, request->camera,
                                   &camera, err));
     struct rmap_figure_draw given = {.title = title,
-                                     .criterion = self->where,
+                                     .criterion = self->each.text,
                                      .n_matched = self->count[0].rays,
                                      .kind = request->kind,
                                      .eye = request->has_eye ? request->eye : NULL,
@@ -139,8 +136,8 @@ static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
         .scene = self->scene,
         .rays = self->seen,
         .flux_per_weight = rmap_map_flux_per_weight(self->map),
-        .criterion = (const struct rmap_criterion *const *)self->each,
-        .n_criterion = self->n_each};
+        .criterion = (const struct rmap_criterion *const *)self->each.of,
+        .n_criterion = self->each.n};
     const enum rmap_status st = rmap_ray_paint_create(&given, &self->paint, err);
     for (size_t k = 0; st == RMAP_OK && k < self->paint->n_group && k + 1 < self->n_count; k++)
         self->paint->group[k].matching = self->count[k + 1].rays;
@@ -175,8 +172,8 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
     double error;
     rmap_map_name(self->request.map_path, title);
     struct rmap_page page = {.title = title,
-                             .criterion = self->where,
-                             .any = self->where ? self->any : NULL,
+                             .criterion = self->each.text,
+                             .any = self->each.text ? self->each.any : NULL,
                              .map = self->map,
                              .overlay = self->overlay,
                              .rays = self->seen,
@@ -186,11 +183,11 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
                              .level =
                                  self->request.has_level ? self->request.level : RMAP_PATH_SURFACE};
     if (self->request.paint == RMAP_PAINT_CRITERION) {
-        page.where = (const struct rmap_criterion *const *)self->each;
-        page.n_where = self->n_each;
+        page.where = (const struct rmap_criterion *const *)self->each.of;
+        page.n_where = self->each.n;
     }
     rmap_count_flux(&self->count[0], self->map, &page.flux_matched, &error);
-    return rmap_page_run(self->context, self->where ? self->any : NULL, &page,
+    return rmap_page_run(self->context, self->each.text ? self->each.any : NULL, &page,
                          self->request.output_path, err);
 }
 
@@ -208,7 +205,7 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
         }
         return rmap_json_print(
             rmap_json_of_map(json_pack("{s:s, s:s, s:o}", "output", path, "criterion",
-                                       self->where ? self->where : "all", "rays", rays),
+                                       self->each.text ? self->each.text : "all", "rays", rays),
                              self->map),
             stdout, err);
     }
@@ -231,55 +228,26 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
     return RMAP_OK;
 }
 
-/* The criterion that all of them make together. */
-static enum rmap_status join(struct drawing *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    size_t size = 1, at = 0;
-    char *text = NULL;
-    for (size_t i = 0; i < self->n_each; i++)
-        size += strlen(rmap_criterion_text(self->each[i])) + sizeof "() or ";
-    text = rmap_alloc(size, 1);
-    if (!text)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", self->n_each);
-    for (size_t i = 0; i < self->n_each; i++)
-        at += (size_t)snprintf(text + at, size - at, self->n_each > 1 ? "%s(%s)" : "%s%s",
-                               i ? " or " : "", rmap_criterion_text(self->each[i]));
-    RMAP_TRY(rmap_criterion_compile_with(self->n_each ? text : "all", self->asked.criteria,
-                                         self->scene, &self->any, err));
-    if (self->n_each > 0)
-        self->where = rmap_criterion_text(self->any);
-out:
-    rmap_free(text);
-    return st;
-}
-
 static enum rmap_status compile(struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = self->scene;
     if (self->request.paint == RMAP_PAINT_CRITERION)
         rmap_asked_take_file(&self->asked);
-    self->each = rmap_alloc(self->asked.n + 1, sizeof(void *));
-    if (!self->each)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for criteria");
-    for (; self->n_each < self->asked.n; self->n_each++)
-        RMAP_TRY(rmap_asked_compile(self->context, &self->asked, self->n_each, scene,
-                                    &self->each[self->n_each], err));
-    if (self->request.paint == RMAP_PAINT_CRITERION && self->n_each == 0)
+    RMAP_TRY(rmap_asked_each_compile(self->context, &self->asked, scene, &self->each, err));
+    if (self->request.paint == RMAP_PAINT_CRITERION && self->each.n == 0)
         return rmap_error_set(err, RMAP_USAGE,
                               "--color criterion wants criteria: --where, once or more often, or "
                               "--criteria FILE");
-    if (self->request.format == RMAP_DRAW_PAGE && self->n_each > RMAP_PAGE_MOST_WHERE)
+    if (self->request.format == RMAP_DRAW_PAGE && self->each.n > RMAP_PAGE_MOST_WHERE)
         return rmap_error_set(err, RMAP_USAGE, "a page switches between %d criteria at most",
                               RMAP_PAGE_MOST_WHERE);
-    RMAP_TRY(join(self, err));
-    self->count = rmap_alloc(self->n_each + 1, sizeof *self->count);
-    self->counted = rmap_alloc(self->n_each + 1, sizeof(void *));
+    self->count = rmap_alloc(self->each.n + 1, sizeof *self->count);
+    self->counted = rmap_alloc(self->each.n + 1, sizeof(void *));
     if (!self->count || !self->counted)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for criteria");
-    for (size_t k = 0; k < (self->n_each > 1 ? self->n_each + 1 : 1); k++, self->n_count++) {
-        self->counted[k] = k == 0 ? self->any : self->each[k - 1];
+    for (size_t k = 0; k < (self->each.n > 1 ? self->each.n + 1 : 1); k++, self->n_count++) {
+        self->counted[k] = k == 0 ? self->each.any : self->each.of[k - 1];
         RMAP_TRY(rmap_count_init(&self->count[k], scene->n_source, err));
     }
 out:
@@ -319,19 +287,19 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = self->context;
-    struct rmap_pick pick = {.criterion = self->any};
+    struct rmap_pick pick = {.criterion = self->each.any};
     const bool shared = is_shared(self);
     const uint64_t most =
         self->request.near > 0.0 ? LOOK_AT * self->request.limit : self->request.limit;
     if (shared || self->overlay) {
-        const struct rmap_criterion *const any = self->any;
+        const struct rmap_criterion *const any = self->each.any;
         const struct rmap_draw_question question = {
             .map = self->map,
             .overlay = self->overlay,
             .any = any,
-            .criterion = shared ? (const struct rmap_criterion *const *)self->each : &any,
+            .criterion = shared ? (const struct rmap_criterion *const *)self->each.of : &any,
             .matching = shared ? self->count + 1 : self->count,
-            .n_criterion = shared ? self->n_each : 1,
+            .n_criterion = shared ? self->each.n : 1,
             .most = most};
         RMAP_TRY(rmap_draw_pick(context, &question, &self->id, &self->n_id, err));
         pick = (struct rmap_pick){.id = self->id, .n_id = self->n_id};
@@ -396,10 +364,7 @@ out:
     rmap_overlay_view_destroy(self.view);
     rmap_free(self.id);
     rmap_portion_destroy(self.rays);
-    for (size_t i = 0; i < self.n_each; i++)
-        rmap_criterion_destroy(self.each[i]);
-    rmap_free(self.each);
-    rmap_criterion_destroy(self.any);
+    rmap_asked_each_fini(&self.each);
     rmap_asked_fini(&self.asked);
     rmap_overlay_destroy(self.overlay);
     rmap_map_close(self.map);
