@@ -17,15 +17,16 @@
 
 enum { LEFT = 92, TOP = 86, RIGHT = 30, BOTTOM = 62, WIDTH = 760, HEIGHT = 440, SQUARE = 520 };
 enum { BAR_GAP = 22, BAR_WIDTH = 22, BAR_RIGHT = 150 };
-enum { LEGEND_GAP = 18, LEGEND_RIGHT = 190, LEGEND_ROW = 20, LEGEND_MAX = 20 };
+enum { LEGEND_GAP = 18, LEGEND_RIGHT = 190, LEGEND_WIDEST = 420, LEGEND_ROW = 20, LEGEND_MAX = 20 };
 
 struct plot {
     const struct rmap_stats *stats;
     const struct rmap_stats_labels *labels;
     struct rmap_axes axes;
     char y_label[160];
-    bool density;      /* flux per unit: the bins differ in width */
-    bool log_flux;     /* a logarithmic scale of it */
+    bool density;  /* flux per unit: the bins differ in width */
+    bool log_flux; /* a logarithmic scale of it */
+    double legend_right;
     double least_high; /* what is lower stands there on that */
     struct rmap_svg *svg;
 };
@@ -129,6 +130,17 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
 }
 
 /* Beside the frame, where no line can run. */
+/* Criteria may be told apart by how they end. */
+static double legend_right(const struct rmap_stats *stats)
+{
+    size_t longest = 0;
+    for (size_t g = 0; stats->setup->criteria && g < stats->n_group; g++) {
+        const size_t length = strlen(stats->group[g].name);
+        longest = length > longest ? length : longest;
+    }
+    return fmin(fmax(66.0 + 8.0 * (double)longest, LEGEND_RIGHT), LEGEND_WIDEST);
+}
+
 static void draw_legend(const struct plot *plot, const char *name, size_t row)
 {
     const double x = plot->axes.x + plot->axes.width + LEGEND_GAP, y = plot->axes.y + 12;
@@ -139,7 +151,7 @@ static void draw_legend(const struct plot *plot, const char *name, size_t row)
     rmap_svg_line(plot->svg, x, at - 4, x + 22, at - 4,
                   &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4, .dash = mark.dash});
     const struct rmap_svg_text text = {.x = x + 29, .y = at, .size = RMAP_TICK_SIZE};
-    rmap_caption(plot->svg, &text, LEGEND_RIGHT - LEGEND_GAP - 37,
+    rmap_caption(plot->svg, &text, plot->legend_right - LEGEND_GAP - 37,
                  row + 1 < LEGEND_MAX ? name : "…");
 }
 
@@ -360,6 +372,7 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
     const bool two = stats->setup->quantities->n == 2;
     struct plot plot = {.stats = stats,
                         .labels = labels,
+                        .legend_right = legend_right(stats),
                         .axes = {.x = LEFT, .y = TOP, .width = WIDTH, .height = HEIGHT}};
     struct rmap_colour_bar bar;
     set_x(&plot);
@@ -377,7 +390,10 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
         set_y(&plot);
     }
     const bool named = !two && stats->n_group > 0 && stats->group[0].name;
-    const double width = LEFT + plot.axes.width + (two ? BAR_RIGHT : named ? LEGEND_RIGHT : RIGHT);
+    const double width = LEFT + plot.axes.width +
+                         (two     ? BAR_RIGHT
+                          : named ? plot.legend_right
+                                  : RIGHT);
     RMAP_TRY(rmap_svg_create(width, TOP + plot.axes.height + BOTTOM,
                              stats->setup->quantities->of[0].name, &plot.svg, err));
     if (two)

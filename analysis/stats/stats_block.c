@@ -8,13 +8,16 @@
 #include "base/alloc.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
-                           enum rmap_stats_by by, size_t budget_nbytes)
+                           enum rmap_stats_by by, const struct rmap_stats_criteria *criteria,
+                           size_t budget_nbytes)
 {
-    *setup = (struct rmap_stats_setup){.quantities = quantities,
-                                       .by = by,
-                                       .n_group = rmap_stats_group_count(by, quantities->scene),
-                                       .n_source = quantities->scene->n_source,
-                                       .budget_nbytes = budget_nbytes};
+    *setup = (struct rmap_stats_setup){
+        .quantities = quantities,
+        .by = by,
+        .criteria = criteria,
+        .n_group = criteria ? criteria->n : rmap_stats_group_count(by, quantities->scene),
+        .n_source = quantities->scene->n_source,
+        .budget_nbytes = budget_nbytes};
     setup->n_class = setup->n_group * setup->n_source;
 }
 
@@ -22,6 +25,9 @@ void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
 {
     rmap_readings_fini(&reader->readings);
     rmap_stats_marks_fini(&reader->marks);
+    rmap_stats_held_fini(&reader->held);
+    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
+        rmap_free(reader->value[i]);
     rmap_free(reader->tag);
     rmap_free(reader->weight);
     *reader = (struct rmap_stats_reader){0};
@@ -73,18 +79,74 @@ static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_se
     }
 }
 
+static double weigh_one(const struct rmap_readings *readings, const double *weight_of_ray, size_t k)
+{
+    return (weight_of_ray ? weight_of_ray[readings->ray[k]] : 1.0) * readings->share[k];
+}
+
 /* Weights of the readings. Returns whether all are 1. */
 static bool weigh(struct rmap_stats_reader *reader, const double *weight_of_ray)
 {
     const struct rmap_readings *readings = &reader->readings;
     bool all_one = true;
     for (size_t k = 0; k < readings->n; k++) {
-        const double weight =
-            (weight_of_ray ? weight_of_ray[readings->ray[k]] : 1.0) * readings->share[k];
+        const double weight = weigh_one(readings, weight_of_ray, k);
         reader->weight[k] = weight;
         all_one = all_one && weight == 1.0;
     }
     return all_one;
+}
+
+/* Behind the readings of the ray that reading `first` is of. */
+static size_t ray_end(const struct rmap_readings *readings, size_t first)
+{
+    size_t end = first + 1;
+    while (end < readings->n && readings->ray[end] == readings->ray[first])
+        end++;
+    return end;
+}
+
+/* Readings once for each criterion that picks them, ray by ray: a cluster for each. */
+static enum rmap_status repeat(struct rmap_stats_reader *reader,
+                               const struct rmap_stats_setup *setup,
+                               const struct rmap_matched *rays, bool are_one,
+                               struct rmap_stats_block *block, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_readings *readings = &reader->readings;
+    const double *weight_of_ray = are_one ? NULL : rays->portion->ray.weight;
+    const size_t n_quantity = setup->quantities->n;
+    size_t n = 0, to = 0;
+    bool all_one = true;
+    RMAP_TRY(rmap_stats_criteria_hold(setup->criteria, rays->portion, readings,
+                                      setup->quantities->of_registrations, &reader->held, &n, err));
+    RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, n + 1, err));
+    for (size_t i = 0; i < n_quantity; i++)
+        RMAP_TRY(RMAP_RESERVE(reader->value[i], reader->value_cap[i], n + 1, err));
+    for (size_t first = 0, end = 0; first < readings->n; first = end) {
+        end = ray_end(readings, first);
+        const size_t source = (size_t)rays->portion->ray.source[readings->ray[first]];
+        for (size_t g = 0; g < setup->n_group; g++) {
+            uint32_t is_first = RMAP_STATS_FIRST;
+            for (size_t r = first; r < end; r++) {
+                if (!(reader->held.held[r] >> g & 1))
+                    continue;
+                for (size_t i = 0; i < n_quantity; i++)
+                    reader->value[i][to] = readings->value[i][r];
+                reader->weight[to] = weigh_one(readings, weight_of_ray, r);
+                all_one = all_one && reader->weight[to] == 1.0;
+                reader->tag[to++] = (uint32_t)(g * setup->n_source + source) | is_first;
+                is_first = 0;
+            }
+        }
+    }
+    *block = (struct rmap_stats_block){.n = n,
+                                       .value = {reader->value[0], reader->value[1]},
+                                       .tag = reader->tag,
+                                       .weight = all_one ? NULL : reader->weight};
+out:
+    return st;
 }
 
 enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
@@ -100,6 +162,10 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (!are_one)
         RMAP_TRY(rmap_fold_fetch(rays, setup->quantities->deferred, err));
+    if (setup->criteria) {
+        RMAP_TRY(rmap_fold_fetch(rays, rmap_stats_criteria_columns(setup->criteria), err));
+        return repeat(reader, setup, rays, are_one, block, err);
+    }
     RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, readings->n + 1, err));
     RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, readings->n + 1, err));
     if (setup->by != RMAP_STATS_TOGETHER)
@@ -107,8 +173,7 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
                                        err));
     are_one = weigh(reader, are_one ? NULL : rays->portion->ray.weight);
     for (size_t first = 0, end = 0; first < readings->n; first = end) {
-        for (end = first + 1; end < readings->n && readings->ray[end] == readings->ray[first];)
-            end++;
+        end = ray_end(readings, first);
         tag_ray(reader, setup, rays->portion, first, end);
     }
     *block = (struct rmap_stats_block){.n = readings->n,

@@ -6,11 +6,13 @@
 #ifndef RMAP_STATS_BLOCK_H
 #define RMAP_STATS_BLOCK_H
 
+#include "analysis/stats/stats_criteria.h"
 #include "analysis/stats/stats_groups.h"
 
 struct rmap_stats_setup {
     const struct rmap_quantities *quantities; /* borrowed */
     enum rmap_stats_by by;
+    const struct rmap_stats_criteria *criteria; /* borrowed; NULL: not by these */
     size_t n_group, n_source;
     size_t n_class;       /* group * n_source + source */
     size_t budget_nbytes; /* for readings in memory */
@@ -19,7 +21,8 @@ struct rmap_stats_setup {
 };
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
-                           enum rmap_stats_by by, size_t budget_nbytes);
+                           enum rmap_stats_by by, const struct rmap_stats_criteria *criteria,
+                           size_t budget_nbytes);
 
 /* Readings of a portion. Borrowed arrays. */
 struct rmap_stats_block {
@@ -61,9 +64,10 @@ static inline double rmap_stats_weight(const struct rmap_stats_block *block, siz
 struct rmap_stats_reader {
     struct rmap_readings readings;
     struct rmap_stats_marks marks;
+    struct rmap_stats_held held;
     uint32_t *tag;
-    double *weight;
-    size_t tag_cap, weight_cap;
+    double *weight, *value[RMAP_QUANTITIES_MAX]; /* of readings; values where they are repeated */
+    size_t tag_cap, weight_cap, value_cap[RMAP_QUANTITIES_MAX];
 };
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader);
 

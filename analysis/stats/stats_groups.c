@@ -13,7 +13,7 @@ enum { HIGH_ORDER = 15, STOPS = 4 };
 const char *rmap_stats_by_word(enum rmap_stats_by by)
 {
     static const char *const word[RMAP_STATS_BY_COUNT] = {
-        NULL, "source", "detector", "object", "ended", "ghost_order", "scatter_order"};
+        NULL, "source", "detector", "object", "ended", "ghost_order", "scatter_order", "criterion"};
     return word[by];
 }
 

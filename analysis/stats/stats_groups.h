@@ -16,13 +16,15 @@ enum rmap_stats_by {
     RMAP_STATS_BY_ENDED,
     RMAP_STATS_BY_GHOST_ORDER, /* analysis/criterion/path_order.h */
     RMAP_STATS_BY_SCATTER_ORDER,
+    RMAP_STATS_BY_CRITERION, /* stats_criteria.h tells them apart */
     RMAP_STATS_BY_COUNT
 };
 
 /* What --by calls it; NULL: TOGETHER. */
 const char *rmap_stats_by_word(enum rmap_stats_by by);
 
-/* How many groups there are, and their names: borrowed, NULL of the one of TOGETHER. */
+/* How many groups there are, and their names: borrowed, NULL of the one of TOGETHER. Not for
+ * CRITERION, which is true of the functions below, too. */
 size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_scene *scene);
 const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_scene *scene,
                                   size_t group);

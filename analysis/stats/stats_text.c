@@ -207,7 +207,8 @@ bool rmap_stats_shows(const struct rmap_stats *stats, size_t group)
 {
     if (stats->setup->by == RMAP_STATS_BY_DETECTOR)
         return rmap_index_set_has(&stats->setup->quantities->detector, (int32_t)group);
-    return stats->setup->by <= RMAP_STATS_BY_SOURCE || stats->group[group].n_reading > 0;
+    return stats->setup->by <= RMAP_STATS_BY_SOURCE || stats->setup->criteria ||
+           stats->group[group].n_reading > 0;
 }
 
 static void add_estimate(struct rmap_text_table *table, const char *name,

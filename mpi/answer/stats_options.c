@@ -25,6 +25,7 @@ static void free_list(char **list, size_t n)
 void rmap_stats_options_fini(struct rmap_stats_options *options)
 {
     free_list(options->of, options->n_of);
+    free_list(options->where, options->n_where);
     free_list(options->unit, options->n_unit);
     free_list(options->bins, options->n_bins);
     free_list(options->range, options->n_range);
@@ -51,8 +52,8 @@ static enum rmap_status read_by(const char *word, enum rmap_stats_by *by, struct
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE, "--by '%s': did you mean '%s'?", word, nearest);
     return rmap_error_set(err, RMAP_USAGE,
-                          "--by '%s': say source, detector, object, ended, ghost_order or "
-                          "scatter_order",
+                          "--by '%s': say source, detector, object, ended, ghost_order, "
+                          "scatter_order or criterion",
                           word);
 }
 
@@ -106,6 +107,7 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     options->logarithmic = rmap_argument(given, "log") != NULL;
     RMAP_TRY(read_by(rmap_argument(given, "by"), &options->by, err));
     RMAP_TRY(rmap_argument_each(given, "of", &options->of, &options->n_of, err));
+    RMAP_TRY(rmap_argument_each(given, "where", &options->where, &options->n_where, err));
     RMAP_TRY(rmap_argument_each(given, "unit", &options->unit, &options->n_unit, err));
     RMAP_TRY(rmap_argument_each(given, "bins", &options->bins, &options->n_bins, err));
     RMAP_TRY(rmap_argument_each(given, "range", &options->range, &options->n_range, err));

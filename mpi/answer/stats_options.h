@@ -9,8 +9,8 @@
 #include "mpi/command/arguments.h"
 
 struct rmap_stats_options {
-    char **of, **unit, **bins, **range, **output; /* owned */
-    size_t n_of, n_unit, n_bins, n_range, n_output;
+    char **of, **where, **unit, **bins, **range, **output; /* owned */
+    size_t n_of, n_where, n_unit, n_bins, n_range, n_output;
     const char *detector; /* NULL: not given */
     bool logarithmic;
     enum rmap_stats_by by;

@@ -5,10 +5,11 @@
 #include <stdio.h>
 
 #include "analysis/stats/stats_text.h"
+#include "io/export/raster.h"
 #include "io/map/map_content.h"
 #include "mpi/answer/stats_options.h"
 #include "mpi/answer/stats_out.h"
-#include "mpi/command/asked.h"
+#include "mpi/command/asked_each.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -23,7 +24,9 @@ static const struct rmap_option options[] = {
      "ghost_order scatter_order, a test that counts such as 'hit(lens.*, reflect)', or of each "
      "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
      "twice: a histogram over both"},
-    {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    {"where", 'w', "CRITERION" RMAP_ARGUMENT_AGAIN,
+     "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'; given again: of those of "
+     "each by themselves"},
     RMAP_UNTIL_OPTION,
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
@@ -35,8 +38,9 @@ static const struct rmap_option options[] = {
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
     {"log", 0, NULL, "bins of equal ratio"},
     {"by", 0, "WHAT",
-     "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order",
-     .words = "source detector object ended ghost_order scatter_order"},
+     "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order, "
+     "criterion (of --where or of the FILE of --criteria)",
+     .words = "source detector object ended ghost_order scatter_order criterion"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
@@ -61,9 +65,47 @@ out:
     return st;
 }
 
+/* Collective. The criteria; several are told apart. */
+static enum rmap_status ask(const struct rmap_context *context,
+                            const struct rmap_arguments *arguments,
+                            struct rmap_stats_options *given, struct rmap_asked *asked,
+                            struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (given->n_where > 0 && rmap_argument(arguments, "zemax"))
+        return rmap_error_set(err, RMAP_USAGE, "give --where or --zemax, not both");
+    RMAP_TRY(rmap_asked_load(context, arguments, (const char *const *)given->where, given->n_where,
+                             asked, err));
+    if (given->by == RMAP_STATS_BY_CRITERION)
+        rmap_asked_take_file(asked);
+    if (asked->n > 1 && given->by == RMAP_STATS_TOGETHER)
+        given->by = RMAP_STATS_BY_CRITERION;
+    if (asked->n > 1 && given->by != RMAP_STATS_BY_CRITERION)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--by %s takes one criterion: join several with 'or', or leave --by "
+                              "out to tell them apart",
+                              rmap_stats_by_word(given->by));
+    if (given->by == RMAP_STATS_BY_CRITERION && asked->n == 0)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--by criterion wants criteria: --where, once or more often, or "
+                              "--criteria FILE");
+    if (asked->n > RMAP_STATS_CRITERIA_MAX)
+        return rmap_error_set(err, RMAP_USAGE, "statistics tell %d criteria apart at most, not %zu",
+                              RMAP_STATS_CRITERIA_MAX, asked->n);
+    for (size_t i = 0; asked->n > 1 && given->n_of > 1 && i < given->n_output; i++)
+        if (rmap_picture_kind(given->output[i]) != RMAP_PICTURE_NONE)
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "%s: a picture of two numbers shows one criterion; .csv, .json, "
+                                  ".h5 and .npz take several",
+                                  given->output[i]);
+out:
+    return st;
+}
+
 /* Not collective: what the options mean for this map. */
 static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_overlay *overlay,
                                 const struct rmap_stats_options *given,
+                                const struct rmap_stats_criteria *criteria,
                                 struct rmap_quantities **quantities_ret,
                                 struct rmap_stats_setup *setup, struct rmap_stats_request *request,
                                 struct rmap_error *err)
@@ -79,7 +121,9 @@ static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_ov
         goto out;
     }
     RMAP_TRY(rmap_stats_group_prepare(given->by, *quantities_ret, err));
-    rmap_stats_setup_init(setup, *quantities_ret, given->by, given->memory_nbytes);
+    if (criteria)
+        (*quantities_ret)->columns |= rmap_stats_criteria_columns(criteria);
+    rmap_stats_setup_init(setup, *quantities_ret, given->by, criteria, given->memory_nbytes);
     *request = (struct rmap_stats_request){
         .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};
     st = rmap_stats_options_axes(given, *quantities_ret, request->axis, err);
@@ -90,22 +134,29 @@ out:
 }
 
 /* Which registrations count, where numbers are of registrations. */
-static enum rmap_status choose(const struct rmap_context *context,
-                               const struct rmap_arguments *arguments,
-                               const struct rmap_asked *asked,
-                               const struct rmap_quantities *quantities,
-                               const struct rmap_criterion *criterion,
-                               struct rmap_which **which_ret, struct rmap_error *err)
+static enum rmap_status
+choose(const struct rmap_context *context, const struct rmap_arguments *arguments,
+       const struct rmap_asked *asked, const struct rmap_quantities *quantities,
+       const struct rmap_criterion *criterion, struct rmap_stats_criteria *criteria,
+       struct rmap_which **which_ret, struct rmap_error *err)
 {
-    if (quantities->of_registrations)
+    enum rmap_status st = RMAP_OK;
+    const char *which = rmap_argument(arguments, "which");
+    if (quantities->of_registrations && (criteria->n < 2 || which))
         return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
                                 criterion, which_ret, err);
-    if (rmap_argument(arguments, "which"))
+    if (quantities->of_registrations) {
+        RMAP_TRY(rmap_which_create_any(quantities->scene, &quantities->detector, criteria->of,
+                                       criteria->n, criteria->flux_per_weight, which_ret, err));
+        criteria->which = (const struct rmap_which *const *)(*which_ret)->of;
+    }
+    if (which && !quantities->of_registrations)
         return rmap_error_set(err, RMAP_USAGE,
                               "--which chooses registrations, and '%s' is a number of a ray: give "
                               "--detector NAME",
                               quantities->of[0].name);
-    return RMAP_OK;
+out:
+    return st;
 }
 
 /* Of every group that has values: its flux, and the means of its numbers as against themselves or
@@ -137,7 +188,8 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_stats_options given = {0};
     struct rmap_map *map = NULL;
     struct rmap_asked asked = {0};
-    struct rmap_criterion *criterion = NULL;
+    struct rmap_asked_each each = {0};
+    struct rmap_stats_criteria criteria = {0};
     struct rmap_which *which = NULL;
     struct rmap_overlay *overlay = NULL;
     struct rmap_quantities *quantities = NULL;
@@ -145,20 +197,24 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_stats_request request = {0};
     struct rmap_stats_answer answer = {0};
     struct rmap_until until = {.part = {.relative = 0.0}};
-    const char *where = rmap_argument(arguments, "where");
     enum rmap_status st = rmap_stats_options_read(arguments, rmap_stats_suffixes, &given, err);
     if (st == RMAP_OK)
         st = rmap_until_read(arguments, &until, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
+    RMAP_TRY(ask(context, arguments, &given, &asked, err));
     RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
     RMAP_TRY(rmap_overlay_load(context, arguments, map, &overlay, err));
-    if (asked.n > 0)
-        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
+    st = rmap_asked_each_compile(context, &asked, rmap_scene_with(map, overlay), &each, err);
+    const struct rmap_criterion *criterion = each.n > 0 ? each.any : NULL;
+    const bool is_apart = given.by == RMAP_STATS_BY_CRITERION;
+    criteria.of = (const struct rmap_criterion *const *)each.of;
+    criteria.n = each.n;
+    criteria.flux_per_weight = rmap_map_flux_per_weight(map);
     if (st == RMAP_OK)
-        st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
+        st = prepare(map, overlay, &given, is_apart ? &criteria : NULL, &quantities, &setup,
+                     &request, err);
     if (st == RMAP_OK)
-        st = choose(context, arguments, &asked, quantities, criterion, &which, err);
+        st = choose(context, arguments, &asked, quantities, criterion, &criteria, &which, err);
     if (st == RMAP_OK)
         st = rmap_until_begin(&until, map, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -173,13 +229,13 @@ static enum rmap_status run_stats(const struct rmap_context *context,
         RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_exact, 1, MPI_INT, 0, context->comm)));
     } while (rmap_until_goes_on(&until, is_exact));
     if (context->rank == 0) {
-        const struct rmap_stats_labels labels = {
-            .map = arguments->operand[0],
-            .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
-            .which = which,
-            .detector = given.detector,
-            .part = &until.part,
-            .n_ray = rmap_map_contents(map)->n_row[RMAP_TABLE_RAY]};
+        const struct rmap_stats_labels labels = {.map = arguments->operand[0],
+                                                 .criterion = each.text,
+                                                 .which = which,
+                                                 .detector = given.detector,
+                                                 .part = &until.part,
+                                                 .n_ray =
+                                                     rmap_map_contents(map)->n_row[RMAP_TABLE_RAY]};
         if (!criterion)
             answer.stats->known.n_ray = labels.n_ray;
         rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
@@ -193,7 +249,7 @@ out:
     rmap_stats_axes_fini(request.axis);
     rmap_which_destroy(which);
     rmap_quantities_destroy(quantities);
-    rmap_criterion_destroy(criterion);
+    rmap_asked_each_fini(&each);
     rmap_overlay_destroy(overlay);
     rmap_asked_fini(&asked);
     rmap_map_close(map);

@@ -388,6 +388,7 @@ def check_groups(m, path):
                 m.registration["optical_path"][on] * 1e-3 / 299792458.0, np.ones(on.sum()),
                 group["name"])
     check_histories(m, path)
+    check_criteria(path)
 
 
 def labels_of(m, row, before):
@@ -427,6 +428,43 @@ def check_histories(m, path):
             near(sum(g["flux"]["value"] for g in got["groups"]), stats(path, *words)["flux"]["value"], f"all of {by}")
     check(len(set(one["scatter_order"] for one in of_ray)) > 8 and len(set(one["ghost_order"] for one in of_registration)) > 1, "orders")
     check("did you mean 'ghost_order'" in run("stats", path, "--of", "flux", "--by", "gost_order", status=2).stderr, "a wrong word")
+
+
+def check_criteria(path):
+    """Several criteria in one scan: each group is what its criterion says alone, also where rays are in more than one, of registrations
+    those that it has count, with receivers, and with values in memory or not."""
+    with open("named.criteria", "w", encoding="utf8") as file:
+        file.write("let bounced = hit(*, reflect) >= 2\nlet seen = registered(sensor where angle < 40 deg)\n")
+    bins = ("--bins", "12", "--range", "0..90 deg")
+    asked = ["registered(sensor where angle < 30 deg)", "hit(low)", "segments > 99999", "registered(sensor where scatter_order == 1)", "all"]
+    for words in (("--of", "path_length"), ("--of", "angle(sensor)", *bins), ("--of", "angle(sensor)", *bins, "--which", "angle < 50 deg"),
+                  ("--of", "x(sensor)", "--of", "angle(sensor)", "--bins", "6"), ("--of", "path_length", "--memory", "1")):
+        got = stats(path, *words, *(x for text in asked for x in ("-w", text)))
+        check(got["by"] == "criterion" and [g["name"] for g in got["groups"]] == asked, f"names: {got['by']}")
+        check(got["rays"] == stats(path, *words)["rays"], "all rays match one of them")
+        for text, group in zip(asked, got["groups"]):
+            alone = stats(path, *words, "-w", text)
+            check(group["values"] == alone["values"] and group["values_of_rays"] == alone["values_of_rays"] and group["flux"] == alone["flux"],
+                  f"{words} {text}: {group['values']} values, not {alone['values']}")
+            if "--range" in words:
+                check(group["histogram"] == alone["histogram"], f"histogram of {words} {text}")
+            for one, other in zip(group.get("quantities", [group]), alone.get("quantities", [alone])):
+                for key in ("mean", "standard_deviation"):
+                    if other[key]["value"] is None:
+                        check(one[key]["value"] is None, f"no {key} of {words} {text}")
+                    else:
+                        near(one[key]["value"], other[key]["value"], f"{key} of {words} {text}", 1e-8)
+                check("--memory" in words or one["quantiles"] == other["quantiles"], f"quantiles of {words} {text}")
+    named = stats(path, "--of", "angle(sensor)", "--criteria", "named.criteria", "--by", "criterion")
+    check([g["name"] for g in named["groups"]] == ["bounced", "seen"], "a file's names")
+    check(named["groups"][1]["values"] == stats(path, "--of", "angle(sensor)", "--criteria", "named.criteria", "-w", "@seen")["values"], "@seen")
+    run("stats", path, "--of", "path_length", "-w", asked[0], "-w", asked[1], "-o", "two.svg", "-o", "two.csv", "--force")
+    with open("two.svg", encoding="utf8") as drawn, open("two.csv", encoding="utf8") as listed:
+        check(all(text.replace("<", "&lt;") in drawn.read() for text in asked[:1]) and "\nhit(low)," in listed.read(), "a line for each")
+    for words, text in ((("--by", "criterion"), "--criteria FILE"), (("--by", "source", "-w", "all", "-w", "all"), "join several"),
+                        (("--zemax", "H1", "-w", "all"), "not both"), (65 * ("-w", "all"), "64 criteria"),
+                        (("--of", "segments", "-w", "all", "-w", "all", "-o", "no.png"), "one criterion")):
+        check(text in run("stats", path, "--of", "path_length", *words, status=2).stderr, text)
 
 
 def check_beams():

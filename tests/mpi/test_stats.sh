@@ -18,7 +18,9 @@ for np in 1 2 3 4; do
     cp stdout.txt spot$np.json
     expect 0 '"quantiles"' "${run[@]}" --of optical_path --memory 1000
     cp stdout.txt lean$np.json
-    for kind in path spot lean; do
+    expect 0 '"criterion"' "${run[@]}" --of 'y(sensor)' --memory 1000 -w 'registered(sensor, rect(-1, -1, 0, 1))' -w 'segments > 2'
+    cp stdout.txt apart$np.json
+    for kind in path spot lean apart; do
         cmp ${kind}1.json $kind$np.json || { echo "FAILED: $kind: $np ranks differ"; failures=1; }
     done
     expect 3 "did you mean 'wavelength'" mpirun -np $np "$RAYMAP" stats m.raymap --of wavelengh
