@@ -78,9 +78,9 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
 enum rmap_status
 rmap_query_count_print(const struct rmap_context *context, const struct rmap_map *map,
                        struct rmap_criterion *const *criterion, const struct rmap_count *count,
-                       const struct rmap_registered_list *registered, size_t n_criterion,
-                       bool listed, const struct rmap_map_part *part, double seconds,
-                       struct rmap_error *err)
+                       const struct rmap_registered_list *registered,
+                       const struct rmap_ray_groups *groups, size_t n_criterion, bool listed,
+                       const struct rmap_map_part *part, double seconds, struct rmap_error *err)
 {
     for (size_t c = 0; c < n_criterion; c++)
         rmap_tell_hint(context, map, &(struct rmap_choice){criterion[c], NULL}, count[c].rays);
@@ -90,6 +90,7 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
             json_t *own =
                 rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds);
             rmap_json_add_part(own, part);
+            rmap_ray_groups_add_json(own, &groups[c]);
             (void)json_array_append_new(list, own);
         }
         json_t *document = list;
@@ -106,6 +107,9 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
         print_text(map, criterion[c], &count[c], &registered[c]);
         if (of_part[0])
             printf("  until     %s\n", of_part);
+        const enum rmap_status st = rmap_ray_groups_print(&groups[c], stdout, err);
+        if (st != RMAP_OK)
+            return st;
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }

@@ -34,7 +34,8 @@ void rmap_stats_options_fini(struct rmap_stats_options *options)
     *options = (struct rmap_stats_options){0};
 }
 
-static enum rmap_status read_by(const char *word, enum rmap_stats_by *by, struct rmap_error *err)
+enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by *by,
+                                    struct rmap_error *err)
 {
     const char *known[RMAP_STATS_BY_COUNT];
     size_t n = 0;
@@ -105,7 +106,7 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     uint64_t memory = 1ull << 30;
     options->detector = rmap_argument(given, "detector");
     options->logarithmic = rmap_argument(given, "log") != NULL;
-    RMAP_TRY(read_by(rmap_argument(given, "by"), &options->by, err));
+    RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &options->by, err));
     RMAP_TRY(rmap_argument_each(given, "of", &options->of, &options->n_of, err));
     RMAP_TRY(rmap_argument_each(given, "where", &options->where, &options->n_where, err));
     RMAP_TRY(rmap_argument_each(given, "unit", &options->unit, &options->n_unit, err));

@@ -10,6 +10,7 @@
 #include "mpi/answer/query_map_out.h"
 #include "mpi/answer/query_rays_out.h"
 #include "mpi/answer/query_top_out.h"
+#include "mpi/answer/stats_options.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/load.h"
@@ -38,6 +39,9 @@ static const struct rmap_option options[] = {
      .words = "plain compact"},
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
+    {"by", 0, "WHAT",
+     "count each by itself: source, detector, object (met last), ended, ghost_order, scatter_order",
+     .words = "source detector object ended ghost_order scatter_order"},
     RMAP_UNTIL_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
@@ -56,6 +60,7 @@ struct request {
     bool map;                    /* the answer is a ray map */
     bool count, explain, force;
     bool listed; /* the answer is a list, of one criterion too */
+    enum rmap_stats_by by;
     struct rmap_until until;
     struct rmap_asked asked;
     const char **text; /* criteria as they were given, borrowed */
@@ -114,6 +119,14 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample, --top and -o");
+    RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &request->by, err));
+    if (request->by == RMAP_STATS_BY_CRITERION)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--by criterion: several criteria are counted each by itself anyway");
+    if (request->by != RMAP_STATS_TOGETHER && (list || request->explain))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--by is of counts: it goes with none of --limit, --sample, --top, "
+                              "-o and --explain");
     RMAP_TRY(rmap_until_read(given, &request->until, err));
     if (request->until.part.relative > 0.0 &&
         (list || request->explain || rmap_argument(given, "receivers")))
@@ -187,6 +200,7 @@ struct search {
     struct rmap_criterion **criterion;       /* [n_criterion] */
     struct rmap_count *count;                /* [n_criterion] */
     struct rmap_registered_list *registered; /* [n_criterion] */
+    struct rmap_ray_groups *groups;          /* [n_criterion] */
     uint64_t *id;                            /* [n_id] of a sample */
     size_t n_id;
     struct rmap_quantities *of;  /* of --top, or NULL */
@@ -203,7 +217,8 @@ static enum rmap_status compile(const struct rmap_context *context, const struct
     search->criterion = rmap_alloc(request->asked.n, sizeof(void *));
     search->count = rmap_alloc(request->asked.n, sizeof *search->count);
     search->registered = rmap_alloc(request->asked.n, sizeof *search->registered);
-    if (!search->criterion || !search->count || !search->registered)
+    search->groups = rmap_alloc(request->asked.n, sizeof *search->groups);
+    if (!search->criterion || !search->count || !search->registered || !search->groups)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria"));
     for (size_t c = 0; c < request->asked.n; c++) {
         RMAP_TRY(
@@ -223,10 +238,13 @@ static void release(const struct request *request, struct search *search)
             rmap_count_fini(&search->count[c]);
         if (search->registered)
             rmap_registered_fini(&search->registered[c]);
+        if (search->groups)
+            rmap_ray_groups_fini(&search->groups[c]);
     }
     rmap_free(search->criterion);
     rmap_free(search->count);
     rmap_free(search->registered);
+    rmap_free(search->groups);
     rmap_free(search->id);
     rmap_free(search->top);
     rmap_which_destroy(search->which);
@@ -288,14 +306,17 @@ static enum rmap_status count_rays(const struct rmap_context *context, struct re
         do
             RMAP_TRY(count_portions(context, request, search, &is_exact, err));
         while (rmap_until_goes_on(&request->until, is_exact));
-    for (size_t c = 0; c < request->asked.n; c++)
+    for (size_t c = 0; c < request->asked.n; c++) {
         RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
                                      context->json, &search->registered[c], err));
+        RMAP_TRY(rmap_ray_groups_run(context, search->map, search->overlay, search->criterion[c],
+                                     request->by, &search->groups[c], err));
+    }
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
-                                    search->registered, request->asked.n, request->listed,
-                                    &request->until.part, seconds, err);
+                                    search->registered, search->groups, request->asked.n,
+                                    request->listed, &request->until.part, seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_until_fini(&request->until);

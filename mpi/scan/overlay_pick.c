@@ -5,7 +5,7 @@
  */
 #include "mpi/scan/overlay_pick.h"
 
-#include "analysis/query/overlay_count.h"
+#include "analysis/stats/group_count.h"
 #include "base/alloc.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"
@@ -15,15 +15,17 @@ enum rmap_status rmap_overlay_count_run(const struct rmap_context *context,
                                         struct rmap_count *count, struct rmap_error *err)
 {
     void *state = NULL;
-    const struct rmap_fold fold = {.kind = &rmap_overlay_count_kind,
-                                   .context = question->map,
+    const struct rmap_group_counting counting = rmap_group_counting(
+        rmap_scene_with(question->map, question->overlay), RMAP_STATS_TOGETHER, NULL);
+    const struct rmap_fold fold = {.kind = &rmap_group_count_kind,
+                                   .context = &counting,
                                    .map = question->map,
                                    .criterion = question->criterion,
-                                   .columns = RMAP_OVERLAY_COUNT_COLUMNS,
+                                   .columns = rmap_group_count_columns(&counting),
                                    .overlay = question->overlay};
     enum rmap_status st = rmap_fold_run(context, &fold, &state, err);
     if (state)
-        rmap_count_add(count, &((struct rmap_overlay_count *)state)->count,
+        rmap_count_add(count, ((struct rmap_group_counts *)state)->count,
                        rmap_map_scene(question->map)->n_source);
     fold.kind->destroy(state);
     count->portions_read = rmap_overlay_n_read(question->overlay, question->criterion);

@@ -80,6 +80,7 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
     const struct rmap_context *context = session->context;
     struct rmap_count count = {0};
     const struct rmap_registered_list *registered = NULL;
+    const struct rmap_ray_groups together = {.n = 0};
     double begun = rmap_clock_seconds();
     enum rmap_status st = rmap_count_init(&count, rmap_map_scene(session->map)->n_source, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -93,8 +94,8 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
             rmap_query_count_json(session->map, criterion, &count, registered, seconds), stdout,
             err);
     } else if (context->rank == 0) {
-        st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1, false,
-                                    NULL, seconds, err);
+        st = rmap_query_count_print(context, session->map, &criterion, &count, registered,
+                                    &together, 1, false, NULL, seconds, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:

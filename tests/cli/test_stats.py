@@ -370,6 +370,12 @@ def check_receivers(m, path):
                   "--range", "0..900") for name in ("sensor", "again")]
     check(both[0]["values"] == both[1]["values"] == int(m.registered(0).sum()), "values laid over")
     near(both[1]["mean"]["value"], both[0]["mean"]["value"], "mean laid over", 1e-5)
+    asked = ("--receivers", "again.yaml", "-w", "registered(again)", "-w", "registered(sensor where scatter_order == 0)")
+    for group, text in zip(stats(path, "--of", "optical_path(again)", *asked)["groups"], asked[3::2]):
+        alone = stats(path, "--of", "optical_path(again)", *asked[:2], "-w", text)
+        check(group["values"] == alone["values"] > 0 and group["flux"] == alone["flux"], f"by criterion, laid over: {text}")
+    seen = {g["name"]: g for g in json.loads(run("query", path, "all", *asked[:2], "--by", "detector", "--json").stdout)["groups"]}
+    check({**seen["again"], "name": ""} == {**seen["sensor"], "name": ""}, "rays on both")
     check("did you mean 'again'" in run("stats", path, "--of", "x(agan)", "--receivers",
                                         "again.yaml", status=3).stderr, "names of receivers")
 
@@ -426,13 +432,36 @@ def check_histories(m, path):
                 elif its.sum() > 1000:
                     compare(group, m, ray[its], value[its], np.ones(its.sum()), f"{words} by {by} {group['name']}")
             near(sum(g["flux"]["value"] for g in got["groups"]), stats(path, *words)["flux"]["value"], f"all of {by}")
+        check_counts(path, by, own_of_rays := [one[by] for one in of_ray], m.ray["segment_count"])
+        check(len(set(own_of_rays)) > 1, f"several groups by {by}")
+    check_counts(path, "source", np.array(["lamp", "side"])[m.ray["source"]], m.ray["segment_count"])
     check(len(set(one["scatter_order"] for one in of_ray)) > 8 and len(set(one["ghost_order"] for one in of_registration)) > 1, "orders")
     check("did you mean 'ghost_order'" in run("stats", path, "--of", "flux", "--by", "gost_order", status=2).stderr, "a wrong word")
 
 
+def check_counts(path, by, label, n_segment):
+    """`query --by` counts the rays that `stats --by` has, and their segments; by detector each ray once on each."""
+    label = np.array(["15 or more" if by.endswith("order") and int(one) > 14 else one for one in label])
+    for criterion in ("all", "segments > 3"):
+        got = json.loads(run("query", path, criterion, "--by", by, "--json").stdout)
+        of = {g["name"]: g for g in stats(path, "--of", "segments", "--by", by, "-w", criterion)["groups"]}
+        its = n_segment > 3 if criterion != "all" else n_segment > 0
+        check(got["by"] == by and [g["name"] for g in got["groups"]] == [name for name in of if (label[its] == name).any()], f"groups of {criterion} by {by}")
+        for group in got["groups"]:
+            want = of[group["name"]]
+            check(group["rays"] == want["values_of_rays"] == (label[its] == group["name"]).sum(), f"rays of {criterion} by {by}: {group}")
+            check(group["segments"] == n_segment[its][label[its] == group["name"]].sum(), f"segments of {criterion} by {by}: {group}")
+            near(group["flux"]["value"], want["flux"]["value"], f"flux of {by} {group['name']}")
+            near(group["flux"]["standard_error"], want["flux"]["standard_error"], f"error of {by} {group['name']}", 1e-6)
+    for detector in json.loads(run("query", path, "all", "--by", "detector", "--json").stdout)["groups"]:
+        alone = json.loads(run("query", path, f"registered({detector['name']})", "--json").stdout)
+        check((detector["rays"], detector["segments"], detector["flux"]["value"], detector["flux"]["standard_error"]) ==
+              (alone["rays"]["matched"], alone["segments"]["matched"], alone["flux"]["matched"], alone["flux"]["standard_error"]), f"on {detector}")
+
+
 def check_criteria(path):
     """Several criteria in one scan: each group is what its criterion says alone, also where rays are in more than one, of registrations
-    those that it has count, with receivers, and with values in memory or not."""
+    those that it has count, and with values in memory or not."""
     with open("named.criteria", "w", encoding="utf8") as file:
         file.write("let bounced = hit(*, reflect) >= 2\nlet seen = registered(sensor where angle < 40 deg)\n")
     bins = ("--bins", "12", "--range", "0..90 deg")
@@ -461,6 +490,8 @@ def check_criteria(path):
     run("stats", path, "--of", "path_length", "-w", asked[0], "-w", asked[1], "-o", "two.svg", "-o", "two.csv", "--force")
     with open("two.svg", encoding="utf8") as drawn, open("two.csv", encoding="utf8") as listed:
         check(all(text.replace("<", "&lt;") in drawn.read() for text in asked[:1]) and "\nhit(low)," in listed.read(), "a line for each")
+    for words, text in ((("--by", "criterion"), "anyway"), (("--by", "source", "--limit", "2"), "is of counts"), (("--by", "sorce"), "did you mean 'source'")):
+        check(text in run("query", path, "all", *words, status=2).stderr, text)
     for words, text in ((("--by", "criterion"), "--criteria FILE"), (("--by", "source", "-w", "all", "-w", "all"), "join several"),
                         (("--zemax", "H1", "-w", "all"), "not both"), (65 * ("-w", "all"), "64 criteria"),
                         (("--of", "segments", "-w", "all", "-w", "all", "-o", "no.png"), "one criterion")):

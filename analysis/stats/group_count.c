@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays, their segments and weights, all together or told apart: a kind of fold (fold.h).
+ */
+#include "analysis/stats/group_count.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+
+struct rmap_group_counting rmap_group_counting(const struct rmap_scene *scene,
+                                               enum rmap_stats_by by,
+                                               const struct rmap_quantities *quantities)
+{
+    return (struct rmap_group_counting){scene, by, quantities, rmap_stats_group_count(by, scene)};
+}
+
+rmap_column_set rmap_group_count_columns(const struct rmap_group_counting *counting)
+{
+    const rmap_column_set always = RMAP_COLUMN_BIT(RMAP_RAY_source) |
+                                   RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+                                   RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+    const rmap_column_set rows = RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+                                 RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
+                                 RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
+    return always | (counting->quantities ? counting->quantities->columns : 0) |
+           (counting->by == RMAP_STATS_BY_DETECTOR ? rows : 0);
+}
+
+static void destroy(void *state)
+{
+    struct rmap_group_counts *self = state;
+    if (!self)
+        return;
+    for (size_t g = 0; self->count && g < self->of->n_group; g++)
+        rmap_count_fini(&self->count[g]);
+    rmap_stats_marks_fini(&self->marks);
+    rmap_free(self->count);
+    rmap_free(self->counted);
+    rmap_free(self);
+}
+
+static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_group_counting *of = context;
+    struct rmap_group_counts *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a count");
+    self->of = of;
+    self->count = rmap_alloc(of->n_group + 1, sizeof *self->count);
+    self->counted = rmap_alloc(of->n_group + 1, sizeof *self->counted);
+    if (!self->count || !self->counted)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu groups", of->n_group));
+    for (size_t g = 0; g < of->n_group; g++)
+        RMAP_TRY(rmap_count_init(&self->count[g], of->scene->n_source, err));
+    *state_ret = self;
+    self = NULL;
+out:
+    destroy(self);
+    return st;
+}
+
+static void count_ray(struct rmap_group_counts *self, size_t group, const struct rmap_portion *rays,
+                      size_t i)
+{
+    struct rmap_count *count = &self->count[group];
+    const double weight = rays->ray.weight[i];
+    const int32_t source = rays->ray.source[i];
+    count->rays++;
+    count->segments += rays->ray.segment_count[i];
+    count->source_weight[source] += weight;
+    count->source_weight_squared[source] += weight * weight;
+}
+
+/* Once in the group of each detector that registered it in rows [first, end). */
+static void count_registered(struct rmap_group_counts *self, const struct rmap_matched *rays,
+                             size_t i, size_t first, size_t end)
+{
+    const uint8_t *counted = rmap_registrations_counted(rays);
+    for (size_t row = first; row < end; row++) {
+        const size_t d = (size_t)rays->portion->registration.detector[row];
+        if (counted[row] && d < self->of->n_group && self->counted[d] != i + 1) {
+            self->counted[d] = i + 1;
+            count_ray(self, d, rays->portion, i);
+        }
+    }
+}
+
+static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_group_counts *self = state;
+    const struct rmap_group_counting *of = self->of;
+    const struct rmap_portion *portion = rays->portion;
+    const bool by_detector = of->by == RMAP_STATS_BY_DETECTOR;
+    const bool is_marked = of->by != RMAP_STATS_TOGETHER && !by_detector;
+    if (is_marked)
+        RMAP_TRY(rmap_stats_group_mark(of->by, of->quantities, portion, &self->marks, err));
+    memset(self->counted, 0, of->n_group * sizeof *self->counted);
+    for (size_t i = 0, row = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        const size_t first = row;
+        row += by_detector ? portion->ray.registration_count[i] : 0;
+        if (rays->match && !rays->match[i])
+            continue;
+        if (portion->ray.source[i] < 0 || (size_t)portion->ray.source[i] >= of->scene->n_source)
+            return rmap_error_set(err, RMAP_FORMAT, "damaged map: a source that it has not");
+        if (by_detector)
+            count_registered(self, rays, i, first, row);
+        else
+            count_ray(self, is_marked ? self->marks.group[i] : 0, portion, i);
+    }
+out:
+    return st;
+}
+
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
+{
+    struct rmap_group_counts *self = into;
+    const struct rmap_group_counts *other = from;
+    (void)err;
+    for (size_t g = 0; g < self->of->n_group; g++)
+        rmap_count_add(&self->count[g], &other->count[g], self->of->scene->n_source);
+    return RMAP_OK;
+}
+
+/* Of each group: rays and segments, weights of the sources, and their squares. */
+static size_t group_nbytes(const struct rmap_group_counting *of)
+{
+    return 2 * sizeof(uint64_t) + 2 * of->scene->n_source * sizeof(double);
+}
+
+static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err)
+{
+    const struct rmap_group_counts *self = state;
+    const size_t n = self->of->scene->n_source * sizeof(double);
+    *nbytes_ret = self->of->n_group * group_nbytes(self->of);
+    uint8_t *at = *bytes_ret = rmap_alloc(*nbytes_ret + 1, 1);
+    if (!at)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a count");
+    for (size_t g = 0; g < self->of->n_group; g++, at += group_nbytes(self->of)) {
+        const struct rmap_count *count = &self->count[g];
+        const uint64_t whole[2] = {count->rays, count->segments};
+        memcpy(at, whole, sizeof whole);
+        memcpy(at + sizeof whole, count->source_weight, n);
+        memcpy(at + sizeof whole + n, count->source_weight_squared, n);
+    }
+    return RMAP_OK;
+}
+
+static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err)
+{
+    const struct rmap_group_counting *of = context;
+    const size_t n = of->scene->n_source * sizeof(double);
+    if (nbytes != of->n_group * group_nbytes(of))
+        return rmap_error_set(err, RMAP_INTERNAL, "counts of another length");
+    enum rmap_status st = create(context, state_ret, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_group_counts *self = *state_ret;
+    for (size_t g = 0; g < of->n_group; g++, bytes += group_nbytes(of)) {
+        struct rmap_count *count = &self->count[g];
+        uint64_t whole[2];
+        memcpy(whole, bytes, sizeof whole);
+        count->rays = whole[0];
+        count->segments = whole[1];
+        memcpy(count->source_weight, bytes + sizeof whole, n);
+        memcpy(count->source_weight_squared, bytes + sizeof whole + n, n);
+    }
+    return RMAP_OK;
+}
+
+const struct rmap_fold_kind rmap_group_count_kind = {.create = create,
+                                                     .destroy = destroy,
+                                                     .add = add,
+                                                     .merge = merge,
+                                                     .pack = pack,
+                                                     .unpack = unpack};
