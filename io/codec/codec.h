@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "io/codec/zlib_stream.h"
 
 /* Most stored bytes of n elements, fletcher32 among them. */
 size_t rmap_codec_bound(size_t n, size_t element_nbytes);
@@ -41,7 +42,8 @@ enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,
 void rmap_decoder_destroy(struct rmap_decoder *decoder);
 
 /* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
- * of elements then comes out of them by rmap_unshuffle. RMAP_FORMAT when the bytes are not that. */
+ * of elements then comes out of them by rmap_unshuffle. stored: [nbytes + RMAP_INFLATE_SLACK].
+ * RMAP_FORMAT when the bytes are not that. */
 enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
                                      size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err) RMAP_MUST_USE;

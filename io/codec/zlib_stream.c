@@ -68,8 +68,8 @@ bool rmap_inflate(struct rmap_inflater *inflater, const uint8_t *in, size_t n_in
                   size_t n_out)
 {
     size_t n = 0;
-    return libdeflate_zlib_decompress_ex(inflater->decompressor, in, n_in, out, n_out, &n, NULL) ==
-               LIBDEFLATE_SUCCESS &&
+    return libdeflate_zlib_decompress_ex(inflater->decompressor, in, n_in + RMAP_INFLATE_SLACK, out,
+                                         n_out, &n, NULL) == LIBDEFLATE_SUCCESS &&
            n == n_in;
 }
 #else

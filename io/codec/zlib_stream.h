@@ -34,7 +34,12 @@ enum rmap_status rmap_inflater_create(struct rmap_inflater **inflater_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_inflater_destroy(struct rmap_inflater *inflater); /* NULL is fine */
 
-/* False unless `in` is one whole stream, and gives exactly n_out bytes. */
+/* Behind a stream to inflate so many bytes can be read; what they are does not matter. libdeflate
+ * decodes what stands in the last bytes of its input byte by byte, and that may be most of a chunk:
+ * in a chunk of small numbers the high bytes, which are all 0. */
+#define RMAP_INFLATE_SLACK 64
+
+/* False unless the first n_in bytes of `in` are one whole stream, and give exactly n_out bytes. */
 bool rmap_inflate(struct rmap_inflater *inflater, const uint8_t *in, size_t n_in, uint8_t *out,
                   size_t n_out);
 

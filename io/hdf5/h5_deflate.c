@@ -183,7 +183,7 @@ bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element
     for (int k = 1; k < rank; k++)
         row *= (size_t)dims[k];
     self.n = (size_t)rows * row;
-    self.stored = rmap_alloc((size_t)self.cap, 1);
+    self.stored = rmap_alloc((size_t)self.cap + RMAP_INFLATE_SLACK, 1);
     self.plane = rmap_alloc(self.n, element_nbytes);
     bool good = self.stored && self.plane && rmap_inflater_create(&self.inflater, NULL) == RMAP_OK;
     for (; good && at[0] < dims[0]; at[0] += rows) {

@@ -173,9 +173,11 @@ static enum rmap_status read_stored(struct rmap_chunk_reader *self,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    st = RMAP_RESERVE(self->stored, self->stored_cap, (size_t)entry->nbytes, err);
+    st = RMAP_RESERVE(self->stored, self->stored_cap, (size_t)entry->nbytes + RMAP_INFLATE_SLACK,
+                      err);
     if (st != RMAP_OK)
         return st;
+    memset(self->stored + entry->nbytes, 0, RMAP_INFLATE_SLACK);
     RMAP_TRY(rmap_read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));
     self->nbytes += entry->nbytes;
     if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)

@@ -35,7 +35,7 @@ static enum rmap_status make_room(struct portion *portion)
 {
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
         enum rmap_status st = RMAP_RESERVE(portion->stored[i], portion->stored_cap[i],
-                                           portion->header.stored[i] + 1, NULL);
+                                           portion->header.stored[i] + RMAP_INFLATE_SLACK, NULL);
         if (st == RMAP_OK)
             st = RMAP_RESERVE(portion->raw[i], portion->raw_cap[i], portion->header.raw[i] + 1,
                               NULL);

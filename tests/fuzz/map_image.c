@@ -293,9 +293,12 @@ static const struct rmap_stream_info *stream_of_chunk(const struct map_image *im
 static int decode(const uint8_t *stored, size_t nbytes, size_t n, size_t element, uint8_t *plane)
 {
     struct rmap_decoder *decoder = NULL;
-    rmap_fuzz_demand(rmap_decoder_create(&decoder, NULL) == RMAP_OK, "a decoder");
-    enum rmap_status st = rmap_decoder_planes(decoder, stored, nbytes, n, element, plane, NULL);
+    uint8_t *copy = calloc(nbytes + RMAP_INFLATE_SLACK, 1);
+    rmap_fuzz_demand(copy && rmap_decoder_create(&decoder, NULL) == RMAP_OK, "a decoder");
+    memcpy(copy, stored, nbytes);
+    enum rmap_status st = rmap_decoder_planes(decoder, copy, nbytes, n, element, plane, NULL);
     rmap_decoder_destroy(decoder);
+    free(copy);
     return st == RMAP_OK;
 }
 

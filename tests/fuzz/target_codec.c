@@ -57,7 +57,7 @@ static enum rmap_status decode(const uint8_t *stored, size_t nbytes, size_t n, s
 static void there_and_back(const uint8_t *data, size_t n, size_t element)
 {
     uint8_t *raw = rmap_alloc(n, element);
-    uint8_t *stored = rmap_alloc(rmap_codec_bound(n, element), 1);
+    uint8_t *stored = rmap_alloc(rmap_codec_bound(n, element) + RMAP_INFLATE_SLACK, 1);
     uint8_t *plane = rmap_alloc(n, element), *back = rmap_alloc(n, element);
     rmap_fuzz_demand(raw && stored && plane && back, "memory");
     if (n > 0)
@@ -76,7 +76,7 @@ static void there_and_back(const uint8_t *data, size_t n, size_t element)
 static void foreign(const struct head *head, const uint8_t *data, size_t nbytes)
 {
     size_t element = (size_t)1 << head->log2_element;
-    uint8_t *stored = rmap_alloc(nbytes, 1);
+    uint8_t *stored = rmap_alloc(nbytes + RMAP_INFLATE_SLACK, 1);
     uint8_t *plane = rmap_alloc(head->n, element);
     rmap_fuzz_demand(stored && plane, "memory");
     if (nbytes > 0)
