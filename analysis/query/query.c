@@ -163,6 +163,7 @@ enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *self, size_t
     for (size_t i = 0; i < last - first; i++)
         if (choose(self, self->place[i].portion))
             RMAP_TRY(scan_portion(self, self->place[i].portion, count, err));
+    rmap_query_outcomes_settle(self->outcomes, count);
     for (size_t c = 0; c < self->n_criterion; c++)
         count[c].nbytes_read += nbytes_read(self, c == 0) - before[c == 0];
 out:

@@ -23,6 +23,10 @@ struct decision {
     size_t n_path;
     uint8_t *outcome; /* [n_criterion][1 + n_path], NULL: not yet evaluated; first NO: of no path */
     bool *is_idle;    /* [n_criterion] it decides no path */
+    bool *is_open;    /* [n_criterion] it leaves some path open */
+    uint32_t *rays;   /* [n_criterion][1 + n_path] that have this path, not summed up yet */
+    uint32_t *segments; /* [n_path] */
+    int32_t *source;    /* [n_path] */
 };
 
 struct rmap_query_known {
@@ -31,6 +35,7 @@ struct rmap_query_known {
     size_t n_criterion;
     struct decision *decision; /* [n_piece] */
     size_t nbytes;             /* of all decisions */
+    struct rmap_count *sum;    /* [n_criterion] of what was counted since they were asked for */
     struct rmap_evaluator evaluator;
 
     struct rmap_cursor *cursor; /* has the portion in hand */
@@ -77,7 +82,12 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
     self->map = map;
     self->criterion = criterion;
     self->n_criterion = n_criterion;
-    const enum rmap_status st = rmap_class_tests_create(criterion, n_criterion, &self->tests, err);
+    enum rmap_status st = rmap_class_tests_create(criterion, n_criterion, &self->tests, err);
+    self->sum = rmap_alloc(n_criterion, sizeof *self->sum);
+    if (!self->sum && st == RMAP_OK)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    for (size_t c = 0; c < n_criterion && st == RMAP_OK; c++)
+        st = rmap_count_init(&self->sum[c], rmap_map_scene(map)->n_source, err);
     if (st == RMAP_OK)
         *known_ret = self;
     else
@@ -85,17 +95,48 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
     return st;
 }
 
+static void add_source(struct rmap_count *count, size_t source, double rays)
+{
+    count->source_weight[source] += rays;
+    count->source_weight_squared[source] += rays;
+}
+
+/* Sums up the rays that were counted path by path. */
+static void sum_up(struct rmap_query_known *self, struct decision *decision)
+{
+    const size_t n = decision->n_path;
+    for (size_t c = 0; decision->rays && c < self->n_criterion; c++) {
+        struct rmap_count *sum = &self->sum[c];
+        const uint8_t *outcome = decision->outcome + c * (n + 1) + 1;
+        uint32_t *rays = decision->rays + c * (n + 1) + 1;
+        for (size_t k = 0; k < n; k++) {
+            if (rays[k] > 0 && outcome[k] == RMAP_OUTCOME_YES) {
+                sum->rays += rays[k];
+                sum->segments += (uint64_t)rays[k] * decision->segments[k];
+                add_source(sum, (size_t)decision->source[k], rays[k]);
+            }
+            rays[k] = 0;
+        }
+    }
+}
+
 static void forget(struct decision *decision)
 {
     rmap_free(decision->outcome);
     rmap_free(decision->is_idle);
+    rmap_free(decision->is_open);
+    rmap_free(decision->rays);
+    rmap_free(decision->segments);
+    rmap_free(decision->source);
     *decision = (struct decision){0};
 }
 
 static void forget_all(struct rmap_query_known *self)
 {
-    for (size_t p = 0; p < rmap_map_n_piece(self->map); p++)
+    for (size_t p = 0; p < rmap_map_n_piece(self->map); p++) {
+        sum_up(self, &self->decision[p]);
         forget(&self->decision[p]);
+    }
     self->nbytes = 0;
 }
 
@@ -104,6 +145,9 @@ void rmap_query_known_destroy(struct rmap_query_known *self)
     if (!self)
         return;
     forget_all(self);
+    for (size_t c = 0; self->sum && c < self->n_criterion; c++)
+        rmap_count_fini(&self->sum[c]);
+    rmap_free(self->sum);
     rmap_evaluator_fini(&self->evaluator);
     rmap_free(self->decision);
     rmap_free(self->own_outcome);
@@ -149,14 +193,23 @@ static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct dec
     decision->n_path = n;
     decision->outcome = rmap_alloc(self->n_criterion, n + 1);
     decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
-    if (!decision->outcome || !decision->is_idle)
+    decision->is_open = rmap_alloc(self->n_criterion, sizeof *decision->is_open);
+    decision->rays = rmap_alloc(self->n_criterion * (n + 1), sizeof *decision->rays);
+    decision->segments = rmap_alloc_unset(n + 1, sizeof *decision->segments);
+    decision->source = rmap_alloc_unset(n + 1, sizeof *decision->source);
+    if (!decision->outcome || !decision->is_idle || !decision->is_open || !decision->rays ||
+        !decision->segments || !decision->source)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
     for (size_t c = 0; c < self->n_criterion; c++) {
         uint8_t *outcome = decision->outcome + c * (n + 1);
         outcome[0] = RMAP_OUTCOME_NO;
         RMAP_TRY(evaluate_rays(self, c, paths, outcome + 1, err));
-        decision->is_idle[c] = count_open(outcome + 1, n) == n;
+        const size_t n_open = count_open(outcome + 1, n);
+        decision->is_idle[c] = n_open == n;
+        decision->is_open[c] = n_open > 0;
     }
+    memcpy(decision->segments, paths->ray.segment_count, n * sizeof *decision->segments);
+    memcpy(decision->source, paths->ray.source, n * sizeof *decision->source);
 out:
     return st;
 }
@@ -165,7 +218,9 @@ out:
 static enum rmap_status decide(struct rmap_query_known *self, struct rmap_error *err)
 {
     struct decision *decision = &self->decision[self->piece];
-    const size_t nbytes = self->n_criterion * (self->summary.paths->n_row[RMAP_TABLE_RAY] + 2);
+    const size_t n = self->summary.paths->n_row[RMAP_TABLE_RAY] + 1;
+    const size_t nbytes = n * (self->n_criterion * (1 + sizeof *decision->rays) +
+                               sizeof *decision->segments + sizeof *decision->source);
     if (decision->outcome)
         return RMAP_OK;
     if (self->nbytes + nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
@@ -306,10 +361,54 @@ out:
     return st;
 }
 
-static void add_source(struct rmap_count *count, size_t source, double rays)
+static void count_own(const struct rmap_query_known *self, struct rmap_count *sum)
 {
-    count->source_weight[source] += rays;
-    count->source_weight_squared[source] += rays;
+    const struct rmap_ray_columns *ray = &self->own->ray;
+    for (size_t k = 0; k < self->summary.n_own; k++) {
+        const uint32_t match = self->own_outcome[k] >> 1;
+        sum->rays += match;
+        sum->segments += ray->segment_count[k] & (0u - match);
+        add_source(sum, (size_t)ray->source[k], match);
+    }
+}
+
+enum rmap_status rmap_query_known_add(struct rmap_query_known *self, size_t c, bool *is_counted_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct decision *decision = &self->decision[self->piece];
+    bool is_told;
+    *is_counted_ret = false;
+    RMAP_TRY(look(self, c, &is_told, err));
+    if (!is_told || decision->is_open[c])
+        goto out;
+    if (self->summary.n_own > 0) {
+        RMAP_TRY(enter_own(self, err));
+        RMAP_TRY(evaluate_own(self, c, err));
+        if (memchr(self->own_outcome, RMAP_OUTCOME_OPEN, self->summary.n_own))
+            goto out;
+        count_own(self, &self->sum[c]);
+    }
+    uint32_t *rays = decision->rays + c * (decision->n_path + 1);
+    for (size_t i = 0; i < self->n_ray; i++)
+        rays[self->summary.path[i]]++;
+    *is_counted_ret = true;
+out:
+    return st;
+}
+
+void rmap_query_known_settle(struct rmap_query_known *self, struct rmap_count *count)
+{
+    const size_t n_source = rmap_map_scene(self->map)->n_source;
+    for (size_t p = 0; p < rmap_map_n_piece(self->map); p++)
+        sum_up(self, &self->decision[p]);
+    for (size_t c = 0; c < self->n_criterion; c++) {
+        struct rmap_count *sum = &self->sum[c];
+        rmap_count_add(&count[c], sum, n_source);
+        sum->rays = sum->segments = 0;
+        memset(sum->source_weight, 0, n_source * sizeof *sum->source_weight);
+        memset(sum->source_weight_squared, 0, n_source * sizeof *sum->source_weight_squared);
+    }
 }
 
 enum rmap_status rmap_query_known_count(struct rmap_query_known *self, const uint8_t *outcome,

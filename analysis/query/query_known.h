@@ -30,6 +30,12 @@ enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *known, size_
                                            uint8_t *outcome, bool *is_told_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
+/* Counts the rays that match criterion c; they are in the counts after rmap_query_known_settle.
+ * *is_counted_ret: false where paths leave a ray open, or tell nothing: nothing was counted. */
+enum rmap_status rmap_query_known_add(struct rmap_query_known *known, size_t c,
+                                      bool *is_counted_ret, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_known_settle(struct rmap_query_known *known, struct rmap_count *count);
+
 /* Adds the rays with outcome YES of a portion that was evaluated so, whatever decided those that
  * were left open. */
 enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *outcome,

@@ -378,6 +378,11 @@ static enum rmap_status add_rays(struct rmap_query_outcomes *self, size_t c,
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *outcome = self->marked;
+    bool is_counted = false;
+    if (!self->view && self->known_paths)
+        RMAP_TRY(rmap_query_known_add(self->known_paths, c, &is_counted, err));
+    if (is_counted)
+        return RMAP_OK;
     RMAP_TRY(evaluate_rays(self, c, outcome, err));
     if (!memchr(outcome, RMAP_OUTCOME_YES, self->n_ray))
         return RMAP_OK;
@@ -435,6 +440,12 @@ enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *self, size_
         return add_rays(self, c, count, err);
     return view->form == RMAP_HISTORY_PATHS ? add_paths(self, c, count, err)
                                             : add_rows(self, c, count, err);
+}
+
+void rmap_query_outcomes_settle(struct rmap_query_outcomes *self, struct rmap_count *count)
+{
+    if (self->known_paths)
+        rmap_query_known_settle(self->known_paths, count);
 }
 
 enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *self, size_t c,

@@ -26,10 +26,13 @@ enum rmap_status rmap_query_outcomes_enter(struct rmap_query_outcomes *outcomes,
                                            const bool *wanted,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds the rays that match a wanted criterion to its count. */
+/* Adds the rays that match a wanted criterion to its count, some of them only when it is settled.
+ */
 enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *outcomes, size_t c,
                                          struct rmap_count *count,
                                          struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_query_outcomes_settle(struct rmap_query_outcomes *outcomes, struct rmap_count *count);
 
 /* Marks them: match[i] = 1 or 0 for row i of /ray. */
 enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *outcomes, size_t c,
