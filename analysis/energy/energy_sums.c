@@ -17,7 +17,7 @@
 #define VALUE_MAX ((size_t)1 << 27)
 
 /* Sizes of the block's parts, in its order; false when they are beyond reason. */
-#define N_PART 6
+#define N_PART 9
 static bool measure(const struct rmap_energy_sums *sums, size_t part[N_PART], size_t *n_value)
 {
     const size_t most = VALUE_MAX / (sums->n_source + 1);
@@ -27,6 +27,7 @@ static bool measure(const struct rmap_energy_sums *sums, size_t part[N_PART], si
     part[1] = part[2] = sums->n_source * sums->n_end;
     part[3] = part[4] = sums->n_source * sums->n_detector;
     part[5] = sums->n_detector;
+    part[6] = part[7] = part[8] = sums->n_source;
     *n_value = 0;
     for (int k = 0; k < N_PART; k++)
         *n_value += part[k];
@@ -49,8 +50,9 @@ enum rmap_status rmap_energy_sums_create(const struct rmap_energy_scope *scope,
         sums->value = rmap_alloc(sums->n_value + 1, sizeof *sums->value);
     if (!sums->value)
         goto failed;
-    double **field[N_PART] = {&sums->rays,   &sums->ended,          &sums->ended_squared,
-                              &sums->caught, &sums->caught_squared, &sums->pending};
+    double **field[N_PART] = {&sums->rays,     &sums->ended,          &sums->ended_squared,
+                              &sums->caught,   &sums->caught_squared, &sums->pending,
+                              &sums->segments, &sums->weight,         &sums->weight_squared};
     double *at = sums->value;
     for (int k = 0; k < N_PART; k++) {
         *field[k] = at;
@@ -82,6 +84,8 @@ rmap_column_set rmap_energy_columns(const struct rmap_energy_scope *scope)
                               RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
                               RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
                               RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
+    if (scope->counts)
+        columns |= RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
     if (scope->ends)
         columns |= RMAP_COLUMN_BIT(RMAP_RAY_stop) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
                    RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
@@ -154,6 +158,15 @@ static void add_end(struct rmap_energy_sums *sums, const struct alike *rays, siz
     sums->ended_squared[at] += rays->times * (rays->weight * rays->weight);
 }
 
+static void add_count(struct rmap_energy_sums *sums, const struct alike *rays)
+{
+    const size_t source = (size_t)rays->portion->ray.source[rays->ray];
+    sums->rays[source] += rays->times;
+    sums->segments[source] += rays->times * rays->portion->ray.segment_count[rays->ray];
+    sums->weight[source] += rays->times * rays->weight;
+    sums->weight_squared[source] += rays->times * (rays->weight * rays->weight);
+}
+
 /* Light that was absorbed by no object: its medium tells where. */
 static bool needs_media(const struct rmap_matched *rays)
 {
@@ -188,6 +201,8 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
             segment += portion->ray.segment_count[i];
         if (counts && sums->scope->ends)
             add_end(sums, &one, segment);
+        if (counts && sums->scope->counts)
+            add_count(sums, &one);
         if (counts && n > 0)
             add_registrations(sums, &one, registration, n);
         registration += n;
@@ -213,6 +228,8 @@ static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rm
         if (sums->scope->ends)
             add_end(sums, &some,
                     summary->first_segment[row] + summary->paths->ray.segment_count[row]);
+        if (sums->scope->counts)
+            add_count(sums, &some);
         if (n > 0)
             add_registrations(sums, &some, summary->first_registration[row], n);
     }
@@ -278,11 +295,11 @@ static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t
     return rmap_fold_unpack(&block, 1, bytes, nbytes, err);
 }
 
-/* Without ends a portion counts where a detector saw something. */
+/* Without ends or counts a portion counts where a detector saw something. */
 static bool may_count(const void *context, const struct rmap_portion_info *portion)
 {
     const struct rmap_energy_scope *scope = context;
-    return scope->ends || portion->n_row[RMAP_TABLE_REGISTRATION] > 0;
+    return scope->ends || scope->counts || portion->n_row[RMAP_TABLE_REGISTRATION] > 0;
 }
 
 const struct rmap_fold_kind rmap_energy_kind = {create, destroy, add,      merge,

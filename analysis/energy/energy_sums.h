@@ -13,6 +13,7 @@
 struct rmap_energy_scope {
     const struct rmap_scene *scene; /* borrowed */
     bool ends;                      /* where rays ended; else what detectors registered alone */
+    bool counts; /* how many rays match, their segments and weights; not with ends */
 };
 
 /* Ends of a source's rays, in this order: objects, media, left, limit, error. */
@@ -20,11 +21,13 @@ struct rmap_energy_sums {
     const struct rmap_energy_scope *scope; /* borrowed */
     size_t n_source, n_end, n_detector;
     size_t n_value;
-    double *value;         /* everything below, in one block */
-    double *rays;          /* [n_source] that match; 0 without ends */
-    double *ended;         /* [n_source][n_end] sum of weights w */
-    double *ended_squared; /* [n_source][n_end] sum of w^2 */
-    double *caught;        /* [n_source][n_detector] sum of q, w times the ray's registrations */
+    double *value;    /* everything below, in one block */
+    double *rays;     /* [n_source] that match; 0 without ends or counts */
+    double *segments; /* [n_source] of these; 0 without counts, as are the next two */
+    double *weight, *weight_squared; /* [n_source] sums over these */
+    double *ended;                   /* [n_source][n_end] sum of weights w */
+    double *ended_squared;           /* [n_source][n_end] sum of w^2 */
+    double *caught; /* [n_source][n_detector] sum of q, w times the ray's registrations */
     double *caught_squared;
     double *pending;                 /* [n_detector] q of the ray in hand */
     struct rmap_path_shares *shares; /* NULL: no portion was summed up by its paths */

@@ -327,6 +327,12 @@ out:
     return st;
 }
 
+uint64_t rmap_fold_scanner_nbytes(const struct rmap_fold_scanner *self)
+{
+    return self->marker ? rmap_query_marker_nbytes(self->marker)
+                        : rmap_cursor_nbytes_of_rows(self->cursor);
+}
+
 enum rmap_status rmap_fold_scanner_add(struct rmap_fold_scanner *self, void *state, size_t first,
                                        size_t last, struct rmap_error *err)
 {

@@ -86,6 +86,7 @@ struct rmap_fold {
     rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
     int32_t only_detector;    /* 1 + the detector without rows of which in /registration a ray adds
                                  nothing;    0: any may add */
+    uint64_t *nbytes_ret; /* where rank 0 is told the stored bytes that were read; NULL: nowhere */
     const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
                                            criterion is compiled against its scene. NULL: none */
 };
@@ -98,5 +99,8 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
 void rmap_fold_scanner_destroy(struct rmap_fold_scanner *scanner); /* NULL is fine */
 enum rmap_status rmap_fold_scanner_add(struct rmap_fold_scanner *scanner, void *state, size_t first,
                                        size_t last, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Stored bytes of the rows that it has read. */
+uint64_t rmap_fold_scanner_nbytes(const struct rmap_fold_scanner *scanner);
 
 #endif

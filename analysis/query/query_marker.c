@@ -100,6 +100,11 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
     return rmap_query_outcomes_cursor(self->outcomes, cursor_ret, err);
 }
 
+uint64_t rmap_query_marker_nbytes(const struct rmap_query_marker *self)
+{
+    return rmap_query_outcomes_nbytes(self->outcomes);
+}
+
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
 {
     return rmap_query_outcomes_view(self->outcomes);

@@ -44,6 +44,9 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *marker,
                                           struct rmap_cursor **cursor_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* As rmap_query_outcomes_nbytes. */
+uint64_t rmap_query_marker_nbytes(const struct rmap_query_marker *marker);
+
 /* What the history index tells of that portion; NULL: nothing. */
 struct rmap_history_view;
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *marker);

@@ -268,6 +268,36 @@ out:
     return st;
 }
 
+/* Collective. Criteria that detectors do not count as well, in one scan. */
+static enum rmap_status scan(const struct rmap_context *context, const struct request *request,
+                             struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = request->asked.n;
+    struct rmap_criterion **criterion = rmap_alloc(n, sizeof(void *));
+    struct rmap_count *count = rmap_alloc(n, sizeof *count);
+    size_t n_left = 0;
+    if (!criterion || !count)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
+    RMAP_TRY(rmap_agree(context, st, err));
+    for (size_t c = 0; c < n; c++)
+        if (!search->registered[c].is_counted) {
+            criterion[n_left] = search->criterion[c];
+            count[n_left++] = search->count[c];
+        }
+    if (n_left > 0)
+        RMAP_TRY(rmap_scan_map(
+            context, search->map, criterion, n_left,
+            request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES, count, err));
+    for (size_t c = n; c-- > 0;)
+        if (!search->registered[c].is_counted)
+            search->count[c] = count[--n_left];
+out:
+    rmap_free(criterion);
+    rmap_free(count);
+    return st;
+}
+
 /* Collective. */
 static enum rmap_status count_portions(const struct rmap_context *context,
                                        const struct request *request, struct search *search,
@@ -276,12 +306,12 @@ static enum rmap_status count_portions(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     const size_t n_source = rmap_map_scene(search->map)->n_source;
     for (size_t c = 0; c < request->asked.n; c++) {
+        if (search->registered[c].is_counted)
+            continue;
         rmap_count_fini(&search->count[c]);
         RMAP_TRY(rmap_count_init(&search->count[c], n_source, err));
     }
-    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n,
-                           request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
-                           search->count, err));
+    RMAP_TRY(scan(context, request, search, err));
     *is_exact_ret = true;
     for (size_t c = 0; c < request->asked.n; c++) {
         double flux, error;
@@ -292,26 +322,44 @@ out:
     return st;
 }
 
+/* Collective. And the rays with them where that is the same scan; not of a part of the map. */
+static enum rmap_status count_registered(const struct rmap_context *context,
+                                         const struct request *request, struct search *search,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const bool alone =
+        search->overlay || request->deal == RMAP_DEAL_LOCAL || request->until.part.relative > 0.0;
+    for (size_t c = 0; c < request->asked.n; c++)
+        RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
+                                     context->json, alone ? NULL : &search->count[c],
+                                     &search->registered[c], err));
+out:
+    return st;
+}
+
 /* Collective. */
 static enum rmap_status count_rays(const struct rmap_context *context, struct request *request,
                                    struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
+    const bool of_part = request->until.part.relative > 0.0;
     bool is_exact = false;
     RMAP_TRY(rmap_agree(context, rmap_until_begin(&request->until, search->map, err), err));
+    if (!of_part)
+        RMAP_TRY(count_registered(context, request, search, err));
     if (search->overlay)
         RMAP_TRY(count_with_receivers(context, request, search, err));
     else
         do
             RMAP_TRY(count_portions(context, request, search, &is_exact, err));
         while (rmap_until_goes_on(&request->until, is_exact));
-    for (size_t c = 0; c < request->asked.n; c++) {
-        RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
-                                     context->json, &search->registered[c], err));
+    if (of_part)
+        RMAP_TRY(count_registered(context, request, search, err));
+    for (size_t c = 0; c < request->asked.n; c++)
         RMAP_TRY(rmap_ray_groups_run(context, search->map, search->overlay, search->criterion[c],
                                      request->by, &search->groups[c], err));
-    }
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,

@@ -170,6 +170,17 @@ static enum rmap_status gather(const struct rmap_context *context, const struct 
     return st;
 }
 
+/* Collective. */
+static enum rmap_status tell_nbytes(const struct rmap_context *context, const struct run *run,
+                                    struct rmap_error *err)
+{
+    uint64_t nbytes = 0;
+    for (int i = 0; i < run->n_thread; i++)
+        nbytes += run->worker[i].scanner ? rmap_fold_scanner_nbytes(run->worker[i].scanner) : 0;
+    return RMAP_MPI(
+        MPI_Reduce(&nbytes, run->fold->nbytes_ret, 1, MPI_UINT64_T, MPI_SUM, 0, context->comm));
+}
+
 enum rmap_status rmap_fold_run(const struct rmap_context *context, const struct rmap_fold *fold,
                                void **state_ret, struct rmap_error *err)
 {
@@ -192,6 +203,8 @@ enum rmap_status rmap_fold_run(const struct rmap_context *context, const struct 
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     RMAP_TRY(rmap_scan_tell(context, fold->map, err));
     RMAP_TRY(gather(context, fold, run.worker[0].state, err));
+    if (fold->nbytes_ret)
+        RMAP_TRY(tell_nbytes(context, &run, err));
     if (context->rank == 0) {
         *state_ret = run.worker[0].state;
         run.worker[0].state = NULL;

@@ -8,7 +8,6 @@
 #include <math.h>
 
 #include "analysis/energy/energy_sums.h"
-#include "analysis/query/query.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
 #include "mpi/command/balance.h"
@@ -33,6 +32,19 @@ static enum rmap_status read_sums(const struct rmap_map *map, const struct rmap_
     rmap_count_flux(&count, map, &item->flux, &item->standard_error);
     rmap_count_fini(&count);
     return RMAP_OK;
+}
+
+static void read_counts(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                        const struct rmap_energy_sums *sums, struct rmap_count *count)
+{
+    for (size_t s = 0; s < sums->n_source; s++) {
+        count->rays += (uint64_t)sums->rays[s];
+        count->segments += (uint64_t)sums->segments[s];
+        count->source_weight[s] = sums->weight[s];
+        count->source_weight_squared[s] = sums->weight_squared[s];
+    }
+    for (size_t p = 0; p < rmap_map_n_portion(map); p++)
+        count->portions_read += !rmap_criterion_skips(criterion, rmap_map_portion(map, p));
 }
 
 static enum rmap_status add_item(const struct rmap_map *map, const struct rmap_scene *scene,
@@ -61,12 +73,13 @@ static size_t count_asked(const struct rmap_which *which, const uint8_t *asked)
 enum rmap_status rmap_registered_run(const struct rmap_context *context, const struct rmap_map *map,
                                      const struct rmap_overlay *overlay,
                                      const struct rmap_criterion *criterion, bool bare,
-                                     struct rmap_registered_list *list, struct rmap_error *err)
+                                     struct rmap_count *count, struct rmap_registered_list *list,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_scene_with(map, overlay);
     const struct rmap_index_set all = {.span = (uint32_t)scene->n_detector};
-    const struct rmap_energy_scope scope = {.scene = scene};
+    struct rmap_energy_scope scope = {.scene = scene};
     struct rmap_which *which = NULL;
     void *state = NULL;
     *list = (struct rmap_registered_list){.unit = rmap_flux_unit_text(scene)};
@@ -76,6 +89,7 @@ enum rmap_status rmap_registered_run(const struct rmap_context *context, const s
     const size_t n = count_asked(which, asked);
     if (n == 0)
         goto out;
+    scope.counts = list->is_counted = count && which->chooses;
     const struct rmap_fold fold = {.kind = &rmap_energy_kind,
                                    .context = &scope,
                                    .map = map,
@@ -83,8 +97,11 @@ enum rmap_status rmap_registered_run(const struct rmap_context *context, const s
                                    .criterion = criterion,
                                    .which = which,
                                    .columns = rmap_energy_columns(&scope),
-                                   .deferred = rmap_energy_columns(&scope)};
+                                   .deferred = rmap_energy_columns(&scope),
+                                   .nbytes_ret = scope.counts ? &count->nbytes_read : NULL};
     RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
+    if (state && scope.counts)
+        read_counts(map, criterion, state, count);
     if (state) {
         list->item = rmap_alloc(n, sizeof *list->item);
         if (!list->item)

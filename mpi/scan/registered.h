@@ -10,6 +10,7 @@
 #include <stdio.h>
 
 #include "analysis/overlay/overlay.h"
+#include "analysis/query/query.h"
 #include "analysis/query/which.h"
 #include "mpi/command/command.h"
 
@@ -23,17 +24,20 @@ struct rmap_registered {
 
 struct rmap_registered_list {
     size_t n;
+    bool is_counted; /* the rays, too */
     struct rmap_registered *item;
     const char *unit; /* of flux */
 };
 
 /* Collective. On rank 0 the detectors that conjuncts registered(...) of the criterion name: with a
  * region or a condition, or (bare) also without. None: nothing is read. overlay: receivers, or
- * NULL. list: rmap_registered_fini whatever happened. */
+ * NULL. count: NULL, or zero, and rank 0's of the rays that match, where registrations are chosen
+ * among theirs: what tells which match is found once then. list: rmap_registered_fini whatever
+ * happened. */
 enum rmap_status rmap_registered_run(const struct rmap_context *context, const struct rmap_map *map,
                                      const struct rmap_overlay *overlay,
                                      const struct rmap_criterion *criterion, bool bare,
-                                     struct rmap_registered_list *list,
+                                     struct rmap_count *count, struct rmap_registered_list *list,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_registered_fini(struct rmap_registered_list *list);
 

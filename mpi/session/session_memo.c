@@ -68,9 +68,10 @@ enum rmap_status rmap_session_count(const struct rmap_context *context,
         *registered_ret = &known->registered;
         return RMAP_OK;
     }
-    RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, RMAP_DEAL_SHARES, count, err));
-    RMAP_TRY(
-        rmap_registered_run(context, map, NULL, criterion, context->json, &fresh.registered, err));
+    RMAP_TRY(rmap_registered_run(context, map, NULL, criterion, context->json, count,
+                                 &fresh.registered, err));
+    if (!fresh.registered.is_counted)
+        RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, RMAP_DEAL_SHARES, count, err));
     st = rmap_agree(context, keep(memo, text, count, n_source, &fresh, err), err);
     RMAP_TRY(st);
     *registered_ret = &find(memo, text)->registered;
