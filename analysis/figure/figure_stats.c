@@ -130,11 +130,12 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
 }
 
 /* Beside the frame, where no line can run. */
-/* Criteria may be told apart by how they end. */
+/* Criteria and paths may be told apart by how they end. */
 static double legend_right(const struct rmap_stats *stats)
 {
     size_t longest = 0;
-    for (size_t g = 0; stats->setup->criteria && g < stats->n_group; g++) {
+    const bool is_long = stats->setup->criteria || stats->setup->paths;
+    for (size_t g = 0; is_long && g < stats->n_group; g++) {
         const size_t length = strlen(stats->group[g].name);
         longest = length > longest ? length : longest;
     }
@@ -151,8 +152,14 @@ static void draw_legend(const struct plot *plot, const char *name, size_t row)
     rmap_svg_line(plot->svg, x, at - 4, x + 22, at - 4,
                   &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4, .dash = mark.dash});
     const struct rmap_svg_text text = {.x = x + 29, .y = at, .size = RMAP_TICK_SIZE};
+    const struct rmap_stats_paths *paths = plot->stats->setup->paths;
+    char label[256]; /* paths begin alike: their ranks tell them apart */
+    if (paths && row < paths->n)
+        (void)snprintf(label, sizeof label, "%zu  %s", row + 1, name);
+    else
+        (void)snprintf(label, sizeof label, "%s", name);
     rmap_caption(plot->svg, &text, plot->legend_right - LEGEND_GAP - 37,
-                 row + 1 < LEGEND_MAX ? name : "…");
+                 row + 1 < LEGEND_MAX ? label : "…");
 }
 
 static void draw_note(const struct plot *plot)

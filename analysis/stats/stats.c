@@ -140,9 +140,7 @@ static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
 {
     const size_t n = stats->plan->n_cell + RMAP_STATS_BEYOND;
     struct rmap_stats_group *group = &stats->group[g];
-    group->name = stats->setup->criteria
-                      ? rmap_stats_criterion_name(stats->setup->criteria, g)
-                      : rmap_stats_group_name(stats->setup->by, stats->setup->quantities->scene, g);
+    group->name = rmap_stats_setup_name(stats->setup, g);
     group->n_reading = range->n_reading;
     group->n_ray = range->n_cluster;
     group->cell = rmap_alloc(n, sizeof *group->cell);

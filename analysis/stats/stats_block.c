@@ -8,17 +8,36 @@
 #include "base/alloc.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
-                           enum rmap_stats_by by, const struct rmap_stats_criteria *criteria,
-                           size_t budget_nbytes)
+                           enum rmap_stats_by by, size_t budget_nbytes)
 {
-    *setup = (struct rmap_stats_setup){
-        .quantities = quantities,
-        .by = by,
-        .criteria = criteria,
-        .n_group = criteria ? criteria->n : rmap_stats_group_count(by, quantities->scene),
-        .n_source = quantities->scene->n_source,
-        .budget_nbytes = budget_nbytes};
+    *setup = (struct rmap_stats_setup){.quantities = quantities,
+                                       .by = by,
+                                       .n_group = rmap_stats_group_count(by, quantities->scene),
+                                       .n_source = quantities->scene->n_source,
+                                       .budget_nbytes = budget_nbytes};
     setup->n_class = setup->n_group * setup->n_source;
+}
+
+void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
+                               const struct rmap_stats_criteria *criteria)
+{
+    setup->criteria = criteria;
+    setup->n_group = criteria->n;
+    setup->n_class = setup->n_group * setup->n_source;
+}
+
+void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_stats_paths *paths)
+{
+    setup->paths = paths;
+    setup->n_group = paths->n + 1;
+    setup->n_class = setup->n_group * setup->n_source;
+}
+
+const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t group)
+{
+    return setup->criteria ? rmap_stats_criterion_name(setup->criteria, group)
+           : setup->paths  ? rmap_stats_path_name(setup->paths, group)
+                           : rmap_stats_group_name(setup->by, setup->quantities->scene, group);
 }
 
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
@@ -62,7 +81,8 @@ static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_se
 {
     const struct rmap_readings *readings = &reader->readings;
     const size_t source = (size_t)portion->ray.source[readings->ray[first]];
-    const bool its = rmap_stats_group_of_registration(setup->by, setup->quantities);
+    const bool its = setup->paths ? rmap_stats_paths_of_registrations(setup->paths)
+                                  : rmap_stats_group_of_registration(setup->by, setup->quantities);
     const uint32_t *group = setup->by == RMAP_STATS_TOGETHER ? NULL : reader->marks.group;
     for (size_t k = first; k < end; k++) {
         const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
@@ -168,7 +188,9 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     }
     RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, readings->n + 1, err));
     RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, readings->n + 1, err));
-    if (setup->by != RMAP_STATS_TOGETHER)
+    if (setup->paths)
+        RMAP_TRY(rmap_stats_paths_mark(setup->paths, rays->portion, &reader->marks, err));
+    else if (setup->by != RMAP_STATS_TOGETHER)
         RMAP_TRY(rmap_stats_group_mark(setup->by, setup->quantities, rays->portion, &reader->marks,
                                        err));
     are_one = weigh(reader, are_one ? NULL : rays->portion->ray.weight);

@@ -7,12 +7,13 @@
 #define RMAP_STATS_BLOCK_H
 
 #include "analysis/stats/stats_criteria.h"
-#include "analysis/stats/stats_groups.h"
+#include "analysis/stats/stats_paths.h"
 
 struct rmap_stats_setup {
     const struct rmap_quantities *quantities; /* borrowed */
     enum rmap_stats_by by;
     const struct rmap_stats_criteria *criteria; /* borrowed; NULL: not by these */
+    const struct rmap_stats_paths *paths;       /* the same */
     size_t n_group, n_source;
     size_t n_class;       /* group * n_source + source */
     size_t budget_nbytes; /* for readings in memory */
@@ -21,8 +22,15 @@ struct rmap_stats_setup {
 };
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
-                           enum rmap_stats_by by, const struct rmap_stats_criteria *criteria,
-                           size_t budget_nbytes);
+                           enum rmap_stats_by by, size_t budget_nbytes);
+
+/* Tells readings apart by criteria, or by classes of paths; both are borrowed. */
+void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
+                               const struct rmap_stats_criteria *criteria);
+void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_stats_paths *paths);
+
+/* NULL: of the one of TOGETHER. */
+const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t group);
 
 /* Readings of a portion. Borrowed arrays. */
 struct rmap_stats_block {

@@ -13,7 +13,8 @@ enum { HIGH_ORDER = 15, STOPS = 4 };
 const char *rmap_stats_by_word(enum rmap_stats_by by)
 {
     static const char *const word[RMAP_STATS_BY_COUNT] = {
-        NULL, "source", "detector", "object", "ended", "ghost_order", "scatter_order", "criterion"};
+        NULL,        "source", "detector",    "object",    "ended", "ghost_order", "scatter_order",
+        "criterion", "path",   "path:object", "path:group"};
     return word[by];
 }
 

@@ -16,7 +16,10 @@ enum rmap_stats_by {
     RMAP_STATS_BY_ENDED,
     RMAP_STATS_BY_GHOST_ORDER, /* analysis/criterion/path_order.h */
     RMAP_STATS_BY_SCATTER_ORDER,
-    RMAP_STATS_BY_CRITERION, /* stats_criteria.h tells them apart */
+    RMAP_STATS_BY_CRITERION, /* stats_criteria.h tells them apart, */
+    RMAP_STATS_BY_PATH,      /* and stats_paths.h these: whose names count */
+    RMAP_STATS_BY_PATH_OBJECT,
+    RMAP_STATS_BY_PATH_GROUP,
     RMAP_STATS_BY_COUNT
 };
 
@@ -24,7 +27,7 @@ enum rmap_stats_by {
 const char *rmap_stats_by_word(enum rmap_stats_by by);
 
 /* How many groups there are, and their names: borrowed, NULL of the one of TOGETHER. Not for
- * CRITERION, which is true of the functions below, too. */
+ * CRITERION and PATH, which is true of the functions below, too. */
 size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_scene *scene);
 const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_scene *scene,
                                   size_t group);

@@ -205,10 +205,11 @@ void rmap_stats_name(const struct rmap_stats *stats, size_t quantity, char *name
 
 bool rmap_stats_shows(const struct rmap_stats *stats, size_t group)
 {
-    if (stats->setup->by == RMAP_STATS_BY_DETECTOR)
-        return rmap_index_set_has(&stats->setup->quantities->detector, (int32_t)group);
-    return stats->setup->by <= RMAP_STATS_BY_SOURCE || stats->setup->criteria ||
-           stats->group[group].n_reading > 0;
+    const struct rmap_stats_setup *setup = stats->setup;
+    if (setup->by == RMAP_STATS_BY_DETECTOR)
+        return rmap_index_set_has(&setup->quantities->detector, (int32_t)group);
+    return setup->by <= RMAP_STATS_BY_SOURCE || setup->criteria ||
+           (setup->paths && group < setup->paths->n) || stats->group[group].n_reading > 0;
 }
 
 static void add_estimate(struct rmap_text_table *table, const char *name,

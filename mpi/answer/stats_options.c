@@ -54,9 +54,12 @@ enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by *by,
         return rmap_error_set(err, RMAP_USAGE, "--by '%s': did you mean '%s'?", word, nearest);
     return rmap_error_set(err, RMAP_USAGE,
                           "--by '%s': say source, detector, object, ended, ghost_order, "
-                          "scatter_order or criterion",
+                          "scatter_order, criterion, path, path:object or path:group",
                           word);
 }
+
+/* Classes of paths. */
+enum { TOP_DEFAULT = 10, TOP_MOST = 100 };
 
 static int compare(const void *a, const void *b)
 {
@@ -106,6 +109,8 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     uint64_t memory = 1ull << 30;
     options->detector = rmap_argument(given, "detector");
     options->logarithmic = rmap_argument(given, "log") != NULL;
+    options->top = TOP_DEFAULT;
+    RMAP_TRY(rmap_argument_count(given, "top", &options->top, err));
     RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &options->by, err));
     RMAP_TRY(rmap_argument_each(given, "of", &options->of, &options->n_of, err));
     RMAP_TRY(rmap_argument_each(given, "where", &options->where, &options->n_where, err));
@@ -116,6 +121,10 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     RMAP_TRY(rmap_argument_count(given, "memory", &memory, err));
     options->memory_nbytes = (size_t)memory;
     RMAP_TRY(read_quantiles(given, options, err));
+    if (rmap_argument(given, "top") && options->by < RMAP_STATS_BY_PATH)
+        return rmap_error_set(err, RMAP_USAGE, "--top is how many classes of --by path");
+    if (options->top < 1 || options->top > TOP_MOST)
+        return rmap_error_set(err, RMAP_USAGE, "--top lies between 1 and %d classes", TOP_MOST);
     if (options->n_of < 1 || options->n_of > RMAP_QUANTITIES_MAX)
         return rmap_error_set(err, RMAP_USAGE,
                               options->n_of < 1 ? "--of is missing: statistics of which number?"

@@ -14,6 +14,7 @@ struct rmap_stats_options {
     const char *detector; /* NULL: not given */
     bool logarithmic;
     enum rmap_stats_by by;
+    uint64_t top;     /* classes of paths */
     double *quantile; /* [n_quantile] shares, ascending; owned */
     size_t n_quantile;
     size_t memory_nbytes;

@@ -120,6 +120,9 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample, --top and -o");
     RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &request->by, err));
+    if (request->by >= RMAP_STATS_BY_PATH)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--by path: `raymap paths` counts the rays of classes of paths");
     if (request->by == RMAP_STATS_BY_CRITERION)
         return rmap_error_set(err, RMAP_USAGE,
                               "--by criterion: several criteria are counted each by itself anyway");

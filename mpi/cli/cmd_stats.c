@@ -16,6 +16,7 @@
 #include "mpi/command/overlay_load.h"
 #include "mpi/command/until.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/scan/stats_paths_run.h"
 #include "mpi/scan/stats_run.h"
 
 static const struct rmap_option options[] = {
@@ -39,8 +40,12 @@ static const struct rmap_option options[] = {
     {"log", 0, NULL, "bins of equal ratio"},
     {"by", 0, "WHAT",
      "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order, "
-     "criterion (of --where or of the FILE of --criteria)",
-     .words = "source detector object ended ghost_order scatter_order criterion"},
+     "criterion (of --where or of the FILE of --criteria), path (the classes of `raymap paths` "
+     "with "
+     "most flux, and the others), path:object, path:group",
+     .words = "source detector object ended ghost_order scatter_order criterion path path:object "
+              "path:group"},
+    {"top", 0, "N", "so many classes of --by path (default 10)", "by"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
     {"output", 'o', "OUT...",
@@ -89,6 +94,9 @@ static enum rmap_status ask(const struct rmap_context *context,
         return rmap_error_set(err, RMAP_USAGE,
                               "--by criterion wants criteria: --where, once or more often, or "
                               "--criteria FILE");
+    if (given->by >= RMAP_STATS_BY_PATH && rmap_argument(arguments, "until"))
+        return rmap_error_set(
+            err, RMAP_USAGE, "--until with --by path: which classes have most flux, all rays tell");
     if (asked->n > RMAP_STATS_CRITERIA_MAX)
         return rmap_error_set(err, RMAP_USAGE, "statistics tell %d criteria apart at most, not %zu",
                               RMAP_STATS_CRITERIA_MAX, asked->n);
@@ -105,7 +113,6 @@ out:
 /* Not collective: what the options mean for this map. */
 static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_overlay *overlay,
                                 const struct rmap_stats_options *given,
-                                const struct rmap_stats_criteria *criteria,
                                 struct rmap_quantities **quantities_ret,
                                 struct rmap_stats_setup *setup, struct rmap_stats_request *request,
                                 struct rmap_error *err)
@@ -121,9 +128,7 @@ static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_ov
         goto out;
     }
     RMAP_TRY(rmap_stats_group_prepare(given->by, *quantities_ret, err));
-    if (criteria)
-        (*quantities_ret)->columns |= rmap_stats_criteria_columns(criteria);
-    rmap_stats_setup_init(setup, *quantities_ret, given->by, criteria, given->memory_nbytes);
+    rmap_stats_setup_init(setup, *quantities_ret, given->by, given->memory_nbytes);
     *request = (struct rmap_stats_request){
         .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};
     st = rmap_stats_options_axes(given, *quantities_ret, request->axis, err);
@@ -159,6 +164,35 @@ out:
     return st;
 }
 
+/* Collective. What groups there are beside those that the scene has. */
+static enum rmap_status
+tell_apart(const struct rmap_context *context, const struct rmap_stats_options *given,
+           const struct rmap_stats_request *request, const struct rmap_overlay *overlay,
+           const struct rmap_stats_criteria *criteria, struct rmap_stats_paths *paths,
+           struct rmap_quantities *quantities, struct rmap_stats_setup *setup,
+           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (given->by == RMAP_STATS_BY_CRITERION) {
+        quantities->columns |= rmap_stats_criteria_columns(criteria);
+        rmap_stats_setup_criteria(setup, criteria);
+    }
+    if (given->by < RMAP_STATS_BY_PATH)
+        return RMAP_OK;
+    const struct rmap_stats_paths_question question = {
+        .quantities = quantities,
+        .overlay = overlay,
+        .criterion = request->criterion,
+        .which = request->which,
+        .level = (enum rmap_path_level)(given->by - RMAP_STATS_BY_PATH),
+        .top = given->top};
+    RMAP_TRY(rmap_stats_paths_run(context, &question, paths, err));
+    quantities->columns |= rmap_path_keys_columns(paths->keys);
+    rmap_stats_setup_paths(setup, paths);
+out:
+    return st;
+}
+
 /* Of every group that has values: its flux, and the means of its numbers as against themselves or
  * the spread about them. */
 static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats)
@@ -190,6 +224,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_asked asked = {0};
     struct rmap_asked_each each = {0};
     struct rmap_stats_criteria criteria = {0};
+    struct rmap_stats_paths paths = {0};
     struct rmap_which *which = NULL;
     struct rmap_overlay *overlay = NULL;
     struct rmap_quantities *quantities = NULL;
@@ -206,13 +241,11 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     RMAP_TRY(rmap_overlay_load(context, arguments, map, &overlay, err));
     st = rmap_asked_each_compile(context, &asked, rmap_scene_with(map, overlay), &each, err);
     const struct rmap_criterion *criterion = each.n > 0 ? each.any : NULL;
-    const bool is_apart = given.by == RMAP_STATS_BY_CRITERION;
     criteria.of = (const struct rmap_criterion *const *)each.of;
     criteria.n = each.n;
     criteria.flux_per_weight = rmap_map_flux_per_weight(map);
     if (st == RMAP_OK)
-        st = prepare(map, overlay, &given, is_apart ? &criteria : NULL, &quantities, &setup,
-                     &request, err);
+        st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
     if (st == RMAP_OK)
         st = choose(context, arguments, &asked, quantities, criterion, &criteria, &which, err);
     if (st == RMAP_OK)
@@ -220,6 +253,8 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
     request.which = which;
+    RMAP_TRY(
+        tell_apart(context, &given, &request, overlay, &criteria, &paths, quantities, &setup, err));
     setup.all_rays = !criterion;
     int is_exact = 0;
     do {
@@ -247,6 +282,7 @@ out:
     rmap_until_fini(&until);
     rmap_stats_answer_fini(&answer);
     rmap_stats_axes_fini(request.axis);
+    rmap_stats_paths_fini(&paths);
     rmap_which_destroy(which);
     rmap_quantities_destroy(quantities);
     rmap_asked_each_fini(&each);

@@ -109,7 +109,7 @@ static enum rmap_status stats(struct task *task, struct rmap_bench_cost *cost,
     struct rmap_stats_setup setup;
     struct rmap_stats_answer answer = {0};
     RMAP_TRY(rmap_quantities_create(task->map, &of, 1, NULL, &quantities, err));
-    rmap_stats_setup_init(&setup, quantities, RMAP_STATS_TOGETHER, NULL, (size_t)1 << 30);
+    rmap_stats_setup_init(&setup, quantities, RMAP_STATS_TOGETHER, (size_t)1 << 30);
     const struct rmap_stats_request request = {.setup = &setup,
                                                .criterion = task->criterion,
                                                .p = share,

@@ -395,6 +395,7 @@ def check_groups(m, path):
                 group["name"])
     check_histories(m, path)
     check_criteria(path)
+    check_paths(path)
 
 
 def labels_of(m, row, before):
@@ -492,9 +493,37 @@ def check_criteria(path):
         check(all(text.replace("<", "&lt;") in drawn.read() for text in asked[:1]) and "\nhit(low)," in listed.read(), "a line for each")
     for words, text in ((("--by", "criterion"), "anyway"), (("--by", "source", "--limit", "2"), "is of counts"), (("--by", "sorce"), "did you mean 'source'")):
         check(text in run("query", path, "all", *words, status=2).stderr, text)
+    check("raymap paths" in run("query", path, "all", "--by", "path", status=2).stderr, "paths counts them")
     for words, text in ((("--by", "criterion"), "--criteria FILE"), (("--by", "source", "-w", "all", "-w", "all"), "join several"),
                         (("--zemax", "H1", "-w", "all"), "not both"), (65 * ("-w", "all"), "64 criteria"),
                         (("--of", "segments", "-w", "all", "-w", "all", "-o", "no.png"), "one criterion")):
+        check(text in run("stats", path, "--of", "path_length", *words, status=2).stderr, text)
+
+
+def check_paths(path):
+    """Groups by path are the classes that `paths` ranks, with the values that their criteria pick, and the others."""
+    where = ("-w", "segments > 1 and not hit(high) >= 3")
+    for by, level in (("path", "surface"), ("path:object", "object"), ("path:group", "group")):
+        for of, until in (("path_length", ()), ("angle(sensor)", ("--detector", "sensor"))):
+            ranked = json.loads(run("paths", path, *where, "--by", level, *until, "--top", "4", "--no-peaks", "--json").stdout)
+            got = stats(path, "--of", of, *where, "--by", by, "--top", "4")
+            named = [f"{c['source']}: {c['sequence']}" for c in ranked["classes"]]
+            check(got["by"] == by and [g["name"] for g in got["groups"]] == named + ["(others)"], f"{of} by {by}: {[g['name'] for g in got['groups']]}")
+            for group, row in zip(got["groups"], ranked["classes"]):
+                alone = stats(path, "--of", of, "-w", row["criterion"], "--which" if until else "--bins",
+                              re.search(r"registered\(sensor where (path\(.*\))\)$", row["criterion"])[1] if until else "5")
+                check(group["values"] == alone["values"] > 0 and group["values_of_rays"] == row["rays"], f"{of} of {group['name']}: {group['values']}")
+                near(group["flux"]["value"], row["flux"], f"flux of {group['name']}")
+                near(group["mean"]["value"], alone["mean"]["value"], f"mean of {group['name']}", 1e-8)
+                check(group["quantiles"] == alone["quantiles"], f"quantiles of {group['name']}")
+            every = stats(path, "--of", of, *where)
+            check(sum(g["values"] for g in got["groups"]) == every["values"], "nothing is lost")
+            near(sum(g["flux"]["value"] for g in got["groups"]), every["flux"]["value"], "flux of all")
+    run("stats", path, "--of", "path_length", "--by", "path", "-o", "paths.svg", "--force")
+    with open("paths.svg", encoding="utf8") as file:
+        check(re.search(r">[1-9]  lamp: ", file.read()), "ranks in the legend")
+    for words, text in ((("--by", "source", "--top", "3"), "--by path"), (("--by", "path", "--top", "101"), "between 1 and 100"),
+                        (("--by", "path", "--until", "5%"), "all rays tell"), (("--by", "pathobject",), "did you mean 'path:object'")):
         check(text in run("stats", path, "--of", "path_length", *words, status=2).stderr, text)
 
 

@@ -22,7 +22,9 @@ for np in 1 2 3 4; do
     cp stdout.txt apart$np.json
     expect 0 'by object' mpirun -np $np "$RAYMAP" query m.raymap 'segments > 2' --by object --quiet --threads $((5 - np))
     cp stdout.txt groups$np.json
-    for kind in path spot lean apart groups; do
+    expect 0 '(others)' "${run[@]}" --of 'angle(sensor)' --by path --top 3
+    cp stdout.txt classes$np.json
+    for kind in path spot lean apart groups classes; do
         cmp ${kind}1.json $kind$np.json || { echo "FAILED: $kind: $np ranks differ"; failures=1; }
     done
     expect 3 "did you mean 'wavelength'" mpirun -np $np "$RAYMAP" stats m.raymap --of wavelengh
