@@ -14,6 +14,7 @@
 
 #include "analysis/detector/detector_sums.h"
 #include "analysis/detector/uniformity.h"
+#include "io/map/map_cut.h"
 
 struct rmap_detector_share {
     double registrations, flux, flux_error;
@@ -22,7 +23,8 @@ struct rmap_detector_share {
 struct rmap_detector_image {
     const struct rmap_scene *scene; /* borrowed */
     const struct rmap_detector *detector;
-    const struct rmap_which *which; /* registrations that were counted, borrowed; NULL: all */
+    const struct rmap_which *which;   /* registrations that were counted, borrowed; NULL: all */
+    const struct rmap_map_part *part; /* what of the map was asked, borrowed; NULL: all of it */
     struct rmap_detector_bins bins;
     bool world; /* places are told in the world; of planes alone */
     uint32_t n[2];

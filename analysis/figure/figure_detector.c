@@ -306,6 +306,10 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     else if (picture->logarithmic && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
     size_t len = strlen(line);
+    char part[RMAP_MAP_PART_LEN];
+    rmap_map_part_text(image->part, part);
+    if (part[0])
+        len += (size_t)snprintf(line + len, sizeof line - len, "; %s", part);
     if (picture->top < image->peak && !picture->options->true_colour && picture->n_panel == 0)
         (void)snprintf(line + len, sizeof line - len, "; cells of few rays go beyond the scale");
     len = strlen(line);

@@ -353,6 +353,10 @@ static void draw_captions(const struct plot *plot)
         (void)snprintf(title + n, sizeof title - (size_t)n, " at %s", plot->labels->detector);
     rmap_which_caption(plot->labels->which, plot->labels->criterion, asked, sizeof asked);
     describe(plot, line, sizeof line);
+    char part[RMAP_MAP_PART_LEN];
+    rmap_map_part_text(plot->labels->part, part);
+    if (part[0] && line[0])
+        (void)snprintf(line + strlen(line), sizeof line - strlen(line), "; %s", part);
     rmap_captions(plot->svg, 16, (const char *const[]){title, asked, line}, 3);
 }
 

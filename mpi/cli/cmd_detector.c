@@ -21,6 +21,7 @@
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"
 #include "mpi/command/overlay_load.h"
+#include "mpi/command/until.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"
 #include "mpi/scan/image_scan.h"
@@ -28,6 +29,7 @@
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
     RMAP_ASKED_WHICH_OPTION,
+    RMAP_UNTIL_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"cells", 0, "NXxNY",
@@ -73,6 +75,7 @@ struct request {
     struct rmap_detector_bins_asked bins;
     bool tally, channels, force, by_source, world, auto_cells;
     bool spot, mtf;
+    struct rmap_until until;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
     struct rmap_figure_detector figure;
@@ -169,6 +172,10 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE, "--frame '%.40s': say detector or world", frame);
     enum rmap_status st = read_bins(given, request, err);
     if (st == RMAP_OK)
+        st = rmap_until_read(given, &request->until, err);
+    if (st == RMAP_OK && request->tally && request->until.part.relative > 0.0)
+        st = rmap_error_set(err, RMAP_USAGE, "--tally is of all rays: leave --until out");
+    if (st == RMAP_OK)
         st = read_spot(given, request, err);
     if (st == RMAP_OK && by && strcmp(by, "source") != 0)
         st = rmap_error_set(err, RMAP_USAGE, "--by '%.40s': say source", by);
@@ -224,9 +231,14 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         json_t *document = rmap_detector_image_json(image, request->where);
         if (document && answer->spot)
             rmap_spot_json(answer->spot, document);
+        rmap_json_add_part(document, image->part);
         return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
+    char part[RMAP_MAP_PART_LEN];
     rmap_detector_image_print(image, request->where, stdout);
+    rmap_map_part_text(image->part, part);
+    if (part[0])
+        printf("%-14s %s\n", "until", part);
     tell_sparse(context, request, answer);
     if (request->by_source)
         RMAP_TRY(rmap_detector_image_print_sources(image, stdout, err));
@@ -484,6 +496,57 @@ out:
     return st;
 }
 
+/* Collective. In the cells asked for, or in fewer. */
+static enum rmap_status sum_cells(const struct rmap_context *context, const struct request *request,
+                                  const struct rmap_map *map, struct rmap_detector_ask *ask,
+                                  const struct rmap_choice *choice, struct rmap_detector_sums *sums,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool are_fewer = false;
+    RMAP_TRY(sum_up(context, request, map, ask, choice, sums, err));
+    if (request->auto_cells)
+        RMAP_TRY(take_fewer(context, sums, ask, &are_fewer, err));
+    if (are_fewer) {
+        rmap_detector_sums_fini(sums);
+        RMAP_TRY(sum_up(context, request, map, ask, choice, sums, err));
+    }
+out:
+    return st;
+}
+
+/* Collective. Of so much of the map that the flux is known well enough; the image is rank 0's. */
+static enum rmap_status find_image(const struct rmap_context *context, struct request *request,
+                                   const struct rmap_map *map, struct rmap_detector_ask *ask,
+                                   const struct rmap_choice *choice, struct answer *answer,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_detector_ask asked = *ask;
+    struct rmap_detector_sums sums = {0};
+    int is_exact = 0;
+    do {
+        rmap_detector_sums_fini(&sums);
+        rmap_detector_image_destroy(answer->image);
+        answer->image = NULL;
+        *ask = asked;
+        RMAP_TRY(sum_cells(context, request, map, ask, choice, &sums, err));
+        if (context->rank == 0)
+            st = rmap_detector_image_create(map, &sums, &answer->image, err);
+        RMAP_TRY(rmap_agree(context, st, err));
+        is_exact = context->rank == 0 && rmap_until_suffices(&request->until, answer->image->flux,
+                                                             answer->image->flux_error);
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_exact, 1, MPI_INT, 0, context->comm)));
+    } while (rmap_until_goes_on(&request->until, is_exact));
+    answer->crowd = rmap_detector_sums_crowd(&sums);
+    if (context->rank == 0)
+        st = rmap_detector_image_find_uniformity(answer->image, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_detector_sums_fini(&sums);
+    return st;
+}
+
 static enum rmap_status run_detector(const struct rmap_context *context,
                                      const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -492,7 +555,6 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     struct rmap_overlay *overlay = NULL;
     struct selected selected = {.criterion = NULL};
     struct rmap_detector_ask ask;
-    struct rmap_detector_sums sums = {0};
     struct answer answer = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -503,24 +565,13 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     if (st == RMAP_OK)
         st = select(context, given, &request, &ask, &selected, err);
     const struct rmap_choice choice = {selected.criterion, selected.which};
+    if (st == RMAP_OK)
+        st = rmap_until_begin(&request.until, map, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(sum_up(context, &request, map, &ask, &choice, &sums, err));
-    if (request.auto_cells) {
-        bool are_fewer;
-        RMAP_TRY(take_fewer(context, &sums, &ask, &are_fewer, err));
-        if (are_fewer) {
-            rmap_detector_sums_fini(&sums);
-            RMAP_TRY(sum_up(context, &request, map, &ask, &choice, &sums, err));
-        }
-    }
-    answer.crowd = rmap_detector_sums_crowd(&sums);
-    if (context->rank == 0)
-        st = rmap_detector_image_create(map, &sums, &answer.image, err);
-    if (st == RMAP_OK && context->rank == 0)
-        st = rmap_detector_image_find_uniformity(answer.image, err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(find_image(context, &request, map, &ask, &choice, &answer, err));
     if (answer.image) {
         answer.image->which = selected.which;
+        answer.image->part = &request.until.part;
         answer.image->world = request.world;
     }
     if (request.spot)
@@ -531,10 +582,10 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_until_fini(&request.until);
     rmap_free(request.output);
     rmap_spot_destroy(answer.spot);
     rmap_detector_image_destroy(answer.image);
-    rmap_detector_sums_fini(&sums);
     rmap_which_destroy(selected.which);
     rmap_criterion_destroy(selected.criterion);
     rmap_asked_fini(&selected.asked);

@@ -53,6 +53,19 @@ run("stats", "lens.raymap", "--of", "path_length", "--until", "2%", "-o", "until
 with open("until.csv", encoding="utf-8") as file:
     check("# until: 2 % reached, by the first 65,536 of 300,000 rays" in file.read(), "in the file")
 
+for words in ((), ("--where", "source(star)", "--cells", "30x20"), ("--where", "bounces > 500"), ("--spot", "--where", "source(star)")):
+    told = json.loads(run("detector", "lens.raymap", "sensor", *words, "--until", "2%", "--json", ranks=2))
+    until = told.pop("until")
+    alone = json.loads(run("detector", parts.get(until["rays"], "lens.raymap"), "sensor", *words, "--json"))
+    for one in (told, alone):
+        for key in ("map", "rays_traced", "rays_asked", "seconds"):
+            one.pop(key, None)
+    check(told == alone and until["reached"] == ("bounces" not in str(words)), f"detector {words}: {until}")
+run("detector", "lens.raymap", "sensor", "--until", "3%", "-o", "until.svg", "--force")
+with open("until.svg", encoding="utf-8") as file:
+    check("3 % reached, by the first" in file.read(), "in the picture")
+check("--tally is of all rays" in run("detector", "lens.raymap", "sensor", "--until", "3%", "--tally", status=2), "--tally")
+
 run("query", "lens.raymap", "registered(sensor)", "-o", "picked.raymap", "--force", "--quiet")
 for words, told in ((("lens.raymap", "all", "--until", "2"), "1% or 0.01"), (("lens.raymap", "all", "--until", "-1%"), "1% or 0.01"),
                     (("lens.raymap", "all", "--until", "x"), "1% or 0.01"), (("lens.raymap", "all", "--until", "1%", "--limit", 3), "--limit"),
