@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
 
 struct rmap_group_counting rmap_group_counting(const struct rmap_scene *scene,
@@ -27,50 +28,64 @@ rmap_column_set rmap_group_count_columns(const struct rmap_group_counting *count
            (counting->by == RMAP_STATS_BY_DETECTOR ? rows : 0);
 }
 
+/* Of a group: rays, segments, then of each source the sum of weights, then of their squares. */
+static size_t group_values(const struct rmap_group_counting *of)
+{
+    return 2 + 2 * of->scene->n_source;
+}
+
+void rmap_group_counts_read(const struct rmap_group_counts *counts, size_t group,
+                            struct rmap_count *count)
+{
+    const size_t n_source = counts->of->scene->n_source;
+    const double *value = counts->value + group * group_values(counts->of);
+    count->rays += (uint64_t)value[0];
+    count->segments += (uint64_t)value[1];
+    for (size_t s = 0; s < n_source; s++) {
+        count->source_weight[s] += value[2 + s];
+        count->source_weight_squared[s] += value[2 + n_source + s];
+    }
+}
+
 static void destroy(void *state)
 {
     struct rmap_group_counts *self = state;
     if (!self)
         return;
-    for (size_t g = 0; self->count && g < self->of->n_group; g++)
-        rmap_count_fini(&self->count[g]);
     rmap_stats_marks_fini(&self->marks);
-    rmap_free(self->count);
+    rmap_free(self->value);
     rmap_free(self->counted);
     rmap_free(self);
 }
 
 static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_group_counting *of = context;
     struct rmap_group_counts *self = rmap_alloc(1, sizeof *self);
-    if (!self)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a count");
-    self->of = of;
-    self->count = rmap_alloc(of->n_group + 1, sizeof *self->count);
-    self->counted = rmap_alloc(of->n_group + 1, sizeof *self->counted);
-    if (!self->count || !self->counted)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu groups", of->n_group));
-    for (size_t g = 0; g < of->n_group; g++)
-        RMAP_TRY(rmap_count_init(&self->count[g], of->scene->n_source, err));
-    *state_ret = self;
-    self = NULL;
-out:
+    if (self) {
+        self->of = of;
+        self->n_value = of->n_group * group_values(of);
+        self->value = rmap_alloc(self->n_value + 1, sizeof *self->value);
+        self->counted = rmap_alloc(of->n_group + 1, sizeof *self->counted);
+    }
+    if (self && self->value && self->counted) {
+        *state_ret = self;
+        return RMAP_OK;
+    }
     destroy(self);
-    return st;
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu groups", of->n_group);
 }
 
 static void count_ray(struct rmap_group_counts *self, size_t group, const struct rmap_portion *rays,
                       size_t i)
 {
-    struct rmap_count *count = &self->count[group];
+    double *value = self->value + group * group_values(self->of);
     const double weight = rays->ray.weight[i];
-    const int32_t source = rays->ray.source[i];
-    count->rays++;
-    count->segments += rays->ray.segment_count[i];
-    count->source_weight[source] += weight;
-    count->source_weight_squared[source] += weight * weight;
+    const size_t source = (size_t)rays->ray.source[i];
+    value[0] += 1.0;
+    value[1] += rays->ray.segment_count[i];
+    value[2 + source] += weight;
+    value[2 + self->of->scene->n_source + source] += weight * weight;
 }
 
 /* Once in the group of each detector that registered it in rows [first, end). */
@@ -119,57 +134,28 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     struct rmap_group_counts *self = into;
     const struct rmap_group_counts *other = from;
     (void)err;
-    for (size_t g = 0; g < self->of->n_group; g++)
-        rmap_count_add(&self->count[g], &other->count[g], self->of->scene->n_source);
+    for (size_t i = 0; i < self->n_value; i++)
+        self->value[i] += other->value[i];
     return RMAP_OK;
-}
-
-/* Of each group: rays and segments, weights of the sources, and their squares. */
-static size_t group_nbytes(const struct rmap_group_counting *of)
-{
-    return 2 * sizeof(uint64_t) + 2 * of->scene->n_source * sizeof(double);
 }
 
 static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err)
 {
     const struct rmap_group_counts *self = state;
-    const size_t n = self->of->scene->n_source * sizeof(double);
-    *nbytes_ret = self->of->n_group * group_nbytes(self->of);
-    uint8_t *at = *bytes_ret = rmap_alloc(*nbytes_ret + 1, 1);
-    if (!at)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a count");
-    for (size_t g = 0; g < self->of->n_group; g++, at += group_nbytes(self->of)) {
-        const struct rmap_count *count = &self->count[g];
-        const uint64_t whole[2] = {count->rays, count->segments};
-        memcpy(at, whole, sizeof whole);
-        memcpy(at + sizeof whole, count->source_weight, n);
-        memcpy(at + sizeof whole + n, count->source_weight_squared, n);
-    }
-    return RMAP_OK;
+    const struct rmap_fold_block block = {self->value, self->n_value * sizeof *self->value};
+    return rmap_fold_pack(&block, 1, bytes_ret, nbytes_ret, err);
 }
 
 static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
                                void **state_ret, struct rmap_error *err)
 {
-    const struct rmap_group_counting *of = context;
-    const size_t n = of->scene->n_source * sizeof(double);
-    if (nbytes != of->n_group * group_nbytes(of))
-        return rmap_error_set(err, RMAP_INTERNAL, "counts of another length");
     enum rmap_status st = create(context, state_ret, err);
     if (st != RMAP_OK)
         return st;
-    struct rmap_group_counts *self = *state_ret;
-    for (size_t g = 0; g < of->n_group; g++, bytes += group_nbytes(of)) {
-        struct rmap_count *count = &self->count[g];
-        uint64_t whole[2];
-        memcpy(whole, bytes, sizeof whole);
-        count->rays = whole[0];
-        count->segments = whole[1];
-        memcpy(count->source_weight, bytes + sizeof whole, n);
-        memcpy(count->source_weight_squared, bytes + sizeof whole + n, n);
-    }
-    return RMAP_OK;
+    const struct rmap_group_counts *self = *state_ret;
+    const struct rmap_fold_block block = {self->value, self->n_value * sizeof *self->value};
+    return rmap_fold_unpack(&block, 1, bytes, nbytes, err);
 }
 
 const struct rmap_fold_kind rmap_group_count_kind = {.create = create,

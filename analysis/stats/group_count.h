@@ -28,9 +28,14 @@ extern const struct rmap_fold_kind rmap_group_count_kind;
 
 struct rmap_group_counts {
     const struct rmap_group_counting *of;
-    struct rmap_count *count; /* [n_group] rays, segments and weights alone */
+    size_t n_value;
+    double *value; /* of all groups; rmap_group_counts_read */
     struct rmap_stats_marks marks;
     size_t *counted; /* [n_group] 1 + the row of the ray that was counted there last */
 };
+
+/* Adds rays, segments and weights of a group to a count. */
+void rmap_group_counts_read(const struct rmap_group_counts *counts, size_t group,
+                            struct rmap_count *count);
 
 #endif

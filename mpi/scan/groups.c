@@ -24,15 +24,18 @@ static enum rmap_status list(const struct rmap_map *map, const struct rmap_group
     if (!groups->group)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu groups", of->n_group);
     for (size_t g = 0; g < of->n_group; g++) {
-        const struct rmap_count *count = &counts->count[g];
         struct rmap_ray_group *own = &groups->group[groups->n];
-        if (count->rays == 0)
-            continue;
+        struct rmap_count count;
+        const enum rmap_status st = rmap_count_init(&count, of->scene->n_source, err);
+        if (st != RMAP_OK)
+            return st;
+        rmap_group_counts_read(counts, g, &count);
         *own = (struct rmap_ray_group){.name = rmap_stats_group_name(of->by, of->scene, g),
-                                       .rays = count->rays,
-                                       .segments = count->segments};
-        rmap_count_flux(count, map, &own->flux, &own->standard_error);
-        groups->n++;
+                                       .rays = count.rays,
+                                       .segments = count.segments};
+        rmap_count_flux(&count, map, &own->flux, &own->standard_error);
+        groups->n += count.rays > 0;
+        rmap_count_fini(&count);
     }
     return RMAP_OK;
 }

@@ -25,8 +25,7 @@ enum rmap_status rmap_overlay_count_run(const struct rmap_context *context,
                                    .overlay = question->overlay};
     enum rmap_status st = rmap_fold_run(context, &fold, &state, err);
     if (state)
-        rmap_count_add(count, ((struct rmap_group_counts *)state)->count,
-                       rmap_map_scene(question->map)->n_source);
+        rmap_group_counts_read(state, 0, count);
     fold.kind->destroy(state);
     count->portions_read = rmap_overlay_n_read(question->overlay, question->criterion);
     count->nbytes_read = UINT64_MAX;
