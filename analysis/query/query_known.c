@@ -22,8 +22,7 @@ enum { DECISION_NBYTES_MAX = 16 << 20 };
 struct decision {
     size_t n_path;
     uint8_t *outcome; /* [n_criterion][1 + n_path], NULL: not yet evaluated; first NO: of no path */
-    bool *is_idle;    /* [n_criterion] it decides no path */
-    bool *is_open;    /* [n_criterion] it leaves some path open */
+    size_t *n_open;   /* [n_criterion] paths that it leaves open */
     uint32_t *rays;   /* [n_criterion][1 + n_path] that have this path, not summed up yet */
     uint32_t *segments; /* [n_path] */
     int32_t *source;    /* [n_path] */
@@ -123,8 +122,7 @@ static void sum_up(struct rmap_query_known *self, struct decision *decision)
 static void forget(struct decision *decision)
 {
     rmap_free(decision->outcome);
-    rmap_free(decision->is_idle);
-    rmap_free(decision->is_open);
+    rmap_free(decision->n_open);
     rmap_free(decision->rays);
     rmap_free(decision->segments);
     rmap_free(decision->source);
@@ -192,21 +190,18 @@ static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct dec
     const size_t n = paths->n_row[RMAP_TABLE_RAY];
     decision->n_path = n;
     decision->outcome = rmap_alloc(self->n_criterion, n + 1);
-    decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
-    decision->is_open = rmap_alloc(self->n_criterion, sizeof *decision->is_open);
+    decision->n_open = rmap_alloc(self->n_criterion, sizeof *decision->n_open);
     decision->rays = rmap_alloc(self->n_criterion * (n + 1), sizeof *decision->rays);
     decision->segments = rmap_alloc_unset(n + 1, sizeof *decision->segments);
     decision->source = rmap_alloc_unset(n + 1, sizeof *decision->source);
-    if (!decision->outcome || !decision->is_idle || !decision->is_open || !decision->rays ||
-        !decision->segments || !decision->source)
+    if (!decision->outcome || !decision->n_open || !decision->rays || !decision->segments ||
+        !decision->source)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
     for (size_t c = 0; c < self->n_criterion; c++) {
         uint8_t *outcome = decision->outcome + c * (n + 1);
         outcome[0] = RMAP_OUTCOME_NO;
         RMAP_TRY(evaluate_rays(self, c, paths, outcome + 1, err));
-        const size_t n_open = count_open(outcome + 1, n);
-        decision->is_idle[c] = n_open == n;
-        decision->is_open[c] = n_open > 0;
+        decision->n_open[c] = count_open(outcome + 1, n);
     }
     memcpy(decision->segments, paths->ray.segment_count, n * sizeof *decision->segments);
     memcpy(decision->source, paths->ray.source, n * sizeof *decision->source);
@@ -233,6 +228,12 @@ static enum rmap_status decide(struct rmap_query_known *self, struct rmap_error 
     return st;
 }
 
+/* Whether the criterion decides no path. */
+static bool is_idle(const struct decision *decision, size_t c)
+{
+    return decision->n_open[c] == decision->n_path;
+}
+
 /* Looks at the portion in hand: *is_told_ret whether its paths tell of criterion c. */
 static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_told_ret,
                              struct rmap_error *err)
@@ -240,7 +241,7 @@ static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_t
     enum rmap_status st = RMAP_OK;
     const struct decision *decision = &self->decision[self->piece];
     *is_told_ret = false;
-    if (decision->outcome && decision->is_idle[c])
+    if (decision->outcome && is_idle(decision, c))
         goto out;
     if (!self->is_told)
         RMAP_TRY(rmap_cursor_path_summary(self->cursor, &self->summary, err));
@@ -248,7 +249,7 @@ static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_t
     if (!self->summary.paths)
         goto out;
     RMAP_TRY(decide(self, err));
-    *is_told_ret = !decision->is_idle[c];
+    *is_told_ret = !is_idle(decision, c);
 out:
     return st;
 }
@@ -380,7 +381,7 @@ enum rmap_status rmap_query_known_add(struct rmap_query_known *self, size_t c, b
     bool is_told;
     *is_counted_ret = false;
     RMAP_TRY(look(self, c, &is_told, err));
-    if (!is_told || decision->is_open[c])
+    if (!is_told || decision->n_open[c] > 0)
         goto out;
     if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));

@@ -7,30 +7,33 @@
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 
+static void set_groups(struct rmap_stats_setup *setup, size_t n_group)
+{
+    setup->n_group = n_group;
+    setup->n_class = n_group * setup->n_source;
+}
+
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes)
 {
     *setup = (struct rmap_stats_setup){.quantities = quantities,
                                        .by = by,
-                                       .n_group = rmap_stats_group_count(by, quantities->scene),
                                        .n_source = quantities->scene->n_source,
                                        .budget_nbytes = budget_nbytes};
-    setup->n_class = setup->n_group * setup->n_source;
+    set_groups(setup, rmap_stats_group_count(by, quantities->scene));
 }
 
 void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
                                const struct rmap_stats_criteria *criteria)
 {
     setup->criteria = criteria;
-    setup->n_group = criteria->n;
-    setup->n_class = setup->n_group * setup->n_source;
+    set_groups(setup, criteria->n);
 }
 
 void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_stats_paths *paths)
 {
     setup->paths = paths;
-    setup->n_group = paths->n + 1;
-    setup->n_class = setup->n_group * setup->n_source;
+    set_groups(setup, paths->n + 1);
 }
 
 const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t group)
@@ -75,14 +78,20 @@ static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, s
         }
 }
 
-/* The readings [first, end) of one ray: their classes, and where clusters begin. */
+/* Whether groups are of registrations, not of rays. */
+static bool are_of_registrations(const struct rmap_stats_setup *setup)
+{
+    return setup->paths ? rmap_stats_paths_of_registrations(setup->paths)
+                        : rmap_stats_group_of_registration(setup->by, setup->quantities);
+}
+
+/* The readings [first, end) of one ray: their classes, and where clusters begin. its: groups are
+ * of registrations. */
 static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                    const struct rmap_portion *portion, size_t first, size_t end)
+                    bool its, const struct rmap_portion *portion, size_t first, size_t end)
 {
     const struct rmap_readings *readings = &reader->readings;
     const size_t source = (size_t)portion->ray.source[readings->ray[first]];
-    const bool its = setup->paths ? rmap_stats_paths_of_registrations(setup->paths)
-                                  : rmap_stats_group_of_registration(setup->by, setup->quantities);
     const uint32_t *group = setup->by == RMAP_STATS_TOGETHER ? NULL : reader->marks.group;
     for (size_t k = first; k < end; k++) {
         const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
@@ -176,6 +185,7 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_readings *readings = &reader->readings;
+    const bool its = are_of_registrations(setup);
     bool are_one = false;
     RMAP_TRY(rmap_fold_weights(rays, &are_one, err));
     RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
@@ -189,14 +199,14 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, readings->n + 1, err));
     RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, readings->n + 1, err));
     if (setup->paths)
-        RMAP_TRY(rmap_stats_paths_mark(setup->paths, rays->portion, &reader->marks, err));
+        RMAP_TRY(rmap_stats_paths_mark(setup->paths, rays, &reader->marks, err));
     else if (setup->by != RMAP_STATS_TOGETHER)
         RMAP_TRY(rmap_stats_group_mark(setup->by, setup->quantities, rays->portion, &reader->marks,
                                        err));
     are_one = weigh(reader, are_one ? NULL : rays->portion->ray.weight);
     for (size_t first = 0, end = 0; first < readings->n; first = end) {
         end = ray_end(readings, first);
-        tag_ray(reader, setup, rays->portion, first, end);
+        tag_ray(reader, setup, its, rays->portion, first, end);
     }
     *block = (struct rmap_stats_block){.n = readings->n,
                                        .value = {readings->value[0], readings->value[1]},

@@ -40,10 +40,12 @@ static uint32_t group_of(const struct rmap_stats_paths *paths, const struct rmap
 }
 
 enum rmap_status rmap_stats_paths_mark(const struct rmap_stats_paths *paths,
-                                       const struct rmap_portion *portion,
+                                       const struct rmap_matched *rays,
                                        struct rmap_stats_marks *marks, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counted = rmap_registrations_counted(rays);
     const struct rmap_path_view *view = rmap_path_keys_view(paths->keys);
     const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     struct rmap_path_place_of_ray place = {0};
@@ -54,13 +56,13 @@ enum rmap_status rmap_stats_paths_mark(const struct rmap_stats_paths *paths,
         const size_t n_segment = portion->ray.segment_count[place.ray];
         const size_t n_hit = portion->ray.registration_count[place.ray];
         RMAP_TRY(RMAP_RESERVE(marks->other, marks->other_cap, n_segment + n_hit + 1, err));
-        if (!view->until_detector)
+        const bool matches = !rays->match || rays->match[place.ray];
+        if (matches && !view->until_detector)
             marks->group[place.ray] = group_of(paths, portion, &place, marks->other);
-        for (size_t i = place.registration; view->until_detector && i < place.registration + n_hit;
-             i++) {
-            const bool is_there = portion->registration.detector[i] == view->detector &&
-                                  portion->registration.registered[i];
+        for (size_t i = place.registration;
+             matches && view->until_detector && i < place.registration + n_hit; i++) {
             place.until = i + 1;
+            const bool is_there = counted[i] && portion->registration.detector[i] == view->detector;
             marks->group[i] =
                 is_there ? group_of(paths, portion, &place, marks->other) : (uint32_t)paths->n;
         }

@@ -6,6 +6,7 @@
 #define RMAP_STATS_PATHS_H
 
 #include "analysis/paths/path_key.h"
+#include "analysis/query/fold.h"
 #include "analysis/stats/stats_groups.h"
 
 struct rmap_stats_paths {
@@ -21,9 +22,10 @@ const char *rmap_stats_path_name(const struct rmap_stats_paths *paths, size_t gr
 /* Whether groups are of registrations: of their paths until then. */
 bool rmap_stats_paths_of_registrations(const struct rmap_stats_paths *paths);
 
-/* marks->group: of every row of the portion, which has the columns of the keys. */
+/* marks->group: of the rays that match, or of their registrations that count. The portion has the
+ * columns of the keys. */
 enum rmap_status rmap_stats_paths_mark(const struct rmap_stats_paths *paths,
-                                       const struct rmap_portion *portion,
+                                       const struct rmap_matched *rays,
                                        struct rmap_stats_marks *marks,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
