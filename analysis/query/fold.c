@@ -273,7 +273,7 @@ enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
     if (!rays->scanner || rays->scanner->view || rays->chosen)
         return RMAP_OK;
     RMAP_TRY(cursor_of(rays, &cursor, err));
-    st = rmap_cursor_path_summary(cursor, paths, err);
+    st = rmap_cursor_path_summary(cursor, false, paths, err);
 out:
     return st;
 }

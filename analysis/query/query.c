@@ -12,6 +12,7 @@
 #include "analysis/table/flux_error.h"
 #include "base/alloc.h"
 #include "base/count.h"
+#include "compact/streams.h"
 #include "io/map/map_cursor.h"
 #include "trace/tally.h"
 
@@ -31,6 +32,7 @@ struct rmap_query_scanner {
     struct place *place; /* of the range in hand, in the order of reading */
     size_t place_cap;
     struct rmap_query_outcomes *outcomes;
+    const uint8_t *counted; /* [n_criterion][n_piece] or NULL */
     struct rmap_collector collector;
     uint8_t *match; /* [n_ray] of those collected */
     size_t match_cap;
@@ -49,15 +51,37 @@ out:
     return st;
 }
 
+static bool is_counted(const struct rmap_query_scanner *self, size_t c, size_t piece)
+{
+    return self->counted && self->counted[c * rmap_map_n_piece(self->map) + piece];
+}
+
+/* Of criteria that the portion may answer: none of its rays is left to be looked at. */
+static bool is_done(const struct rmap_query_scanner *self, const struct rmap_portion_info *info)
+{
+    bool done = info->stored_rows[RMAP_COMPACT_OWN] == 0;
+    for (size_t c = 0; c < self->n_criterion; c++)
+        done &= !self->wanted[c] || is_counted(self, c, (size_t)info->piece);
+    return done;
+}
+
 static enum rmap_status scan_portion(struct rmap_query_scanner *self, size_t index,
                                      struct rmap_count *count, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, index);
+    for (size_t c = 0; c < self->n_criterion; c++)
+        count[c].portions_read += self->wanted[c];
+    if (is_done(self, info))
+        return RMAP_OK;
     RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, index, self->wanted, err));
     for (size_t c = 0; c < self->n_criterion; c++) {
         if (!self->wanted[c])
             continue;
-        count[c].portions_read++;
+        if (is_counted(self, c, (size_t)info->piece)) {
+            RMAP_TRY(rmap_query_outcomes_add_own(self->outcomes, c, err));
+            continue;
+        }
         RMAP_TRY(rmap_query_outcomes_add(self->outcomes, c, &count[c], err));
         if (c == 0 && self->collector.rays)
             RMAP_TRY(collect(self, index, err));
@@ -149,6 +173,11 @@ static enum rmap_status arrange(struct rmap_query_scanner *self, size_t first, s
     if (!self->collector.rays)
         qsort(self->place, last - first, sizeof *self->place, compare_places);
     return RMAP_OK;
+}
+
+void rmap_query_scanner_set_counted(struct rmap_query_scanner *self, const uint8_t *counted)
+{
+    self->counted = counted;
 }
 
 enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *self, size_t first, size_t last,

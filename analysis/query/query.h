@@ -40,6 +40,10 @@ enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
                                            struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_scanner_destroy(struct rmap_query_scanner *scanner);
 
+/* Rays of compact pieces that were counted before, but for those with paths of their own:
+ * [n_criterion][n_piece] of rmap_query_pieces_count, borrowed. Nothing can be collected then. */
+void rmap_query_scanner_set_counted(struct rmap_query_scanner *scanner, const uint8_t *counted);
+
 /* Scans portions [first, last). count: [n_criterion], added to. collect: NULL, or where the rays
  * that match criterion 0 are appended (all columns), at most `limit` of them (UINT64_MAX: all); the
  * scan of criterion 0 then stops once it has them, and its count is that of the portions read until

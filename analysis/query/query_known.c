@@ -39,10 +39,10 @@ struct rmap_query_known {
 
     struct rmap_cursor *cursor; /* has the portion in hand */
     size_t piece, n_ray;
-    bool is_told; /* what follows is of this portion */
-    struct rmap_path_summary summary;
-    const struct rmap_portion *own; /* NULL: not asked for yet */
-    uint8_t *own_outcome;           /* [n_own] */
+    bool is_told;                     /* what follows is of this portion; */
+    struct rmap_path_summary summary; /* its `path` is NULL where own paths alone were asked for */
+    const struct rmap_portion *own;   /* NULL: not asked for yet */
+    uint8_t *own_outcome;             /* [n_own] */
     size_t own_cap;
     struct rmap_class_tests *tests;          /* of the steps of own paths */
     const struct rmap_step_classes *classes; /* that they have in hand, */
@@ -234,6 +234,17 @@ static bool is_idle(const struct decision *decision, size_t c)
     return decision->n_open[c] == decision->n_path;
 }
 
+static enum rmap_status sum_up_paths(struct rmap_query_known *self, bool own_alone,
+                                     struct rmap_error *err)
+{
+    if (self->is_told && (own_alone || self->summary.path || !self->summary.paths))
+        return RMAP_OK;
+    if (self->is_told)
+        self->own = NULL; /* without ids */
+    self->is_told = true;
+    return rmap_cursor_path_summary(self->cursor, own_alone, &self->summary, err);
+}
+
 /* Looks at the portion in hand: *is_told_ret whether its paths tell of criterion c. */
 static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_told_ret,
                              struct rmap_error *err)
@@ -243,9 +254,7 @@ static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_t
     *is_told_ret = false;
     if (decision->outcome && is_idle(decision, c))
         goto out;
-    if (!self->is_told)
-        RMAP_TRY(rmap_cursor_path_summary(self->cursor, &self->summary, err));
-    self->is_told = true;
+    RMAP_TRY(sum_up_paths(self, false, err));
     if (!self->summary.paths)
         goto out;
     RMAP_TRY(decide(self, err));
@@ -394,6 +403,26 @@ enum rmap_status rmap_query_known_add(struct rmap_query_known *self, size_t c, b
     for (size_t i = 0; i < self->n_ray; i++)
         rays[self->summary.path[i]]++;
     *is_counted_ret = true;
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_known_add_own(struct rmap_query_known *self, size_t c,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(sum_up_paths(self, true, err));
+    if (!self->summary.paths)
+        RMAP_TRY(rmap_error_set(err, RMAP_FORMAT,
+                                "%s counts rays by paths, which do not tell all of them",
+                                rmap_map_piece(self->map, self->piece)->name));
+    if (self->summary.n_own == 0)
+        goto out;
+    RMAP_TRY(enter_own(self, err));
+    RMAP_TRY(evaluate_own(self, c, err));
+    if (memchr(self->own_outcome, RMAP_OUTCOME_OPEN, self->summary.n_own))
+        RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "a discrete criterion leaves a path open"));
+    count_own(self, &self->sum[c]);
 out:
     return st;
 }

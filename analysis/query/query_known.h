@@ -34,6 +34,11 @@ enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *known, size_
  * *is_counted_ret: false where paths leave a ray open, or tell nothing: nothing was counted. */
 enum rmap_status rmap_query_known_add(struct rmap_query_known *known, size_t c,
                                       bool *is_counted_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same of the rays with paths of their own alone, where their criterion is discrete and all
+ * other rays of the piece were counted (analysis/query/query_pieces.h). */
+enum rmap_status rmap_query_known_add_own(struct rmap_query_known *known, size_t c,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_known_settle(struct rmap_query_known *known, struct rmap_count *count);
 
 /* Adds the rays with outcome YES of a portion that was evaluated so, whatever decided those that

@@ -442,6 +442,17 @@ enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *self, size_
                                             : add_rows(self, c, count, err);
 }
 
+enum rmap_status rmap_query_outcomes_add_own(struct rmap_query_outcomes *self, size_t c,
+                                             struct rmap_error *err)
+{
+    enum rmap_status st = query_outcomes_enter_columns(self, err);
+    if (st != RMAP_OK)
+        return st;
+    if (self->view)
+        rmap_query_known_enter(self->known_paths, self->cursor, self->index);
+    return rmap_query_known_add_own(self->known_paths, c, err);
+}
+
 void rmap_query_outcomes_settle(struct rmap_query_outcomes *self, struct rmap_count *count)
 {
     if (self->known_paths)

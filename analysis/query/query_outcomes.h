@@ -32,6 +32,10 @@ enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *outcomes, s
                                          struct rmap_count *count,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same where all rays of the piece but those with paths of their own were counted before. */
+enum rmap_status rmap_query_outcomes_add_own(struct rmap_query_outcomes *outcomes, size_t c,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+
 void rmap_query_outcomes_settle(struct rmap_query_outcomes *outcomes, struct rmap_count *count);
 
 /* Marks them: match[i] = 1 or 0 for row i of /ray. */

@@ -52,7 +52,8 @@ struct rmap_cursor {
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
     size_t paths_piece;                  /* whose they are */
     struct rmap_portion *own;            /* rays with paths of their own, of the portion in hand, */
-    rmap_column_set own_columns;         /* with these columns */
+    rmap_column_set own_columns;         /* with these columns, */
+    bool own_has_ids;                    /* and ids */
 };
 
 static enum rmap_status cursor_check_limits(const struct rmap_cursor *cursor,
@@ -207,8 +208,8 @@ out:
     return st;
 }
 
-enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, struct rmap_path_summary *paths,
-                                          struct rmap_error *err)
+enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, bool own_alone,
+                                          struct rmap_path_summary *paths, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
@@ -218,7 +219,7 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, struct rmap_
     *paths = (struct rmap_path_summary){.paths = NULL};
     if (self->map->content.piece[piece].encoding != RMAP_ENCODING_COMPACT)
         return RMAP_OK;
-    RMAP_TRY(enter_rows(self, info, rmap_compact_summary_streams(), &in_hand, err));
+    RMAP_TRY(enter_rows(self, info, rmap_compact_summary_streams(own_alone), &in_hand, err));
     st = rmap_compact_summarise(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row, &summary,
                                 err);
     if (st != RMAP_OK) {
@@ -239,18 +240,18 @@ out:
     return st;
 }
 
-/* Ids and weights of rays with path 0. */
+/* Weights of rays with path 0, and, where the paths of all rays are there, ids. */
 static void fill_own_rays(const uint32_t *path, size_t n_ray, uint64_t first_ray,
                           struct rmap_portion *own)
 {
     const size_t n_own = own->n_row[RMAP_TABLE_RAY];
-    for (size_t i = 0, k = 0; i < n_ray && k < n_own; i++) {
+    for (size_t i = 0, k = 0; path && i < n_ray && k < n_own; i++) {
         own->ray.id[k] = first_ray + i;
         k += path[i] == 0;
     }
     for (size_t k = 0; k < n_own; k++)
         own->ray.weight[k] = 1.0;
-    own->first_ray = n_own > 0 ? own->ray.id[0] : first_ray;
+    own->first_ray = path && n_own > 0 ? own->ray.id[0] : first_ray;
 }
 
 enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set columns,
@@ -259,13 +260,17 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     struct compact_rows in_hand;
+    const uint64_t path = UINT64_C(1) << RMAP_STREAM_ray_path;
+    const bool has_paths = self->streams & path;
     columns = self->own_columns | ((columns | RMAP_HEAD_COLUMNS) & RMAP_COLUMNS_DISCRETE);
-    if (columns == self->own_columns)
+    if (columns == self->own_columns && has_paths == self->own_has_ids)
         goto out;
     if (!self->own && !(self->own = rmap_alloc(1, sizeof *self->own)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     RMAP_TRY(know_header(self, err));
-    RMAP_TRY(enter_rows(self, info, rmap_compact_streams(columns, &self->header), &in_hand, err));
+    RMAP_TRY(enter_rows(self, info,
+                        rmap_compact_streams(columns, &self->header) & ~(has_paths ? 0 : path),
+                        &in_hand, err));
     RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, columns, self->own,
                                      err));
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
@@ -274,6 +279,7 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set
     fill_own_rays(in_hand.rows.data[RMAP_STREAM_ray_path], in_hand.n_row[RMAP_TABLE_RAY],
                   info->first_ray, self->own);
     self->own_columns = columns;
+    self->own_has_ids = has_paths;
 out:
     *own_ret = self->own;
     return st;

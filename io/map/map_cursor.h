@@ -65,14 +65,14 @@ enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
- * in row i is first_ray + i. Errors as of fetch. */
-enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *cursor,
+ * in row i is first_ray + i. own_alone: `path` may be NULL. Errors as of fetch. */
+enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *cursor, bool own_alone,
                                           struct rmap_path_summary *paths,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of one that was summed up so, the rays with paths of their own, side by side in their order, with
- * the discrete columns that `columns` names or an earlier call did, sources, stops, counts, ids and
- * weights. The portion is the same one for every call. */
+ * the discrete columns that `columns` names or an earlier call did, sources, stops, counts and
+ * weights, and ids unless they were summed up alone. The portion is the same one for every call. */
 enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor, rmap_column_set columns,
                                        const struct rmap_portion **own_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;

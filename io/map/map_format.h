@@ -33,6 +33,9 @@
 #define RMAP_FEATURE_CLASSES                                                                       \
     "classes" /* compact portions may have classes of steps for segments of own paths */
 
+/* Rays by paths, in pieces that were finished by the run that began them. */
+#define RMAP_PATH_RAYS "/tally/path_rays"
+
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256
 

@@ -212,7 +212,7 @@ static enum rmap_status copy_piece(struct salvage *self, struct rmap_error *err)
     for (int s = 0; s < layout->n_stream; s++)
         RMAP_TRY(encode_tail(self, s, err));
     RMAP_TRY(rmap_piece_writer_finish(self->writer, self->portion, self->n_portion,
-                                      self->map->content.piece[self->piece].stored_rows,
+                                      self->map->content.piece[self->piece].stored_rows, NULL,
                                       self->content, err));
 out:
     rmap_piece_writer_destroy(self->writer);

@@ -20,6 +20,7 @@
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_columns.h"
 #include "io/recovery/verify_history.h"
+#include "io/recovery/verify_paths.h"
 #include "io/recovery/verify_piece.h"
 #include "io/recovery/verify_tables.h"
 
@@ -384,6 +385,8 @@ enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
         RMAP_TRY(rmap_verify_history_file(self, piece, findings, err));
     if (self->map)
         RMAP_TRY(rmap_verify_columns_file(self, piece, findings, err));
+    if (self->map)
+        RMAP_TRY(rmap_verify_path_rays(self, piece, findings, err));
 out:
     rmap_map_content_fini(&check.own);
     rmap_free(check.claimed);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "compact/streams.h"
 #include "io/codec/codec.h"
 #include "io/file/directory.h"
 #include "io/file/file_lock.h"
@@ -165,9 +166,21 @@ out:
     return st;
 }
 
+static enum rmap_status write_path_rays(struct rmap_piece_writer *self, const uint64_t *rays,
+                                        uint64_t n, struct rmap_error *err)
+{
+    const struct rmap_h5_array array = {.path = RMAP_PATH_RAYS,
+                                        .element = RMAP_U64,
+                                        .rank = 1,
+                                        .dims = {n},
+                                        .unit = rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1.0),
+                                        .description = "rays of the piece that have this path"};
+    return rmap_h5_write(&self->h5, &array, rays, err);
+}
+
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                           const struct rmap_portion_info *portion, size_t n_portion,
-                                          const uint64_t *stored_rows,
+                                          const uint64_t *stored_rows, const uint64_t *path_rays,
                                           struct rmap_map_content *content, struct rmap_error *err)
 {
     static const int32_t complete = 1;
@@ -182,6 +195,8 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
                                      self->run->selection != NULL, err));
+    if (path_rays && stored_rows[RMAP_COMPACT_PATH] > 0)
+        RMAP_TRY(write_path_rays(self, path_rays, stored_rows[RMAP_COMPACT_PATH], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, rmap_format_n_table(self->curved),
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));
@@ -262,6 +277,8 @@ static enum rmap_status create_file(struct rmap_piece_writer *self, struct rmap_
         RMAP_TRY(rmap_h5_group(&self->h5, self->layout->table_path[t], err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
+    if (self->layout->encoding == RMAP_ENCODING_COMPACT)
+        RMAP_TRY(rmap_h5_group(&self->h5, "/tally", err));
     for (int s = 0; s < self->n_stream; s++)
         RMAP_TRY(rmap_stream_set_create(&self->h5, &self->layout->stream[s], self->run->scene,
                                         &self->set[s], err));

@@ -34,10 +34,11 @@ enum rmap_status rmap_piece_writer_flush(struct rmap_piece_writer *writer,
 
 /* Writes the tables of chunks and portions, closes and publishes, under the next free number if
  * its own was taken meanwhile; then appends the piece to `content`. stored_rows:
- * [RMAP_STORED_TABLE_MAX], rows of each stored table. */
+ * [RMAP_STORED_TABLE_MAX], rows of each stored table. path_rays: of each path of a compact one's
+ * dictionary; NULL: not known. */
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *writer,
                                           const struct rmap_portion_info *portion, size_t n_portion,
-                                          const uint64_t *stored_rows,
+                                          const uint64_t *stored_rows, const uint64_t *path_rays,
                                           struct rmap_map_content *content,
                                           struct rmap_error *err) RMAP_MUST_USE;
 

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "analysis/query/query_pieces.h"
 #include "base/alloc.h"
 #include "io/map/map_history.h"
 #include "io/map/map_memory.h"
@@ -26,6 +27,7 @@ struct scan {
     size_t n_criterion, n_source;
     struct rmap_deal deal;
     struct rmap_parts parts;
+    uint8_t *counted;      /* [n_criterion][n_piece] whose rays were counted by paths, or NULL */
     int n_thread;          /* as many as fit into a query's memory */
     struct worker *worker; /* [n_thread] */
 };
@@ -104,6 +106,7 @@ static enum rmap_status scan_parts(void *context, int thread, size_t first, size
     if (!worker->scanner)
         RMAP_TRY(rmap_query_scanner_create(scan->map, scan->criterion, scan->n_criterion,
                                            &worker->scanner, err));
+    rmap_query_scanner_set_counted(worker->scanner, scan->counted);
     for (size_t k = first; k < last; k++)
         RMAP_TRY(scan_part(scan, worker, k, err));
 out:
@@ -179,6 +182,29 @@ out:
     return st;
 }
 
+/* Collective. Whole pieces first, where they say how many rays have each path. */
+static enum rmap_status count_pieces(struct scan *scan, struct rmap_count *count,
+                                     struct rmap_error *err)
+{
+    const struct rmap_context *context = scan->context;
+    enum rmap_status st = RMAP_OK;
+    const size_t n = scan->n_criterion * rmap_map_n_piece(scan->map);
+    if (!rmap_query_pieces_may(scan->map, scan->criterion, scan->n_criterion))
+        return RMAP_OK;
+    scan->counted = rmap_alloc(n, 1);
+    if (!scan->counted)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    else
+        st = rmap_query_pieces_count(scan->map, scan->criterion, scan->n_criterion,
+                                     (size_t)context->rank, (size_t)context->size, count,
+                                     scan->counted, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, scan->counted, (int)n, MPI_UINT8_T, MPI_MAX, context->comm));
+out:
+    return st;
+}
+
 /* Small maps are cut finer, so that every thread has some parts to take. */
 static void choose_step(struct scan *scan)
 {
@@ -215,10 +241,10 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
     st = rmap_deal_init(map, deal, context->size, &scan.deal, err);
     if (st == RMAP_OK)
         st = create_counts(&scan, &mine, err);
-    if (st == RMAP_OK) {
-        choose_step(&scan);
-        st = scan_share(&scan, mine, err);
-    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(count_pieces(&scan, mine, err));
+    choose_step(&scan);
+    st = scan_share(&scan, mine, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_scan_tell(context, map, err));
     for (size_t c = 0; c < n_criterion; c++) {
@@ -228,6 +254,7 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
 out:
     destroy_counts(mine, n_criterion);
     rmap_deal_fini(&scan.deal);
+    rmap_free(scan.counted);
     return st;
 }
 

@@ -81,7 +81,7 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
 /* What the rays of a portion are known by, without going through their segments. */
 struct rmap_compact_summary {
     const uint32_t *path; /* [n_ray] 1 + row of the table; 0: the next of its own; borrowed from the
-                             rows */
+                             rows, and NULL where they are not there */
     size_t n_own;         /* rays with a path of their own */
     bool weigh_one;       /* each weighs 1 */
     bool ids_run;         /* row i has the id first_ray + i */

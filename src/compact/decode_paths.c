@@ -43,9 +43,9 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
                                       const size_t n_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     const struct rmap_path_table *table = own->table;
-    size_t n_mine = 0;
+    size_t n_mine = own->path ? 0 : own->n;
     uint64_t n[2] = {0, 0}, own_n[2] = {0, 0};
-    for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i++) {
+    for (size_t i = 0; own->path && i < n_row[RMAP_TABLE_RAY]; i++) {
         uint32_t path = own->path[i];
         if (path > table->n)
             return rmap_portion_damaged("a ray refers to a path that is not there", err);
@@ -59,6 +59,8 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
     }
     if (n_mine != own->n || own_n[0] != own->n_segment || own_n[1] != own->n_registration)
         return rmap_portion_damaged("its own paths have not as many rows as there are", err);
+    if (!own->path)
+        return RMAP_OK;
     if (n[0] + own_n[0] != n_row[RMAP_TABLE_SEGMENT] ||
         n[1] + own_n[1] != n_row[RMAP_TABLE_REGISTRATION])
         return rmap_portion_damaged("its paths have not as many rows as the index says", err);

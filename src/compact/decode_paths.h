@@ -28,7 +28,8 @@ struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows, bool classed);
 
-/* The paths exist, and their rows add up to what the index promises. RMAP_FORMAT. */
+/* The paths exist, and their rows add up to what the index promises; without `path`, those of its
+ * own to as many as are there. RMAP_FORMAT. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
                                       const size_t n_row[RMAP_TABLE_COUNT],
                                       struct rmap_error *err) RMAP_MUST_USE;

@@ -341,6 +341,10 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
     rows->data[RMAP_STREAM_curve_ray] = encoder->curve.ray;
     rows->data[RMAP_STREAM_curve_segment] = encoder->curve.segment;
     rows->data[RMAP_STREAM_curve_position] = encoder->curve.position;
+    struct rmap_compact_summary summary;
+    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
+    rmap_path_book_count(book, encoder->path, encoder->n_ray,
+                         summary.weigh_one && summary.ids_run && summary.media_known);
 out:
     return st;
 }

@@ -33,6 +33,8 @@ struct rmap_path_book {
     size_t n, n_row, n_word;
     size_t cap_entry, cap_word;
     struct rmap_step_classes classes;
+    uint64_t *rays; /* [RMAP_PATH_MAX + 1] by reference; 0: of their own */
+    bool is_plain;  /* all portions so far */
 };
 
 enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct rmap_error *err)
@@ -41,8 +43,10 @@ enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct 
     if (book) {
         book->seen = rmap_alloc(SEEN_SLOTS, sizeof *book->seen);
         book->slot = rmap_alloc(FIND_SLOTS, sizeof *book->slot);
+        book->rays = rmap_alloc(RMAP_PATH_MAX + 1, sizeof *book->rays);
+        book->is_plain = true;
     }
-    if (!book || !book->seen || !book->slot) {
+    if (!book || !book->seen || !book->slot || !book->rays) {
         rmap_path_book_destroy(book);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
     }
@@ -58,6 +62,7 @@ void rmap_path_book_destroy(struct rmap_path_book *book)
     rmap_free(book->slot);
     rmap_free(book->entry);
     rmap_free(book->word);
+    rmap_free(book->rays);
     rmap_step_classes_fini(&book->classes);
     rmap_free(book);
 }
@@ -87,6 +92,19 @@ void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash)
 struct rmap_step_classes *rmap_path_book_classes(struct rmap_path_book *book)
 {
     return &book->classes;
+}
+
+void rmap_path_book_count(struct rmap_path_book *book, const uint32_t *path, size_t n_ray,
+                          bool plain)
+{
+    book->is_plain &= plain;
+    for (size_t i = 0; i < n_ray; i++)
+        book->rays[path[i]]++;
+}
+
+const uint64_t *rmap_path_book_rays(const struct rmap_path_book *book)
+{
+    return book->is_plain ? book->rays + 1 : NULL;
 }
 
 static bool has_room(const struct rmap_path_book *book, const uint32_t *word)

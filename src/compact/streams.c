@@ -129,9 +129,9 @@ uint64_t rmap_compact_header_streams(void)
     return BIT(pool64);
 }
 
-uint64_t rmap_compact_summary_streams(void)
+uint64_t rmap_compact_summary_streams(bool own_alone)
 {
-    return rmap_compact_streams(0, NULL);
+    return rmap_compact_streams(0, NULL) & ~(own_alone ? BIT(ray_path) : 0);
 }
 
 uint64_t rmap_compact_class_streams(void)

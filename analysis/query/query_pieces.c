@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Discrete criteria on whole pieces, by the paths of their dictionaries.
+ */
+#include "analysis/query/query_pieces.h"
+
+#include <string.h>
+
+#include "analysis/criterion/criterion_evaluate.h"
+#include "base/alloc.h"
+#include "io/map/map_history.h"
+#include "io/map/piece_paths.h"
+
+struct pieces {
+    const struct rmap_map *map;
+    struct rmap_criterion *const *criterion;
+    size_t n_criterion;
+    struct rmap_evaluator evaluator;
+    uint8_t *outcome; /* [paths of a piece] */
+    size_t outcome_cap;
+};
+
+static bool is_discrete(const struct rmap_criterion *criterion)
+{
+    return (rmap_criterion_columns(criterion) & ~RMAP_COLUMNS_DISCRETE) == 0;
+}
+
+bool rmap_query_pieces_may(const struct rmap_map *map, struct rmap_criterion *const *criterion,
+                           size_t n_criterion)
+{
+    struct rmap_map_kept kept;
+    bool any = false;
+    rmap_map_kept(map, &kept);
+    for (size_t c = 0; c < n_criterion; c++)
+        any |= is_discrete(criterion[c]);
+    return any && kept.budget == 0; /* else columns are read once and for all */
+}
+
+static void add(struct rmap_count *count, const struct rmap_piece_paths *piece,
+                const uint8_t *outcome)
+{
+    const struct rmap_ray_columns *ray = &piece->paths->ray;
+    for (size_t i = 0; i < piece->paths->n_row[RMAP_TABLE_RAY]; i++) {
+        const uint64_t rays = outcome[i] == RMAP_OUTCOME_YES ? piece->rays[i] : 0;
+        count->rays += rays;
+        count->segments += rays * ray->segment_count[i];
+        count->source_weight[ray->source[i]] += (double)rays;
+        count->source_weight_squared[ray->source[i]] += (double)rays;
+    }
+}
+
+static enum rmap_status count_piece(struct pieces *self, const struct rmap_piece_paths *piece,
+                                    size_t c, struct rmap_count *count, uint8_t *counted,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = piece->paths->n_row[RMAP_TABLE_RAY];
+    const struct rmap_criterion_input input = {.portion = piece->paths,
+                                               .columns = RMAP_COLUMNS_DISCRETE};
+    RMAP_TRY(RMAP_RESERVE(self->outcome, self->outcome_cap, n, err));
+    RMAP_TRY(
+        rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->outcome, err));
+    if (memchr(self->outcome, RMAP_OUTCOME_OPEN, n))
+        goto out;
+    add(count, piece, self->outcome);
+    *counted = 1;
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_pieces_count(const struct rmap_map *map,
+                                         struct rmap_criterion *const *criterion,
+                                         size_t n_criterion, size_t first, size_t step,
+                                         struct rmap_count *count, uint8_t *counted,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct pieces self = {.map = map, .criterion = criterion, .n_criterion = n_criterion};
+    struct rmap_piece_sum *sum = NULL;
+    struct rmap_piece_paths piece = {0};
+    const size_t n_piece = rmap_map_n_piece(map);
+    RMAP_TRY(rmap_piece_sums(map, &sum, err));
+    for (size_t p = first; p < n_piece; p += step) {
+        bool told;
+        RMAP_TRY(rmap_piece_paths_open(map, p, &sum[p], &piece, &told, err));
+        for (size_t c = 0; told && c < n_criterion; c++)
+            if (is_discrete(criterion[c]))
+                RMAP_TRY(count_piece(&self, &piece, c, &count[c], &counted[c * n_piece + p], err));
+        rmap_piece_paths_fini(&piece);
+    }
+out:
+    rmap_piece_paths_fini(&piece);
+    rmap_evaluator_fini(&self.evaluator);
+    rmap_free(self.outcome);
+    rmap_free(sum);
+    return st;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Whether a piece counts its rays by paths as its portions do.
+ */
+#include "io/recovery/verify_paths.h"
+
+#include "base/alloc.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_format.h"
+#include "io/map/map_internal.h"
+#include "io/map/piece_paths.h"
+
+/* What is left of the piece's counts when those of its portions are taken away: 0 each. */
+static enum rmap_status take_away(const struct rmap_map *map, struct rmap_piece_paths *paths,
+                                  bool *told_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor = NULL;
+    const struct rmap_portion *rows;
+    struct rmap_path_summary summary;
+    RMAP_TRY(rmap_cursor_create(map, 0, &cursor, err));
+    for (size_t i = 0; *told_ret && i < map->content.n_portion; i++) {
+        const struct rmap_portion_info *info = &map->content.portion[i];
+        if ((size_t)info->piece != paths->piece)
+            continue;
+        RMAP_TRY(rmap_cursor_enter(cursor, i, &rows, err));
+        RMAP_TRY(rmap_cursor_path_summary(cursor, false, &summary, err));
+        *told_ret = summary.paths != NULL;
+        for (size_t k = 0; *told_ret && k < info->n_row[RMAP_TABLE_RAY]; k++)
+            if (summary.path[k] > 0)
+                paths->rays[summary.path[k] - 1]--;
+    }
+out:
+    rmap_cursor_destroy(cursor);
+    return st;
+}
+
+static bool are_zero(const struct rmap_piece_paths *paths)
+{
+    uint64_t any = 0;
+    for (size_t k = 0; k < paths->paths->n_row[RMAP_TABLE_RAY]; k++)
+        any |= paths->rays[k];
+    return any == 0;
+}
+
+enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t piece,
+                                       struct rmap_findings *findings, struct rmap_error *err)
+{
+    const struct rmap_map *map = self->map;
+    struct rmap_piece_sum *sum = NULL;
+    struct rmap_piece_paths paths = {0};
+    struct rmap_error why = {0};
+    bool told = false;
+    enum rmap_status st = rmap_piece_sums(map, &sum, &why);
+    if (st == RMAP_OK)
+        st = rmap_piece_paths_open(map, piece, &sum[piece], &paths, &told, &why);
+    if (st == RMAP_OK && told) {
+        st = take_away(map, &paths, &told, &why);
+        if (st == RMAP_OK && !(told && are_zero(&paths))) {
+            struct rmap_finding finding;
+            rmap_finding_set(&finding, map->content.piece[piece].name, RMAP_PATH_RAYS,
+                             "says other numbers of rays than the paths of its portions");
+            st = rmap_findings_add(findings, &finding, &why);
+        }
+    }
+    rmap_piece_paths_fini(&paths);
+    rmap_free(sum);
+    if (st == RMAP_FORMAT)
+        return RMAP_OK;
+    if (st != RMAP_OK && err)
+        *err = why;
+    return st;
+}
