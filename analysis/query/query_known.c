@@ -284,10 +284,17 @@ static enum rmap_status fetch_own(void *context, rmap_column_set columns, struct
 }
 
 /* A bit for each own segment whose class passes. */
-static void mark_classes(const struct rmap_query_known *self, const uint32_t *class,
-                         const uint8_t *pass)
+static void mark_steps(const struct rmap_query_known *self, const struct rmap_own_steps *steps,
+                       const uint8_t *pass)
 {
     const size_t n = self->summary.n_own_segment, n_class = self->summary.classes->n;
+    const uint32_t *class = steps->class;
+    self->bits[rmap_bit_words(n)] = 0;
+    if (steps->codes.n_code > 0) {
+        rmap_step_codes_mark(&steps->codes, pass, n_class, self->bits,
+                             self->bits + rmap_bit_words(n) + 1);
+        return;
+    }
     for (size_t i = 0; i < n; i += 64) {
         const size_t end = n - i < 64 ? n - i : 64;
         uint64_t word = 0;
@@ -295,7 +302,6 @@ static void mark_classes(const struct rmap_query_known *self, const uint32_t *cl
             word |= (uint64_t)(class[i + k] < n_class && pass[class[i + k]]) << k;
         self->bits[i / 64] = word;
     }
-    self->bits[rmap_bit_words(n)] = 0;
 }
 
 /* As rmap_criterion_input.mark: steps, by their classes. */
@@ -307,7 +313,7 @@ static enum rmap_status mark_own(void *context, int32_t index,
     struct rmap_query_known *self = context;
     const struct rmap_path_summary *summary = &self->summary;
     const void *pass = NULL;
-    const uint32_t *class;
+    struct rmap_own_steps steps;
     if (node->kind != RMAP_CRITERION_STEPS || !summary->classes)
         return RMAP_OK;
     /* Dictionaries that are let go may come back elsewhere, or another one in their place. */
@@ -317,9 +323,10 @@ static enum rmap_status mark_own(void *context, int32_t index,
     self->classes = summary->classes;
     self->classes_piece = self->piece;
     RMAP_TRY(rmap_class_tests_answer(self->tests, self->c, index, node, &pass, err));
-    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap, summary->n_own_segment / 64 + 2, err));
-    RMAP_TRY(rmap_cursor_own_classes(self->cursor, &class, err));
-    mark_classes(self, class, pass);
+    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap,
+                          2 * rmap_bit_words(summary->n_own_segment) + 1, err));
+    RMAP_TRY(rmap_cursor_own_steps(self->cursor, &steps, err));
+    mark_steps(self, &steps, pass);
     *marks = (struct rmap_marks){self->bits, self->own->ray.segment_count};
 out:
     return st;

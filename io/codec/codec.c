@@ -110,9 +110,11 @@ void rmap_encoder_destroy(struct rmap_encoder *encoder)
 }
 
 size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
-                                  size_t element_nbytes, uint8_t *stored)
+                                  size_t element_nbytes, bool quick, uint8_t *stored)
 {
     size_t nbytes = rmap_deflate(encoder->deflater, plane, n * element_nbytes, stored);
+    if (quick && 5 * nbytes > 3 * n * element_nbytes)
+        nbytes = rmap_deflate_none(plane, n * element_nbytes, stored);
     uint32_t sum = rmap_fletcher32(stored, nbytes);
     memcpy(stored + nbytes, &sum, FLETCHER_NBYTES);
     return nbytes + FLETCHER_NBYTES;
@@ -129,7 +131,8 @@ enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *r
     rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n);
     for (size_t k = 0; k < element_nbytes; k++)
         memset(encoder->plane + k * n + n_used, 0, n - n_used);
-    *nbytes_ret = rmap_encoder_encode_planes(encoder, encoder->plane, n, element_nbytes, stored);
+    *nbytes_ret =
+        rmap_encoder_encode_planes(encoder, encoder->plane, n, element_nbytes, false, stored);
     return RMAP_OK;
 }
 

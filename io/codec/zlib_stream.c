@@ -12,6 +12,8 @@
 #include <zlib.h>
 #endif
 
+#include <string.h>
+
 #include "base/alloc.h"
 
 /* What a level more saves of a map is a few per cent, and takes as long again. */
@@ -62,6 +64,11 @@ size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nby
 {
     return libdeflate_zlib_compress(deflater->compressor, data, nbytes, out,
                                     rmap_deflate_bound(nbytes));
+}
+
+static uint32_t sum_bytes(const void *data, size_t nbytes)
+{
+    return libdeflate_adler32(1, data, nbytes);
 }
 
 bool rmap_inflate(struct rmap_inflater *inflater, const uint8_t *in, size_t n_in, uint8_t *out,
@@ -139,6 +146,11 @@ size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nby
     return deflate(stream, Z_FINISH) == Z_STREAM_END ? bound - stream->avail_out : 0;
 }
 
+static uint32_t sum_bytes(const void *data, size_t nbytes)
+{
+    return (uint32_t)adler32_z(1, data, nbytes);
+}
+
 bool rmap_inflate(struct rmap_inflater *inflater, const uint8_t *in, size_t n_in, uint8_t *out,
                   size_t n_out)
 {
@@ -153,6 +165,34 @@ bool rmap_inflate(struct rmap_inflater *inflater, const uint8_t *in, size_t n_in
            stream->avail_out == 0;
 }
 #endif
+
+size_t rmap_deflate_none(const void *data, size_t nbytes, uint8_t *out)
+{
+    enum { MOST = 65535 };
+    static const uint8_t head[] = {0x78, 0x01}; /* RFC 1950 */
+    const uint8_t *from = data;
+    const uint32_t sum = sum_bytes(data, nbytes);
+    uint8_t *to = out;
+    size_t left = nbytes;
+    memcpy(to, head, sizeof head);
+    to += sizeof head;
+    do { /* RFC 1951, 3.2.4 */
+        const size_t n = left < MOST ? left : MOST;
+        *to++ = n == left;
+        *to++ = (uint8_t)n;
+        *to++ = (uint8_t)(n >> 8);
+        *to++ = (uint8_t)~n;
+        *to++ = (uint8_t)(~n >> 8);
+        if (n > 0)
+            memcpy(to, from, n);
+        to += n;
+        from += n;
+        left -= n;
+    } while (left > 0);
+    for (int shift = 24; shift >= 0; shift -= 8)
+        *to++ = (uint8_t)(sum >> shift);
+    return (size_t)(to - out);
+}
 
 enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret, struct rmap_error *err)
 {

@@ -28,6 +28,9 @@ void rmap_deflater_destroy(struct rmap_deflater *deflater); /* NULL is fine */
  * data give equal bytes, whatever was deflated before. */
 size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nbytes, uint8_t *out);
 
+/* The same in blocks that are stored as they are: read nearly as fast as memory is copied. */
+size_t rmap_deflate_none(const void *data, size_t nbytes, uint8_t *out);
+
 /* Not thread-safe: one per thread. */
 struct rmap_inflater;
 enum rmap_status rmap_inflater_create(struct rmap_inflater **inflater_ret,

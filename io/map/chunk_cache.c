@@ -164,7 +164,7 @@ enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t pi
         make_room(cache);
     let_go(cache, room);
     if (!room->plane) {
-        room->plane = rmap_alloc(cache->plane_nbytes, 1);
+        room->plane = rmap_alloc_unset(cache->plane_nbytes, 1);
         if (!room->plane)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoded chunk");
         cache->n_plane++;

@@ -54,6 +54,7 @@ struct rmap_cursor {
     struct rmap_portion *own;            /* rays with paths of their own, of the portion in hand, */
     rmap_column_set own_columns;         /* with these columns, */
     bool own_has_ids;                    /* and ids */
+    struct rmap_step_buffer steps;       /* classes of their segments */
 };
 
 static enum rmap_status cursor_check_limits(const struct rmap_cursor *cursor,
@@ -132,7 +133,7 @@ static enum rmap_status enter_rows(struct rmap_cursor *self, const struct rmap_p
                                        .n_channel = self->portion->n_channel};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         in_hand->n_row[t] = (size_t)info->n_row[t];
-    RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, &in_hand->model, err));
+    RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, false, &in_hand->model, err));
     if (!self->paths)
         RMAP_TRY(rmap_map_paths(self->map, piece, self->reader, &self->paths, err));
     self->paths_piece = piece;
@@ -188,6 +189,17 @@ enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
     return st;
 }
 
+static enum rmap_status make_decoder(struct rmap_cursor *self, const struct rmap_portion_info *info,
+                                     struct rmap_error *err)
+{
+    struct rmap_cursor_space *space = &self->space[info->space];
+    const struct rmap_compact_model *model;
+    if (space->decoder)
+        return RMAP_OK;
+    const enum rmap_status st = rmap_map_model(self->map, (size_t)info->space, true, &model, err);
+    return st == RMAP_OK ? rmap_compact_decoder_create(model, &space->decoder, err) : st;
+}
+
 /* Decodes columns of a portion of a compact piece into cursor->portion, where those that are
  * present stay. */
 static enum rmap_status cursor_read_compact(struct rmap_cursor *self,
@@ -198,8 +210,7 @@ static enum rmap_status cursor_read_compact(struct rmap_cursor *self,
     struct rmap_cursor_space *space = &self->space[info->space];
     struct compact_rows in_hand;
     RMAP_TRY(enter_rows(self, info, rmap_compact_streams(columns, &self->header), &in_hand, err));
-    if (!space->decoder)
-        RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
+    RMAP_TRY(make_decoder(self, info, err));
     st = rmap_compact_decode(space->decoder, self->paths, &in_hand.rows, in_hand.n_row, columns,
                              self->present, self->portion, err);
     if (st != RMAP_OK)
@@ -235,7 +246,7 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, bool own_alo
             .path = summary.path,
             .n_own = summary.n_own,
             .classes = summary.classed ? rmap_path_table_classes(self->paths) : NULL,
-            .n_own_segment = in_hand.rows.n_row[RMAP_COMPACT_OWN_SEGMENT]};
+            .n_own_segment = summary.n_own_segment};
 out:
     return st;
 }
@@ -271,8 +282,8 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set
     RMAP_TRY(enter_rows(self, info,
                         rmap_compact_streams(columns, &self->header) & ~(has_paths ? 0 : path),
                         &in_hand, err));
-    RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, columns, self->own,
-                                     err));
+    RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, columns,
+                                     &self->steps, self->own, err));
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (columns & RMAP_COLUMN_BIT(c))
             RMAP_TRY(cursor_check_limits(self, self->own, (enum rmap_column)c, info, err));
@@ -285,13 +296,16 @@ out:
     return st;
 }
 
-enum rmap_status rmap_cursor_own_classes(struct rmap_cursor *self, const uint32_t **class_ret,
-                                         struct rmap_error *err)
+enum rmap_status rmap_cursor_own_steps(struct rmap_cursor *self, struct rmap_own_steps *steps,
+                                       struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct compact_rows in_hand;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    const enum rmap_status st = enter_rows(self, info, rmap_compact_class_streams(), &in_hand, err);
-    *class_ret = st == RMAP_OK ? in_hand.rows.data[RMAP_STREAM_OWN_object] : NULL;
+    RMAP_TRY(enter_rows(self, info, rmap_compact_class_streams(), &in_hand, err));
+    RMAP_TRY(rmap_step_codes_open(&in_hand.rows, &steps->codes, err));
+    steps->class = in_hand.rows.data[RMAP_STREAM_OWN_object];
+out:
     return st;
 }
 
@@ -331,6 +345,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
         rmap_free(self->buffer[s].data);
     cursor_leave_paths(self, SIZE_MAX);
     rmap_portion_destroy(self->own);
+    rmap_free(self->steps.class);
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
     rmap_free(self->beside.data);
@@ -685,8 +700,7 @@ static enum rmap_status decode_selected(struct rmap_cursor *self,
     size_t n_row[RMAP_TABLE_COUNT];
     RMAP_TRY(enter_rows(self, info, rmap_compact_selection_streams(columns, &self->header),
                         &in_hand, err));
-    if (!space->decoder)
-        RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
+    RMAP_TRY(make_decoder(self, info, err));
     if (!space->selection)
         RMAP_TRY(rmap_compact_selection_create(in_hand.model, &space->selection, err));
     if (!space->selected)

@@ -5,6 +5,7 @@
 #ifndef RMAP_MAP_CURSOR_H
 #define RMAP_MAP_CURSOR_H
 
+#include "compact/step_codes.h"
 #include "io/map/map_reader.h"
 
 /* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
@@ -77,11 +78,14 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor, rmap_column_s
                                        const struct rmap_portion **own_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* Of one that was summed up with classes: those of the segments of these rays. *class_ret:
- * [n_own_segment], rows of the classes, in order; others may be there. Valid while the portion is
- * in hand. */
-enum rmap_status rmap_cursor_own_classes(struct rmap_cursor *cursor, const uint32_t **class_ret,
-                                         struct rmap_error *err) RMAP_MUST_USE;
+/* Of one that was summed up with classes: those of the segments of these rays, in order, as rows of
+ * the classes; other numbers may be there. Valid while the portion is in hand. */
+struct rmap_own_steps {
+    struct rmap_step_codes codes; /* with n_code > 0; else: */
+    const uint32_t *class;        /* [n_own_segment] */
+};
+enum rmap_status rmap_cursor_own_steps(struct rmap_cursor *cursor, struct rmap_own_steps *steps,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);

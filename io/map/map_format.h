@@ -32,6 +32,7 @@
 #define RMAP_FEATURE_PLACES "places" /* compact portions may have places stand by themselves */
 #define RMAP_FEATURE_CLASSES                                                                       \
     "classes" /* compact portions may have classes of steps for segments of own paths */
+#define RMAP_FEATURE_CODES "codes" /* and these in a byte each */
 
 /* Rays by paths, in pieces that were finished by the run that began them. */
 #define RMAP_PATH_RAYS "/tally/path_rays"

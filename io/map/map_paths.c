@@ -19,14 +19,16 @@ static struct rmap_map *inside(const struct rmap_map *map)
     return (struct rmap_map *)(uintptr_t)map;
 }
 
-enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
+enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space, bool traces,
                                 const struct rmap_compact_model **model_ret, struct rmap_error *err)
 {
     struct rmap_map *self = inside(map);
     enum rmap_status st = RMAP_OK;
     (void)pthread_mutex_lock(&self->lock);
     if (!self->model[space])
-        st = rmap_compact_model_create(self->scene[space], &self->model[space], err);
+        st = rmap_compact_model_begin(self->scene[space], &self->model[space], err);
+    if (st == RMAP_OK && traces)
+        st = rmap_compact_model_complete(self->model[space], err);
     (void)pthread_mutex_unlock(&self->lock);
     *model_ret = self->model[space];
     return st;
@@ -46,7 +48,7 @@ static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
             return rmap_error_set(err, RMAP_FORMAT, "%s: %s has %llu rows, more than any piece has",
                                   info->name, stream->path, (unsigned long long)n);
         rows->n_row[stream->table] = (size_t)n;
-        rows->data[s] = rmap_alloc((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
+        rows->data[s] = rmap_alloc_unset((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
         if (!rows->data[s])
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a piece");
         enum rmap_status st =
@@ -76,7 +78,7 @@ static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chu
     const struct rmap_piece_chunks *chunks;
     struct rmap_rows rows = {.layout = rmap_map_piece_layout(map, piece),
                              .n_channel = rmap_map_piece_n_channel(map, piece)};
-    RMAP_TRY(rmap_map_model(map, (size_t)info->space, &model, err));
+    RMAP_TRY(rmap_map_model(map, (size_t)info->space, false, &model, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
     const uint64_t before = rmap_chunk_reader_nbytes_of_rows(reader);

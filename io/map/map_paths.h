@@ -9,12 +9,13 @@
 #include "compact/compact.h"
 #include "io/map/chunk_reader.h"
 
-/* Borrowed from the map; thread-safe. RMAP_FORMAT names the piece. */
-enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
+/* Borrowed from the map; thread-safe. traces: rays are traced with it, not their paths looked at
+ * alone. RMAP_SYSTEM. */
+enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space, bool traces,
                                 const struct rmap_compact_model **model_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same, until it is given back (NULL is fine): those that nobody has are let go, the one that
+/* Borrowed until it is given back (NULL is fine); thread-safe. RMAP_FORMAT names the piece. Those that nobody has are let go, the one that
  * was asked for longest ago first, when all take more than RMAP_PATHS_NBYTES. */
 #define RMAP_PATHS_NBYTES ((size_t)96 << 20)
 enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,

@@ -245,8 +245,9 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout,
     size_t n_used = n / RMAP_CHUNK_ROWS * chunk->n_row;
     for (size_t k = 0; k < element; k++)
         memset(chunk->plane + k * n + n_used, 0, n - n_used);
+    const bool quick = layout->quick_streams >> chunk->stream & 1;
     chunk->stored_nbytes =
-        rmap_encoder_encode_planes(slot->encoder, chunk->plane, n, element, chunk->stored);
+        rmap_encoder_encode_planes(slot->encoder, chunk->plane, n, element, quick, chunk->stored);
     return RMAP_OK;
 }
 

@@ -54,6 +54,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->step);
     rmap_free(encoder->class_of);
     rmap_free(encoder->own_class);
+    rmap_step_coder_fini(&encoder->coder);
     rmap_free(encoder->triangle);
     rmap_free(encoder->medium);
     rmap_free(encoder->curve.ray);
@@ -238,6 +239,7 @@ struct rmap_compact_decoder {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_batch batch;
+    struct rmap_step_buffer steps; /* of own paths */
 };
 
 enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *model,
@@ -258,6 +260,7 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
     if (!decoder)
         return;
     rmap_batch_fini(&decoder->batch);
+    rmap_free(decoder->steps.class);
     rmap_free(decoder);
 }
 
@@ -434,7 +437,7 @@ out:
 
 enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                                      const struct rmap_path_table *table,
-                                     const struct rmap_rows *rows,
+                                     const struct rmap_rows *stored,
                                      const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
                                      rmap_column_set present, struct rmap_portion *out,
                                      struct rmap_error *err)
@@ -446,9 +449,11 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);
     struct rmap_compact_summary summary;
-    RMAP_TRY(check_streams(rows, rmap_compact_header_streams(), err));
-    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
-    RMAP_TRY(check_streams(rows, rmap_compact_streams(columns & ~present, &summary), err));
+    struct rmap_rows unpacked, *const rows = &unpacked;
+    RMAP_TRY(check_streams(stored, rmap_compact_header_streams(), err));
+    RMAP_TRY(rmap_compact_summarise_header(stored, &summary, err));
+    RMAP_TRY(check_streams(stored, rmap_compact_streams(columns & ~present, &summary), err));
+    RMAP_TRY(rmap_step_codes_unpack(stored, &decoder->steps, &unpacked, err));
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])

@@ -82,7 +82,8 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
 struct rmap_compact_summary {
     const uint32_t *path; /* [n_ray] 1 + row of the table; 0: the next of its own; borrowed from the
                              rows, and NULL where they are not there */
-    size_t n_own;         /* rays with a path of their own */
+    size_t n_own;         /* rays with a path of their own, */
+    size_t n_own_segment; /* and their segments */
     bool weigh_one;       /* each weighs 1 */
     bool ids_run;         /* row i has the id first_ray + i */
     bool media_known;     /* media are those that the paths say */

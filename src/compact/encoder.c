@@ -289,15 +289,22 @@ out:
     return st;
 }
 
-/* Segments of own paths become their classes. */
-static void store_classes(struct rmap_compact_encoder *encoder)
+/* Segments of own paths become their classes, in codes where these are shorter. */
+static enum rmap_status store_classes(struct rmap_compact_encoder *encoder, size_t n_class,
+                                      struct rmap_rows *rows, struct rmap_error *err)
 {
     const size_t n = encoder->own.n_segment;
-    if (n > 0) {
-        memcpy(encoder->own.object, encoder->own_class, n * sizeof *encoder->own.object);
+    size_t n_word = n, n_code = 0;
+    const enum rmap_status st = rmap_step_codes_make(&encoder->coder, encoder->own_class, n,
+                                                     n_class, &n_word, &n_code, err);
+    if (st != RMAP_OK)
+        return st;
+    rows->data[RMAP_STREAM_OWN_object] = n_code > 0 ? encoder->coder.word : encoder->own_class;
+    rows->n_row[RMAP_COMPACT_OWN_SEGMENT] = n_code > 0 ? n_word : n; /* no more than before */
+    if (n > 0)
         memset(encoder->own.event, 0, n * sizeof *encoder->own.event);
-    }
-    rmap_lane_header_set_classed(encoder->store.pool64);
+    rmap_lane_header_set_classed(encoder->store.pool64, n_code);
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
@@ -317,11 +324,11 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
         RMAP_TRY(resolve_ray(encoder, book, i, class, &classed, err));
         class += encoder->word[encoder->begin[i] + RMAP_WORD_SEGMENTS];
     }
-    if (classed)
-        store_classes(encoder);
     *rows =
         (struct rmap_rows){.layout = &rmap_compact_layout, .n_channel = encoder->model->n_channel};
     hand_out_paths(&encoder->own, RMAP_COMPACT_OWN, RMAP_STREAM_OWN_source, rows);
+    if (classed)
+        RMAP_TRY(store_classes(encoder, rmap_path_book_classes(book)->n, rows, err));
     hand_out_paths(&encoder->entered, RMAP_COMPACT_PATH, RMAP_STREAM_PATH_source, rows);
     rows->n_row[RMAP_COMPACT_RAY] = encoder->n_ray;
     rows->data[RMAP_STREAM_ray_path] = encoder->path;

@@ -8,6 +8,7 @@
 #include "compact/few.h"
 #include "compact/paths.h"
 #include "compact/settle.h"
+#include "compact/step_codes.h"
 
 struct rmap_compact_encoder {
     const struct rmap_compact_model *model;
@@ -30,6 +31,7 @@ struct rmap_compact_encoder {
     uint32_t *class_of;             /* [steps.n] and by those of the piece in hand, where known; */
     uint32_t *own_class;            /* of the segments of own paths, by those of the piece */
     size_t cap_step, cap_class_of, cap_own_class;
+    struct rmap_step_coder coder;
     enum rmap_status status; /* RMAP_SYSTEM once memory ran short for them */
     uint32_t *triangle;
     size_t n_triangle, cap_triangle;

@@ -12,9 +12,18 @@
 #define ONE_BY_ONE     UINT64_C(1)
 #define PLACED         UINT64_C(2)
 #define CLASSED        UINT64_C(4)
+#define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT))
 
-enum { ROW_FLAGS, ROW_SEED, ROW_FIRST, ROW_LANES, OLD_ROWS = ROW_LANES, MODE_BITS = 8 };
+enum {
+    ROW_FLAGS,
+    ROW_SEED,
+    ROW_FIRST,
+    ROW_LANES,
+    OLD_ROWS = ROW_LANES,
+    MODE_BITS = 8,
+    CODES_AT = 8
+};
 
 _Static_assert(ROW_LANES + 1 + RMAP_LANE_COUNT == RMAP_LANE_HEADER_ROWS, "rows of a header");
 
@@ -22,7 +31,7 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
     row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
-                     (header->classed ? CLASSED : 0);
+                     (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
     row[ROW_SEED] = header->seed;
     row[ROW_FIRST] = header->first_ray;
     row[ROW_LANES] = RMAP_LANE_COUNT;
@@ -30,9 +39,9 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
         row[ROW_LANES + 1 + i] = header->n_patch[i] << MODE_BITS | header->mode[i];
 }
 
-void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS])
+void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_code)
 {
-    row[ROW_FLAGS] |= CLASSED;
+    row[ROW_FLAGS] |= CLASSED | (uint64_t)n_code << CODES_AT;
 }
 
 static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_lane_header *header,
@@ -41,11 +50,13 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     const uint64_t flags = row[ROW_FLAGS];
     if (n < RMAP_LANE_HEADER_ROWS)
         return rmap_portion_damaged("its header is cut off", err);
-    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | CODES)) ||
+        ((flags & CODES) && !(flags & CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
+    header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
     *n_used_ret = RMAP_LANE_HEADER_ROWS;
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         const uint64_t lane = row[ROW_LANES + 1 + i];

@@ -63,7 +63,8 @@ struct rmap_lane_header {
     uint64_t seed, first_ray;
     bool one_by_one; /* every ray is to be followed by itself */
     bool placed;     /* lanes of that role stand by themselves */
-    bool classed;    /* segments of own paths are stored as classes of steps */
+    bool classed;    /* segments of own paths are stored as classes of steps, */
+    uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
 };
@@ -74,8 +75,8 @@ enum { RMAP_LANE_HEADER_ROWS = 4 + RMAP_LANE_COUNT };
 void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS]);
 
-/* Says afterwards that segments of own paths are stored as classes of steps. */
-void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS]);
+/* Says afterwards that segments of own paths are stored as classes of steps, with so many codes. */
+void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_code);
 
 /* row: [n] the portion's rows of pool64. *n_used_ret: those of the header. RMAP_FORMAT where there
  * is none, or one of lanes that this program does not know. */

@@ -35,9 +35,9 @@ static const char *const plain_table[] = {"/ray", "/segment", "/registration", "
 
 static const struct rmap_layout plain[] = {
     [RMAP_COLOUR_SPECTRAL] = {RMAP_ENCODING_PLAIN, RMAP_TABLE_COUNT, plain_table, RMAP_COLUMN_COUNT,
-                              plain_spectral, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
+                              plain_spectral, 0, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
     [RMAP_COLOUR_RGB] = {RMAP_ENCODING_PLAIN, RMAP_TABLE_COUNT, plain_table, RMAP_COLUMN_COUNT,
-                         plain_rgb, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
+                         plain_rgb, 0, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
 };
 
 const struct rmap_layout *rmap_layout_of(enum rmap_encoding encoding, enum rmap_colour_mode mode)

@@ -33,8 +33,10 @@ struct rmap_layout {
     const char *const *table_path; /* [n_table], groups: "/ray" ... */
     int n_stream;
     const struct rmap_stream_info *stream; /* [n_stream] */
-    uint32_t whole_tables; /* bit t: rows of table t belong to the piece as a whole and stand in no
-                              portion's range; a reader loads the table entirely */
+    uint32_t whole_tables;  /* bit t: rows of table t belong to the piece as a whole and stand in no
+                               portion's range; a reader loads the table entirely */
+    uint64_t quick_streams; /* bit s: stream s is read by so many questions that chunks of it which
+                               deflate little are stored as they are */
     int curve_table, curve_stream; /* /curve and its streams, the last ones: only files of scenes
                                       with gradient media have them, see below */
 };

@@ -198,9 +198,9 @@ static bool names_channels(const struct rmap_scene *scene)
     return !dispersive || channels->mode == RMAP_COLOUR_SPECTRAL;
 }
 
-enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
-                                           struct rmap_compact_model **model_ret,
-                                           struct rmap_error *err)
+enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
+                                          struct rmap_compact_model **model_ret,
+                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compact_model *model = rmap_alloc(1, sizeof *model);
@@ -237,12 +237,6 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         model->listed[i] = model->body[i].mesh ? UINT32_MAX : 0;
     }
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
-    RMAP_TRY(set_corners(model, err));
-    for (size_t i = 0; i < scene->n_object; i++) {
-        rmap_batch_set_flat(&model->object[i]);
-        rmap_batch_guide(scene, &model->object[i], &model->guide[i]);
-    }
-    rmap_batch_guide_out(model, &model->guide[scene->n_object]);
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
@@ -251,6 +245,39 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model = NULL;
 out:
     rmap_compact_model_destroy(model);
+    return st;
+}
+
+enum rmap_status rmap_compact_model_complete(struct rmap_compact_model *model,
+                                             struct rmap_error *err)
+{
+    const struct rmap_scene *scene = model->scene;
+    if (model->is_complete)
+        return RMAP_OK;
+    const enum rmap_status st = set_corners(model, err);
+    if (st != RMAP_OK)
+        return st;
+    for (size_t i = 0; i < scene->n_object; i++) {
+        rmap_batch_set_flat(&model->object[i]);
+        rmap_batch_guide(scene, &model->object[i], &model->guide[i]);
+    }
+    rmap_batch_guide_out(model, &model->guide[scene->n_object]);
+    model->is_complete = true;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
+                                           struct rmap_compact_model **model_ret,
+                                           struct rmap_error *err)
+{
+    struct rmap_compact_model *model = NULL;
+    enum rmap_status st = rmap_compact_model_begin(scene, &model, err);
+    if (st == RMAP_OK)
+        st = rmap_compact_model_complete(model, err);
+    if (st == RMAP_OK)
+        *model_ret = model;
+    else
+        rmap_compact_model_destroy(model);
     return st;
 }
 

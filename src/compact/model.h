@@ -79,6 +79,7 @@ struct rmap_compact_model {
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
     bool meshes;             /* some object is one */
+    bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
@@ -225,6 +226,13 @@ static inline uint32_t rmap_event_at_end(uint8_t stop)
     return at_end[stop & 3];
 }
 
+/* What paths need; then, in place, what tracing needs besides (again: nothing happens), while others
+ * may use it for paths. create: both. */
+enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
+                                          struct rmap_compact_model **model_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_compact_model_complete(struct rmap_compact_model *model,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
                                            struct rmap_compact_model **model_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;

@@ -296,6 +296,7 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                    *object = rows->data[RMAP_STREAM_PATH_object],
                    *event = rows->data[RMAP_STREAM_PATH_event];
     size_t segment = 0, registration = 0;
+    table->count[0] = (struct rmap_path_count){0};
     for (size_t i = 0; i < table->n; i++) {
         if (n_segment[i] > table->n_segment - segment ||
             n_registration[i] > table->n_registration - registration)
@@ -353,12 +354,12 @@ static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_err
 {
     struct rmap_portion *rays = &table->rays;
     struct rmap_ray_columns *ray = &rays->ray;
-    ray->source = rmap_alloc(table->n + 1, sizeof *ray->source);
-    ray->stop = rmap_alloc(table->n + 1, sizeof *ray->stop);
-    ray->segment_count = rmap_alloc(table->n + 1, sizeof *ray->segment_count);
-    ray->registration_count = rmap_alloc(table->n + 1, sizeof *ray->registration_count);
-    table->first_segment = rmap_alloc(table->n + 1, sizeof *table->first_segment);
-    table->first_registration = rmap_alloc(table->n + 1, sizeof *table->first_registration);
+    ray->source = rmap_alloc_unset(table->n + 1, sizeof *ray->source);
+    ray->stop = rmap_alloc_unset(table->n + 1, sizeof *ray->stop);
+    ray->segment_count = rmap_alloc_unset(table->n + 1, sizeof *ray->segment_count);
+    ray->registration_count = rmap_alloc_unset(table->n + 1, sizeof *ray->registration_count);
+    table->first_segment = rmap_alloc_unset(table->n + 1, sizeof *table->first_segment);
+    table->first_registration = rmap_alloc_unset(table->n + 1, sizeof *table->first_registration);
     if (!table->first_segment || !table->first_registration || !ray->source || !ray->stop ||
         !ray->segment_count || !ray->registration_count)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
@@ -415,14 +416,14 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
     size_t n = table->n = rows->n_row[RMAP_COMPACT_PATH];
     size_t s = table->n_segment = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
     size_t r = table->n_registration = rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
-    table->path = rmap_alloc(n + 1, sizeof *table->path);
-    table->count = rmap_alloc(n + 1, sizeof *table->count);
-    table->object = rmap_alloc(s + 1, sizeof *table->object);
-    table->event = rmap_alloc(s + 1, sizeof *table->event);
-    table->medium = rmap_alloc(s + 1, sizeof *table->medium);
-    table->segment = rmap_alloc(r + 1, sizeof *table->segment);
-    table->detector = rmap_alloc(r + 1, sizeof *table->detector);
-    table->registered = rmap_alloc(r + 1, sizeof *table->registered);
+    table->path = rmap_alloc_unset(n + 1, sizeof *table->path);
+    table->count = rmap_alloc_unset(n + 1, sizeof *table->count);
+    table->object = rmap_alloc_unset(s + 1, sizeof *table->object);
+    table->event = rmap_alloc_unset(s + 1, sizeof *table->event);
+    table->medium = rmap_alloc_unset(s + 1, sizeof *table->medium);
+    table->segment = rmap_alloc_unset(r + 1, sizeof *table->segment);
+    table->detector = rmap_alloc_unset(r + 1, sizeof *table->detector);
+    table->registered = rmap_alloc_unset(r + 1, sizeof *table->registered);
     if (!table->path || !table->count || !table->object || !table->event || !table->medium ||
         !table->segment || !table->detector || !table->registered)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
@@ -501,12 +502,15 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
                        struct rmap_compact_summary *summary, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_rows unpacked;
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     RMAP_TRY(rmap_compact_summarise_header(rows, summary, err));
-    const struct rmap_own_paths own = rmap_own_paths(model, table, rows, summary->classed);
+    RMAP_TRY(rmap_step_codes_unpack(rows, NULL, &unpacked, err));
+    const struct rmap_own_paths own = rmap_own_paths(model, table, &unpacked, summary->classed);
     summary->path = own.path;
     summary->n_own = own.n;
+    summary->n_own_segment = own.n_segment;
     st = rmap_own_paths_check(&own, n_row, err);
 out:
     return st;
@@ -515,12 +519,15 @@ out:
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
                                          const struct rmap_path_table *table,
                                          const struct rmap_rows *rows, rmap_column_set wanted,
-                                         struct rmap_portion *out, struct rmap_error *err)
+                                         struct rmap_step_buffer *steps, struct rmap_portion *out,
+                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compact_summary summary;
+    struct rmap_rows unpacked;
     RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
-    const struct rmap_own_paths own = rmap_own_paths(model, table, rows, summary.classed);
+    RMAP_TRY(rmap_step_codes_unpack(rows, steps, &unpacked, err));
+    const struct rmap_own_paths own = rmap_own_paths(model, table, &unpacked, summary.classed);
     const rmap_column_set columns = (RMAP_COLUMNS_DISCRETE & (wanted | RMAP_HEAD_COLUMNS)) |
                                     RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n_row[RMAP_TABLE_HISTORY_COUNT] = {own.n, own.n_segment, own.n_registration};

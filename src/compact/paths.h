@@ -10,6 +10,7 @@
 
 #include "compact/model.h"
 #include "compact/step_classes.h"
+#include "compact/step_codes.h"
 #include "compact/streams.h"
 
 enum {
@@ -160,11 +161,11 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
 
 /* The rays with paths of their own, side by side, of rows that were summed up: those of
  * RMAP_COLUMNS_DISCRETE that `columns` names and those that heads of paths tell, media as the paths
- * say; and room for id and weight. out: emptied first. */
+ * say; and room for id and weight. steps: room for their classes. out: emptied first. */
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
                                          const struct rmap_path_table *table,
                                          const struct rmap_rows *rows, rmap_column_set columns,
-                                         struct rmap_portion *out,
+                                         struct rmap_step_buffer *steps, struct rmap_portion *out,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -28,6 +28,7 @@ struct rmap_compact_selection {
     size_t width[RMAP_LANE_COUNT]; /* numbers per row */
     int32_t *object;               /* of a path of its own */
     size_t object_cap;
+    struct rmap_step_buffer steps; /* of the whole portion's own paths */
 };
 
 enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *model,
@@ -66,6 +67,7 @@ void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(self->rows.data[s]);
     rmap_free(self->object);
+    rmap_free(self->steps.class);
     rmap_free(self);
 }
 
@@ -299,6 +301,7 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
         }
         header.mode[i] = (uint8_t)lane->mode;
     }
+    header.n_code = 0;
     header.placed &= self->lane[RMAP_LANE_REGISTRATION_relative].mode == RMAP_LANE_VERBATIM;
     rmap_lane_header_write(&header, row);
     RMAP_TRY(append(self, RMAP_STREAM_pool64, row, 0, RMAP_LANE_HEADER_ROWS, err));
@@ -311,7 +314,7 @@ out:
 
 enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
-                                     const struct rmap_rows *rows,
+                                     const struct rmap_rows *stored,
                                      const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
                                      const uint32_t *ray, size_t n,
                                      const struct rmap_rows **selected_ret,
@@ -319,7 +322,9 @@ enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compact_summary summary;
-    RMAP_TRY(rmap_compact_summarise(self->model, table, rows, n_row, &summary, err));
+    struct rmap_rows unpacked, *const rows = &unpacked;
+    RMAP_TRY(rmap_compact_summarise(self->model, table, stored, n_row, &summary, err));
+    RMAP_TRY(rmap_step_codes_unpack(stored, &self->steps, &unpacked, err));
     const rmap_column_set used = used_columns(columns, summary.placed);
     memset(self->n, 0, sizeof self->n);
     memset(self->rows.n_row, 0, sizeof self->rows.n_row);

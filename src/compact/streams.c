@@ -37,6 +37,7 @@ const struct rmap_layout rmap_compact_layout = {
     .stream = stream,
     .whole_tables = 1u << RMAP_COMPACT_PATH | 1u << RMAP_COMPACT_PATH_SEGMENT |
                     1u << RMAP_COMPACT_PATH_REGISTRATION,
+    .quick_streams = UINT64_C(1) << RMAP_STREAM_OWN_object,
     .curve_table = RMAP_COMPACT_CURVE,
     .curve_stream = RMAP_STREAM_curve_ray,
 };
@@ -136,5 +137,5 @@ uint64_t rmap_compact_summary_streams(bool own_alone)
 
 uint64_t rmap_compact_class_streams(void)
 {
-    return BIT(OWN_object);
+    return BIT(OWN_object) | BIT(OWN_segment_count) | rmap_compact_header_streams();
 }

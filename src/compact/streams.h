@@ -81,7 +81,7 @@ uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact
 uint64_t rmap_compact_header_streams(void);
 uint64_t rmap_compact_summary_streams(bool own_alone);
 
-/* The stream of the classes that segments of own paths have, where the header says so. */
+/* Streams of the classes that segments of own paths have, where the header says so. */
 uint64_t rmap_compact_class_streams(void);
 
 #endif

@@ -96,6 +96,7 @@ def _bits(numbers):
 
 
 TABLE, PLACES, CLASSES = 1 << 63, 2, 4  # flags
+CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are
 
 
 def read_header(row):
@@ -177,6 +178,17 @@ class Decoder:
             self._classes = {name: column[first] for name, column in self._known.items()}
         return self._known, self._classes
 
+    @staticmethod
+    def _classes_of_codes(word, n_code, n):
+        """Classes of n segments of own paths, which have a code of a byte each."""
+        n_word = -(-n // 4)
+        code = word[n_code:n_code + n_word].astype("<u4").view(np.uint8)[:n]
+        rare = word[n_code + n_word:].astype("<u4").view("<u2")
+        class_of = np.concatenate([word[:n_code], np.zeros(256 - n_code, word.dtype)])
+        classes = class_of[code]
+        classes[code == RARE] = rare[:np.count_nonzero(code == RARE)]
+        return classes
+
     def portion(self, stored_first, stored_rows, n_row, names):
         """The columns of a portion, by name: `names`, and others that need no ray traced again."""
         rows = {}
@@ -187,7 +199,12 @@ class Decoder:
                     if (table, name) in (("ray", "path"), ("ray", "channel")) or table != "ray":
                         rows[f"{table}/{name}"] = data[begin:end]
         flags = int(rows["pool64/value"][0])
-        columns = self._columns_of_paths(rows, flags & TABLE != 0 and flags & CLASSES != 0)
+        classed = flags & TABLE != 0 and flags & CLASSES != 0
+        if classed and flags >> CODES_AT & 255:
+            rows["own_segment/object"] = self._classes_of_codes(
+                rows["own_segment/object"], flags >> CODES_AT & 255,
+                int(rows["own/segment_count"].sum()))
+        columns = self._columns_of_paths(rows, classed)
         lanes, seed, first, placed = load_lanes(rows, n_row, self.model.n_channel)
         retraced = RETRACED - PLACED if placed else RETRACED
         again = not retraced.isdisjoint(names)

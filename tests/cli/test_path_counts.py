@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: a finished compact piece says how many of its rays have each path, and discrete questions read no more than the rays
+with paths of their own; they have the answers of a plain map, for any ranks, also of a part of a map."""
+import glob
+import json
+import sys
+
+import h5py
+import numpy
+
+sys.dont_write_bytecode = True
+from asking import check, finish, run, trace  # noqa: E402
+
+QUESTIONS = ("hit(lens.*, reflect) >= 2", "not hit(lens.3)", "source(sun) and ended(left)", "registered(sensor)", "all", "bounces > 3 or hit(lens.2, absorb)",
+             "hit(lens.3, reflect) and path_length > 100")
+
+
+def ask(name, *words, ranks=1):
+    document = json.loads(run("query", name, *words, "--json", ranks=ranks))
+    return document
+
+
+def same(one, other):
+    return all(one[key] == other[key] for key in ("rays", "segments", "flux"))
+
+
+trace("double-gauss", "lens.raymap", 120000, "--piece-size", "200k")
+trace("double-gauss", "plain.raymap", 120000, "--encoding", "plain")
+pieces, stored = sorted(glob.glob("lens.raymap/shard-*/piece-*.h5")), 0
+check(len(pieces) >= 4, f"{len(pieces)} pieces")
+for name in pieces:
+    with h5py.File(name) as piece:
+        counts = numpy.bincount(piece["ray/path"][:], minlength=len(piece["path/source"]) + 1)
+        check((piece["tally/path_rays"][:] == counts[1:]).all() and counts[1:].sum() > 0.9 * counts.sum(), name)
+        stored += sum(one.id.get_storage_size() for table in ("own", "own_segment", "own_registration", "path", "path_segment", "path_registration", "pool64")
+                      for one in piece[table].values())
+
+for question in QUESTIONS:
+    told = ask("lens.raymap", question)
+    check(same(told, ask("plain.raymap", question)), f"{question}: as of a plain map")
+    for ranks in (2, 3):
+        again = ask("lens.raymap", question, ranks=ranks)
+        check(same(told, again) and told["bytes_read"] == again["bytes_read"] and told["portions"] == again["portions"], f"{question}: {ranks} ranks")
+    check((told["bytes_read"] <= stored) == ("path_length" not in question), f"{question}: {told['bytes_read']} bytes of {stored}")
+together = json.loads(run("query", "lens.raymap", *QUESTIONS, "--json", ranks=2))
+check(all(same(one, ask("plain.raymap", question)) for one, question in zip(together, QUESTIONS)), "all at once")
+part = [ask(name, QUESTIONS[0], "--until", "20%") for name in ("lens.raymap", "plain.raymap")]
+check(same(*part) and part[0]["until"]["rays"] < 120000, "of a part of the map")
+
+
+with h5py.File("plain.raymap/map.h5") as index:
+    check("tally/path_rays" not in index, "no piece, no paths")
+verified = json.loads(run("verify", "lens.raymap", "--json"))
+check(verified["ok"], "sound")
+finish()
