@@ -15,6 +15,7 @@
 #include "base/alloc.h"
 #include "base/count.h"
 #include "base/wide.h"
+#include "compact/path_sum.h"
 
 static void compare_ray_numbers(const struct rmap_evaluation *ev,
                                 const struct rmap_criterion_node *node, uint8_t *outcome)
@@ -129,6 +130,32 @@ static void loosen_registrations(const struct rmap_evaluation *ev,
         test->where = -1;
 }
 
+/* Rays of which only the least and greatest number is known. */
+static void bound_numbers(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
+                          uint8_t *outcome)
+{
+    const struct rmap_interval *interval = &node->interval;
+    const uint8_t inside = interval->outside ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+    const bool is_length = node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH;
+    for (size_t i = 0; i < ev->n_ray; i++) {
+        const struct rmap_path_sum *of = &ev->input->bounds[i];
+        const float *bound = is_length ? of->path_length : of->optical_path;
+        const double low = (double)bound[0], high = (double)bound[1];
+        outcome[i] = RMAP_OUTCOME_OPEN; /* also where nothing is known */
+        if (low >= interval->low && high <= interval->high)
+            outcome[i] = inside;
+        else if (low > interval->high || high < interval->low)
+            outcome[i] = inside ^ RMAP_OUTCOME_YES;
+    }
+}
+
+static bool has_bounds(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node)
+{
+    return ev->input->bounds && node->kind == RMAP_CRITERION_NUMBER &&
+           (node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH ||
+            node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH);
+}
+
 /* A test that asks for columns which may not be fetched: without what needs them. */
 static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t index,
                                    uint8_t *outcome, struct rmap_error *err)
@@ -144,6 +171,9 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
     } else if (loose.kind == RMAP_CRITERION_PATH_IN &&
                (loose.columns & RMAP_PATH_IN_DISCRETE) == RMAP_PATH_IN_DISCRETE) {
         return compare_paths_in(ev, &loose, false, outcome, err);
+    } else if (has_bounds(ev, &loose)) {
+        bound_numbers(ev, &loose, outcome);
+        return RMAP_OK;
     } else {
         memset(outcome, RMAP_OUTCOME_OPEN, ev->n_ray);
         return RMAP_OK;

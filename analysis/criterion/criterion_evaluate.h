@@ -30,7 +30,8 @@ struct rmap_criterion_input {
     bool is_rest; /* discrete columns left the rays of interest open: what only they decide, and is
                      joined to the rest by one `and` or `or`, need not be asked again. Outcomes of
                      other rays mean nothing */
-    const double *flux_per_weight; /* [n_source]; NULL: `flux` may not be fetched */
+    const double *flux_per_weight;      /* [n_source]; NULL: `flux` may not be fetched */
+    const struct rmap_path_sum *bounds; /* [n_ray] of numbers that may not be fetched; or NULL */
     void *context;
     /* Makes the portion have these columns, too. NULL: it has all that may be fetched. */
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);

@@ -165,13 +165,20 @@ void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *c
     self->own = NULL;
 }
 
-/* Outcomes of a criterion on rays of which there are the discrete columns. */
-static enum rmap_status evaluate_rays(struct rmap_query_known *self, size_t c,
-                                      const struct rmap_portion *rays, uint8_t *outcome,
-                                      struct rmap_error *err)
+/* Outcomes of a criterion on the paths of the dictionary in hand. */
+static enum rmap_status evaluate_dictionary(struct rmap_query_known *self, size_t c,
+                                            uint8_t *outcome, struct rmap_error *err)
 {
-    const struct rmap_criterion_input input = {.portion = rays, .columns = RMAP_COLUMNS_DISCRETE};
-    return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set bounded =
+        RMAP_COLUMN_BIT(RMAP_RAY_path_length) | RMAP_COLUMN_BIT(RMAP_RAY_optical_path);
+    struct rmap_criterion_input input = {.portion = self->summary.paths,
+                                         .columns = RMAP_COLUMNS_DISCRETE};
+    if (rmap_criterion_columns(self->criterion[c]) & bounded)
+        RMAP_TRY(rmap_cursor_path_sums(self->cursor, &input.bounds, err));
+    st = rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
+out:
+    return st;
 }
 
 static size_t count_open(const uint8_t *outcome, size_t n)
@@ -200,7 +207,7 @@ static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct dec
     for (size_t c = 0; c < self->n_criterion; c++) {
         uint8_t *outcome = decision->outcome + c * (n + 1);
         outcome[0] = RMAP_OUTCOME_NO;
-        RMAP_TRY(evaluate_rays(self, c, paths, outcome + 1, err));
+        RMAP_TRY(evaluate_dictionary(self, c, outcome + 1, err));
         decision->n_open[c] = count_open(outcome + 1, n);
     }
     memcpy(decision->segments, paths->ray.segment_count, n * sizeof *decision->segments);

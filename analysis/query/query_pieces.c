@@ -41,7 +41,7 @@ static void add(struct rmap_count *count, const struct rmap_piece_paths *piece,
 {
     const struct rmap_ray_columns *ray = &piece->paths->ray;
     for (size_t i = 0; i < piece->paths->n_row[RMAP_TABLE_RAY]; i++) {
-        const uint64_t rays = outcome[i] == RMAP_OUTCOME_YES ? piece->rays[i] : 0;
+        const uint64_t rays = outcome[i] == RMAP_OUTCOME_YES ? piece->of[i].rays : 0;
         count->rays += rays;
         count->segments += rays * ray->segment_count[i];
         count->source_weight[ray->source[i]] += (double)rays;

@@ -251,6 +251,12 @@ out:
     return st;
 }
 
+enum rmap_status rmap_cursor_path_sums(struct rmap_cursor *self,
+                                       const struct rmap_path_sum **sum_ret, struct rmap_error *err)
+{
+    return rmap_map_path_sums(self->map, self->paths_piece, sum_ret, err);
+}
+
 /* Weights of rays with path 0, and, where the paths of all rays are there, ids. */
 static void fill_own_rays(const uint32_t *path, size_t n_ray, uint64_t first_ray,
                           struct rmap_portion *own)

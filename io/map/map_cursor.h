@@ -5,6 +5,7 @@
 #ifndef RMAP_MAP_CURSOR_H
 #define RMAP_MAP_CURSOR_H
 
+#include "compact/path_sum.h"
 #include "compact/step_codes.h"
 #include "io/map/map_reader.h"
 
@@ -70,6 +71,12 @@ enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret
 enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *cursor, bool own_alone,
                                           struct rmap_path_summary *paths,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one that was summed up so: what the piece's rays with each path have in common, as
+ * rmap_map_path_sums. Valid while the portion is in hand. */
+enum rmap_status rmap_cursor_path_sums(struct rmap_cursor *cursor,
+                                       const struct rmap_path_sum **sum_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of one that was summed up so, the rays with paths of their own, side by side in their order, with
  * the discrete columns that `columns` names or an earlier call did, sources, stops, counts and

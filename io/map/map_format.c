@@ -4,6 +4,8 @@
  */
 #include "io/map/map_format.h"
 
+#include "compact/path_sum.h"
+
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 #define CHUNK(name, element, text)                                                                 \
@@ -127,6 +129,24 @@ struct rmap_field_table rmap_portion_fields_index(bool curved)
 struct rmap_field_table rmap_portion_fields_picked(void)
 {
     return (struct rmap_field_table){picked_field, COUNT(picked_field)};
+}
+
+#define PATH_SUM(name, member, element, width, text)                                               \
+    {                                                                                              \
+        "/tally/" name, RMAP_##element, width, offsetof(struct rmap_path_sum, member), text        \
+    }
+
+static const struct rmap_h5_field path_sum_field[] = {
+    PATH_SUM("path_rays", rays, U64, 1, "rays of the piece that have a path, a row of /path"),
+    PATH_SUM(
+        "path_length", path_length, F32, 2,
+        "least and greatest of their /ray/path_length, in the map's length unit; NaN: not said"),
+    PATH_SUM("optical_path", optical_path, F32, 2, "the same of /ray/optical_path"),
+};
+
+struct rmap_field_table rmap_path_sum_fields(void)
+{
+    return (struct rmap_field_table){path_sum_field, COUNT(path_sum_field)};
 }
 
 struct rmap_field_table rmap_piece_fields(bool curved)

@@ -34,9 +34,6 @@
     "classes" /* compact portions may have classes of steps for segments of own paths */
 #define RMAP_FEATURE_CODES "codes" /* and these in a byte each */
 
-/* Rays by paths, in pieces that were finished by the run that began them. */
-#define RMAP_PATH_RAYS "/tally/path_rays"
-
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256
 
@@ -50,7 +47,11 @@ struct rmap_field_table {
 struct rmap_field_table rmap_chunk_fields(void);
 struct rmap_field_table rmap_portion_fields_piece(bool curved);
 struct rmap_field_table rmap_portion_fields_index(bool curved);
-struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
+struct rmap_field_table rmap_portion_fields_picked(void);
+
+/* struct rmap_path_sum, of each path of a compact piece that was finished by the run that began
+ * it, where every portion's rays are told by their paths. */
+struct rmap_field_table rmap_path_sum_fields(void); /* besides, where rays were picked */
 struct rmap_field_table rmap_piece_fields(bool curved);
 
 /* Stored tables whose rows a file states. */

@@ -29,6 +29,8 @@ struct rmap_kept_paths {
     uint64_t stored_nbytes; /* in the file */
     uint64_t tick;          /* when it was asked for last */
     bool names_nothing;     /* some value of it is none of the scene's */
+    bool knows_sums;
+    struct rmap_path_sum *sum; /* [its paths], NULL: the piece does not say */
 };
 
 struct rmap_map {

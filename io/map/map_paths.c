@@ -9,7 +9,10 @@
 #include "compact/model.h"
 #include "compact/paths.h"
 #include "compact/streams.h"
+#include "io/file/publish.h"
+#include "io/hdf5/h5_read.h"
 #include "io/map/map_chunks.h"
+#include "io/map/map_format.h"
 #include "io/map/map_internal.h"
 #include "io/scene/scene_limits.h"
 
@@ -48,7 +51,8 @@ static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
             return rmap_error_set(err, RMAP_FORMAT, "%s: %s has %llu rows, more than any piece has",
                                   info->name, stream->path, (unsigned long long)n);
         rows->n_row[stream->table] = (size_t)n;
-        rows->data[s] = rmap_alloc_unset((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
+        rows->data[s] =
+            rmap_alloc_unset((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
         if (!rows->data[s])
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a piece");
         enum rmap_status st =
@@ -109,6 +113,7 @@ static void shrink(struct rmap_map *map)
         if (!oldest)
             return;
         rmap_path_table_destroy(oldest->table);
+        rmap_free(oldest->sum);
         map->paths_nbytes -= oldest->nbytes;
         *oldest = (struct rmap_kept_paths){0};
     }
@@ -131,6 +136,59 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
     kept->n_user += st == RMAP_OK;
     kept->tick = ++self->paths_tick;
     shrink(self);
+    (void)pthread_mutex_unlock(&self->paths_lock);
+    return st;
+}
+
+/* A piece that is still being written says nothing yet. */
+static enum rmap_status read_sums(const struct rmap_map *map, size_t piece,
+                                  struct rmap_path_sum **sum_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_field_table fields = rmap_path_sum_fields();
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
+    void *rows = NULL;
+    size_t n = 0;
+    if (info->is_open || info->stored_rows[RMAP_COMPACT_PATH] == 0)
+        return RMAP_OK;
+    char *path = rmap_path_format("%s/%s", map->path, info->name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    RMAP_TRY(rmap_h5_open(&h5, path, err));
+    if (!rmap_h5_has(&h5, fields.field->path))
+        goto out;
+    RMAP_TRY(rmap_h5_read_fields(&h5, fields.field, fields.n, sizeof **sum_ret, &rows, &n, err));
+    if (n != info->stored_rows[RMAP_COMPACT_PATH])
+        RMAP_TRY(rmap_error_set(err, RMAP_FORMAT, "%s: %s has not as many rows as there are paths",
+                                path, fields.field->path));
+    *sum_ret = rows;
+    rows = NULL;
+out:
+    rmap_h5_drop(&h5);
+    rmap_free(rows);
+    rmap_free(path);
+    return st;
+}
+
+enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
+                                    const struct rmap_path_sum **sum_ret, struct rmap_error *err)
+{
+    struct rmap_map *self = inside(map);
+    struct rmap_kept_paths *kept = &self->paths[piece];
+    enum rmap_status st = RMAP_OK;
+    (void)pthread_mutex_lock(&self->paths_lock);
+    if (!kept->knows_sums) {
+        (void)pthread_mutex_lock(&self->hdf5_lock);
+        st = read_sums(map, piece, &kept->sum, err);
+        (void)pthread_mutex_unlock(&self->hdf5_lock);
+        kept->knows_sums = st == RMAP_OK;
+        const size_t n =
+            kept->sum ? (size_t)map->content.piece[piece].stored_rows[RMAP_COMPACT_PATH] : 0;
+        kept->nbytes += n * sizeof *kept->sum;
+        self->paths_nbytes += n * sizeof *kept->sum;
+    }
+    *sum_ret = kept->sum;
     (void)pthread_mutex_unlock(&self->paths_lock);
     return st;
 }

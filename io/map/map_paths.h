@@ -7,6 +7,7 @@
 #define RMAP_MAP_PATHS_H
 
 #include "compact/compact.h"
+#include "compact/path_sum.h"
 #include "io/map/chunk_reader.h"
 
 /* Borrowed from the map; thread-safe. traces: rays are traced with it, not their paths looked at
@@ -15,13 +16,21 @@ enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space, bool t
                                 const struct rmap_compact_model **model_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* Borrowed until it is given back (NULL is fine); thread-safe. RMAP_FORMAT names the piece. Those that nobody has are let go, the one that
- * was asked for longest ago first, when all take more than RMAP_PATHS_NBYTES. */
+/* Borrowed until it is given back (NULL is fine); thread-safe. RMAP_FORMAT names the piece. Those
+ * that nobody has are let go, the one that was asked for longest ago first, when all take more than
+ * RMAP_PATHS_NBYTES. */
 #define RMAP_PATHS_NBYTES ((size_t)96 << 20)
 enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
                                 struct rmap_chunk_reader *reader,
                                 const struct rmap_path_table **paths_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of paths that the caller has, and as long: what the piece says that its rays with each of them
+ * have in common. *sum_ret: [paths], NULL where it does not say. RMAP_FORMAT names the piece. */
+
+enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
+                                    const struct rmap_path_sum **sum_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of paths that the caller has: whether all values of them, as of columns, name something of the
  * map's scene. */

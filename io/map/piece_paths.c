@@ -6,9 +6,6 @@
 
 #include "base/alloc.h"
 #include "compact/paths.h"
-#include "io/file/publish.h"
-#include "io/hdf5/h5_read.h"
-#include "io/map/map_format.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_paths.h"
 
@@ -36,42 +33,13 @@ static bool add_up(const struct rmap_piece_paths *self, const struct rmap_piece_
     const struct rmap_portion *paths = self->paths;
     uint64_t rays = sum->n_own, registrations = sum->n_own_registration;
     for (size_t i = 0; i < paths->n_row[RMAP_TABLE_RAY]; i++) {
-        if (self->rays[i] > sum->n_row[RMAP_TABLE_RAY]) /* no sum is too large */
+        if (self->of[i].rays > sum->n_row[RMAP_TABLE_RAY]) /* no sum is too large */
             return false;
-        rays += self->rays[i];
-        registrations += self->rays[i] * paths->ray.registration_count[i];
+        rays += self->of[i].rays;
+        registrations += self->of[i].rays * paths->ray.registration_count[i];
     }
     return rays == sum->n_row[RMAP_TABLE_RAY] &&
            registrations == sum->n_row[RMAP_TABLE_REGISTRATION];
-}
-
-static enum rmap_status read_rays(struct rmap_piece_paths *self, bool *told_ret,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
-    hsize_t n = self->paths->n_row[RMAP_TABLE_RAY];
-    void *rays = NULL;
-    char *path =
-        rmap_path_format("%s/%s", self->map->path, self->map->content.piece[self->piece].name);
-    if (!path)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    RMAP_TRY(rmap_h5_open(&h5, path, err));
-    *told_ret = rmap_h5_has(&h5, RMAP_PATH_RAYS);
-    if (*told_ret)
-        RMAP_TRY(rmap_h5_read(&h5, RMAP_PATH_RAYS, RMAP_U64, 1, &n, &rays, err));
-    self->rays = rays;
-out:
-    rmap_h5_drop(&h5);
-    rmap_free(path);
-    return st;
-}
-
-/* A piece that is still being written says nothing yet. */
-static bool may_tell(const struct rmap_piece_info *info)
-{
-    return info->encoding == RMAP_ENCODING_COMPACT && info->stored_rows[RMAP_COMPACT_PATH] > 0 &&
-           info->stored_rows[RMAP_COMPACT_PATH] <= RMAP_PATH_MAX && !info->is_open;
 }
 
 enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece,
@@ -82,14 +50,15 @@ enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece,
     enum rmap_status st = RMAP_OK;
     *self = (struct rmap_piece_paths){.map = map, .piece = piece};
     *told_ret = false;
-    if (!may_tell(&map->content.piece[piece]) || sum->n_row[RMAP_TABLE_RAY] == 0)
+    if (map->content.piece[piece].encoding != RMAP_ENCODING_COMPACT ||
+        sum->n_row[RMAP_TABLE_RAY] == 0)
         goto out;
     RMAP_TRY(rmap_chunk_reader_create(map, &self->reader, err));
     RMAP_TRY(rmap_map_paths(map, piece, self->reader, &self->table, err));
     self->paths = rmap_path_table_rays(self->table);
     if (rmap_map_paths_fit(map, piece))
-        RMAP_TRY(read_rays(self, told_ret, err));
-    *told_ret = *told_ret && add_up(self, sum);
+        RMAP_TRY(rmap_map_path_sums(map, piece, &self->of, err));
+    *told_ret = self->of && add_up(self, sum);
 out:
     if (st != RMAP_OK)
         rmap_piece_paths_fini(self);
@@ -101,6 +70,5 @@ void rmap_piece_paths_fini(struct rmap_piece_paths *self)
     if (self->table)
         rmap_map_paths_give_back(self->map, self->piece, self->table);
     rmap_chunk_reader_destroy(self->reader);
-    rmap_free(self->rays);
     *self = (struct rmap_piece_paths){0};
 }

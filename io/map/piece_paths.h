@@ -5,6 +5,7 @@
 #ifndef RMAP_PIECE_PATHS_H
 #define RMAP_PIECE_PATHS_H
 
+#include "compact/path_sum.h"
 #include "io/map/map_reader.h"
 
 /* What the portions that a map lists of a piece hold. */
@@ -19,8 +20,8 @@ enum rmap_status rmap_piece_sums(const struct rmap_map *map, struct rmap_piece_s
 
 struct rmap_piece_paths {
     const struct rmap_portion *paths; /* as rays, columns RMAP_COLUMNS_DISCRETE; borrowed */
-    uint64_t *rays;                   /* [its rays] of the piece that have this path, each of weight
-                                         1; all others have paths of their own */
+    const struct rmap_path_sum *of;   /* [its rays] of the piece's that have this path, each of
+                                         weight 1; all others have paths of their own; borrowed */
     struct rmap_chunk_reader *reader;
     const struct rmap_path_table *table;
     const struct rmap_map *map;

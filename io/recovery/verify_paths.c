@@ -10,9 +10,9 @@
 #include "io/map/map_internal.h"
 #include "io/map/piece_paths.h"
 
-/* What is left of the piece's counts when those of its portions are taken away: 0 each. */
-static enum rmap_status take_away(const struct rmap_map *map, struct rmap_piece_paths *paths,
-                                  bool *told_ret, struct rmap_error *err)
+/* left: the piece's counts; what is left of them when those of its portions are taken away. */
+static enum rmap_status take_away(const struct rmap_map *map, const struct rmap_piece_paths *paths,
+                                  uint64_t *left, bool *told_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor = NULL;
@@ -28,19 +28,29 @@ static enum rmap_status take_away(const struct rmap_map *map, struct rmap_piece_
         *told_ret = summary.paths != NULL;
         for (size_t k = 0; *told_ret && k < info->n_row[RMAP_TABLE_RAY]; k++)
             if (summary.path[k] > 0)
-                paths->rays[summary.path[k] - 1]--;
+                left[summary.path[k] - 1]--;
     }
 out:
     rmap_cursor_destroy(cursor);
     return st;
 }
 
-static bool are_zero(const struct rmap_piece_paths *paths)
+static enum rmap_status compare(const struct rmap_map *map, const struct rmap_piece_paths *paths,
+                                bool *same_ret, struct rmap_error *err)
 {
-    uint64_t any = 0;
-    for (size_t k = 0; k < paths->paths->n_row[RMAP_TABLE_RAY]; k++)
-        any |= paths->rays[k];
-    return any == 0;
+    const size_t n = paths->paths->n_row[RMAP_TABLE_RAY];
+    uint64_t *left = rmap_alloc_unset(n, sizeof *left), any = 0;
+    bool told = true;
+    if (!left)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    for (size_t k = 0; k < n; k++)
+        left[k] = paths->of[k].rays;
+    const enum rmap_status st = take_away(map, paths, left, &told, err);
+    for (size_t k = 0; k < n; k++)
+        any |= left[k];
+    *same_ret = told && any == 0;
+    rmap_free(left);
+    return st;
 }
 
 enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t piece,
@@ -50,15 +60,16 @@ enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t pi
     struct rmap_piece_sum *sum = NULL;
     struct rmap_piece_paths paths = {0};
     struct rmap_error why = {0};
-    bool told = false;
+    bool told = false, same = true;
     enum rmap_status st = rmap_piece_sums(map, &sum, &why);
     if (st == RMAP_OK)
         st = rmap_piece_paths_open(map, piece, &sum[piece], &paths, &told, &why);
     if (st == RMAP_OK && told) {
-        st = take_away(map, &paths, &told, &why);
-        if (st == RMAP_OK && !(told && are_zero(&paths))) {
+        st = compare(map, &paths, &same, &why);
+        if (st == RMAP_OK && !same) {
             struct rmap_finding finding;
-            rmap_finding_set(&finding, map->content.piece[piece].name, RMAP_PATH_RAYS,
+            rmap_finding_set(&finding, map->content.piece[piece].name,
+                             rmap_path_sum_fields().field->path,
                              "says other numbers of rays than the paths of its portions");
             st = rmap_findings_add(findings, &finding, &why);
         }

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
-#include "compact/streams.h"
+#include "compact/paths.h"
 #include "io/codec/codec.h"
 #include "io/file/directory.h"
 #include "io/file/file_lock.h"
@@ -166,27 +166,17 @@ out:
     return st;
 }
 
-static enum rmap_status write_path_rays(struct rmap_piece_writer *self, const uint64_t *rays,
-                                        uint64_t n, struct rmap_error *err)
-{
-    const struct rmap_h5_array array = {.path = RMAP_PATH_RAYS,
-                                        .element = RMAP_U64,
-                                        .rank = 1,
-                                        .dims = {n},
-                                        .unit = rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1.0),
-                                        .description = "rays of the piece that have this path"};
-    return rmap_h5_write(&self->h5, &array, rays, err);
-}
-
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                           const struct rmap_portion_info *portion, size_t n_portion,
-                                          const uint64_t *stored_rows, const uint64_t *path_rays,
+                                          const uint64_t *stored_rows,
+                                          const struct rmap_path_sum *path,
                                           struct rmap_map_content *content, struct rmap_error *err)
 {
     static const int32_t complete = 1;
     enum rmap_status st = RMAP_OK;
     struct rmap_field_table chunks = rmap_chunk_fields(),
-                            portions = rmap_portion_fields_piece(self->curved);
+                            portions = rmap_portion_fields_piece(self->curved),
+                            sums = rmap_path_sum_fields();
     struct rmap_piece_info info = {.shard = self->shard,
                                    .encoding = (int32_t)self->layout->encoding,
                                    .space = self->run->space,
@@ -195,8 +185,9 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
                                      self->run->selection != NULL, err));
-    if (path_rays && stored_rows[RMAP_COMPACT_PATH] > 0)
-        RMAP_TRY(write_path_rays(self, path_rays, stored_rows[RMAP_COMPACT_PATH], err));
+    if (path && stored_rows[RMAP_COMPACT_PATH] > 0)
+        RMAP_TRY(rmap_h5_write_fields(&self->h5, sums.field, sums.n, path,
+                                      (size_t)stored_rows[RMAP_COMPACT_PATH], sizeof *path, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, rmap_format_n_table(self->curved),
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));

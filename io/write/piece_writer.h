@@ -5,6 +5,7 @@
 #ifndef RMAP_PIECE_WRITER_H
 #define RMAP_PIECE_WRITER_H
 
+#include "compact/path_sum.h"
 #include "io/codec/codec.h"
 #include "io/map/map_content.h"
 #include "io/map/map_writer.h"
@@ -34,11 +35,12 @@ enum rmap_status rmap_piece_writer_flush(struct rmap_piece_writer *writer,
 
 /* Writes the tables of chunks and portions, closes and publishes, under the next free number if
  * its own was taken meanwhile; then appends the piece to `content`. stored_rows:
- * [RMAP_STORED_TABLE_MAX], rows of each stored table. path_rays: of each path of a compact one's
- * dictionary; NULL: not known. */
+ * [RMAP_STORED_TABLE_MAX], rows of each stored table. path: [rows of /path] of a compact one,
+ * or NULL: not known. */
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *writer,
                                           const struct rmap_portion_info *portion, size_t n_portion,
-                                          const uint64_t *stored_rows, const uint64_t *path_rays,
+                                          const uint64_t *stored_rows,
+                                          const struct rmap_path_sum *path,
                                           struct rmap_map_content *content,
                                           struct rmap_error *err) RMAP_MUST_USE;
 

@@ -281,10 +281,9 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
 static enum rmap_status finish_piece(struct rmap_shard_writer *self,
                                      const struct rmap_shard_piece *piece, struct rmap_error *err)
 {
-    const uint64_t *path_rays = piece->book ? rmap_path_book_rays(piece->book) : NULL;
-    enum rmap_status st =
-        rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion, piece->stored_rows,
-                                 path_rays, &self->content, err);
+    const struct rmap_path_sum *path = piece->book ? rmap_path_book_sums(piece->book) : NULL;
+    enum rmap_status st = rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion,
+                                                   piece->stored_rows, path, &self->content, err);
     if (st != RMAP_OK)
         return st;
     rmap_piece_writer_destroy(self->file);

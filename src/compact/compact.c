@@ -48,6 +48,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->path);
     rmap_free(encoder->channel);
     rmap_free(encoder->hash);
+    rmap_free(encoder->length);
     rmap_free(encoder->begin);
     rmap_free(encoder->word);
     rmap_step_classes_fini(&encoder->steps);
@@ -92,6 +93,7 @@ static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
     ROOM(channel, encoder->n_ray + n);
     ROOM(hash, encoder->n_ray + n);
     ROOM(begin, encoder->n_ray + n);
+    ROOM(length, encoder->n_ray + n);
     ROOM(word, encoder->n_word + words);
     ROOM(step, encoder->n_segment + s);
     ROOM(triangle, encoder->n_triangle + s);

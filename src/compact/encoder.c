@@ -182,6 +182,8 @@ void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_p
         uint64_t hash = XXH3_64bits(word, (size_t)(end - word) * sizeof *word);
         encoder->hash[n_before + i] = hash ? hash : 1;
         encoder->begin[n_before + i] = (size_t)(word - encoder->word);
+        encoder->length[n_before + i][0] = part->ray.path_length[i];
+        encoder->length[n_before + i][1] = part->ray.optical_path[i];
         word = end;
         s += part->ray.segment_count[i];
         r += part->ray.registration_count[i];
@@ -350,8 +352,8 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
     rows->data[RMAP_STREAM_curve_position] = encoder->curve.position;
     struct rmap_compact_summary summary;
     RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
-    rmap_path_book_count(book, encoder->path, encoder->n_ray,
-                         summary.weigh_one && summary.ids_run && summary.media_known);
+    rmap_path_book_add(book, encoder->path, (const double(*)[2])encoder->length, encoder->n_ray,
+                       summary.weigh_one && summary.ids_run && summary.media_known);
 out:
     return st;
 }

@@ -18,11 +18,12 @@ struct rmap_compact_encoder {
     size_t n_ray, n_segment, n_registration, n_word; /* of the parts taken so far */
 
     /* [n_ray] */
-    size_t cap_path, cap_channel, cap_hash, cap_begin;
+    size_t cap_path, cap_channel, cap_hash, cap_begin, cap_length;
     uint32_t *path;
     uint8_t *channel;
     uint64_t *hash;
-    size_t *begin; /* of the path's words */
+    size_t *begin;       /* of the path's words */
+    double (*length)[2]; /* path and optical path */
 
     uint32_t *word;
     size_t cap_word;

@@ -226,8 +226,8 @@ static inline uint32_t rmap_event_at_end(uint8_t stop)
     return at_end[stop & 3];
 }
 
-/* What paths need; then, in place, what tracing needs besides (again: nothing happens), while others
- * may use it for paths. create: both. */
+/* What paths need; then, in place, what tracing needs besides (again: nothing happens), while
+ * others may use it for paths. create: both. */
 enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
                                           struct rmap_compact_model **model_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;

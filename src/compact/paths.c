@@ -4,6 +4,7 @@
  * then object + 1 of each segment, 0 and the one expected swapped, then its event xor the one
  * expected, then segment, detector and registered of each registration.
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -33,8 +34,8 @@ struct rmap_path_book {
     size_t n, n_row, n_word;
     size_t cap_entry, cap_word;
     struct rmap_step_classes classes;
-    uint64_t *rays; /* [RMAP_PATH_MAX + 1] by reference; 0: of their own */
-    bool is_plain;  /* all portions so far */
+    struct rmap_path_sum *sum; /* [RMAP_PATH_MAX + 1] by reference; 0: of their own */
+    bool is_plain;             /* all portions so far */
 };
 
 enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct rmap_error *err)
@@ -43,10 +44,10 @@ enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct 
     if (book) {
         book->seen = rmap_alloc(SEEN_SLOTS, sizeof *book->seen);
         book->slot = rmap_alloc(FIND_SLOTS, sizeof *book->slot);
-        book->rays = rmap_alloc(RMAP_PATH_MAX + 1, sizeof *book->rays);
+        book->sum = rmap_alloc(RMAP_PATH_MAX + 1, sizeof *book->sum);
         book->is_plain = true;
     }
-    if (!book || !book->seen || !book->slot || !book->rays) {
+    if (!book || !book->seen || !book->slot || !book->sum) {
         rmap_path_book_destroy(book);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
     }
@@ -62,7 +63,7 @@ void rmap_path_book_destroy(struct rmap_path_book *book)
     rmap_free(book->slot);
     rmap_free(book->entry);
     rmap_free(book->word);
-    rmap_free(book->rays);
+    rmap_free(book->sum);
     rmap_step_classes_fini(&book->classes);
     rmap_free(book);
 }
@@ -94,17 +95,45 @@ struct rmap_step_classes *rmap_path_book_classes(struct rmap_path_book *book)
     return &book->classes;
 }
 
-void rmap_path_book_count(struct rmap_path_book *book, const uint32_t *path, size_t n_ray,
-                          bool plain)
+/* The float next to x, towards `to`, unless x is one. */
+static float round_towards(double x, float to)
 {
-    book->is_plain &= plain;
-    for (size_t i = 0; i < n_ray; i++)
-        book->rays[path[i]]++;
+    const float near = (float)x;
+    const bool beyond = to > 0.0f ? (double)near >= x : (double)near <= x;
+    return beyond ? near : nextafterf(near, to);
 }
 
-const uint64_t *rmap_path_book_rays(const struct rmap_path_book *book)
+static void widen(float bound[2], double x, bool is_first)
 {
-    return book->is_plain ? book->rays + 1 : NULL;
+    if (is_first || x < (double)bound[0])
+        bound[0] = round_towards(x, -HUGE_VALF);
+    if (is_first || x > (double)bound[1])
+        bound[1] = round_towards(x, HUGE_VALF);
+    if (isnan(x))
+        bound[0] = bound[1] = NAN; /* and so they stay */
+}
+
+void rmap_path_book_add(struct rmap_path_book *book, const uint32_t *path,
+                        const double (*length)[2], size_t n_ray, bool plain)
+{
+    book->is_plain &= plain;
+    for (size_t i = 0; i < n_ray; i++) {
+        struct rmap_path_sum *sum = &book->sum[path[i]];
+        const bool is_first = sum->rays++ == 0;
+        widen(sum->path_length, length[i][0], is_first);
+        widen(sum->optical_path, length[i][1], is_first);
+    }
+}
+
+const struct rmap_path_sum *rmap_path_book_sums(struct rmap_path_book *book)
+{
+    enum { FEW = 16 };
+    if (!book->is_plain)
+        return NULL;
+    for (size_t i = 1; i <= book->n; i++)
+        for (int k = 0; k < 2 && book->sum[i].rays < FEW; k++)
+            book->sum[i].path_length[k] = book->sum[i].optical_path[k] = NAN;
+    return book->sum + 1;
 }
 
 static bool has_room(const struct rmap_path_book *book, const uint32_t *word)

@@ -9,6 +9,7 @@
 #define RMAP_COMPACT_PATHS_H
 
 #include "compact/model.h"
+#include "compact/path_sum.h"
 #include "compact/step_classes.h"
 #include "compact/step_codes.h"
 #include "compact/streams.h"
@@ -57,14 +58,15 @@ enum rmap_status rmap_path_book_enter(struct rmap_path_book *book, const uint32_
 /* Classes of the steps of the paths entered; whoever enters a path adds its own, in order. */
 struct rmap_step_classes *rmap_path_book_classes(struct rmap_path_book *book);
 
-/* Counts the rays of a portion by the paths that were found, path: [n_ray] references. plain: what
- * else discrete questions ask of them is what every ray has (weight 1, ids that follow each other,
- * media as the paths say). */
-void rmap_path_book_count(struct rmap_path_book *book, const uint32_t *path, size_t n_ray,
-                          bool plain);
+/* Sums up the rays of a portion by the paths that were found: path [n_ray] references, length
+ * [n_ray] path and optical path. plain: what else discrete questions ask of them is what every ray
+ * has (weight 1, ids that follow each other, media as the paths say). */
+void rmap_path_book_add(struct rmap_path_book *book, const uint32_t *path,
+                        const double (*length)[2], size_t n_ray, bool plain);
 
-/* [paths entered] rays that have each, so far; NULL once a portion was not plain. Borrowed. */
-const uint64_t *rmap_path_book_rays(const struct rmap_path_book *book);
+/* [paths entered], so far; NULL once a portion was not plain. Paths of few rays are not worth
+ * bounds. Borrowed. */
+const struct rmap_path_sum *rmap_path_book_sums(struct rmap_path_book *book);
 
 /* A path of this hash will be looked up soon. */
 void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);

@@ -113,8 +113,8 @@ enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, struct rmap_
     const uint32_t *word = rows->data[RMAP_STREAM_OWN_object];
     const size_t n_word = rows->n_row[RMAP_COMPACT_OWN_SEGMENT];
     *codes = (struct rmap_step_codes){0};
-    RMAP_TRY(rmap_lane_header_read(rows->data[RMAP_STREAM_pool64],
-                                   rows->n_row[RMAP_COMPACT_POOL64], &header, &n_used, err));
+    RMAP_TRY(rmap_lane_header_read(rows->data[RMAP_STREAM_pool64], rows->n_row[RMAP_COMPACT_POOL64],
+                                   &header, &n_used, err));
     if (header.n_code == 0)
         goto out;
     const uint64_t n = count_segments(rows);

@@ -37,10 +37,11 @@ enum rmap_status rmap_step_codes_make(struct rmap_step_coder *coder, const uint3
 
 /* Those of a portion, borrowed from its rows. */
 struct rmap_step_codes {
-    size_t n_code;            /* 0: segments are not coded; nothing else is set then */
-    size_t n;                 /* segments */
-    const uint32_t *class_of; /* [n_code]; this and the next two NULL where the stream is not there */
-    const uint8_t *code;      /* [n]; those from n_code on but RMAP_STEP_RARE have no class */
+    size_t n_code; /* 0: segments are not coded; nothing else is set then */
+    size_t n;      /* segments */
+    const uint32_t
+        *class_of;       /* [n_code]; this and the next two NULL where the stream is not there */
+    const uint8_t *code; /* [n]; those from n_code on but RMAP_STEP_RARE have no class */
     const uint32_t *rare;
     size_t n_rare_word;
 };
