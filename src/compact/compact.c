@@ -374,7 +374,11 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
     if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;
-    return rmap_settle_decode(&decoder->batch, &r, header->one_by_one, out, err);
+    struct rmap_portion made = *out; /* columns that are there stay */
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (rmap_compact_traced(header->placed) & ~traced & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&made, (enum rmap_column)c) = NULL;
+    return rmap_settle_decode(&decoder->batch, &r, header->one_by_one, &made, err);
 }
 
 static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
