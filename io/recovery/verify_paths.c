@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Whether a piece counts its rays by paths as its portions do.
+ * Whether what a piece says of its rays by their paths is so.
  */
 #include "io/recovery/verify_paths.h"
 
@@ -81,4 +81,40 @@ enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t pi
     if (st != RMAP_OK && err)
         *err = why;
     return st;
+}
+
+static bool is_outside(const float bound[2], double x)
+{
+    return x < (double)bound[0] || x > (double)bound[1];
+}
+
+enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                         size_t portion, const struct rmap_portion *rays,
+                                         struct rmap_findings *findings, struct rmap_error *err)
+{
+    const struct rmap_portion_info *info = &self->content->portion[portion];
+    const struct rmap_path_sum *sum = NULL;
+    struct rmap_path_summary summary;
+    struct rmap_error why = {0};
+    size_t n_outside = 0;
+    enum rmap_status st = rmap_cursor_path_summary(cursor, false, &summary, &why);
+    if (st == RMAP_OK && summary.paths)
+        st = rmap_cursor_path_sums(cursor, &sum, &why);
+    if (st == RMAP_FORMAT) /* of the file that says so: told of by itself */
+        return RMAP_OK;
+    if (st != RMAP_OK && err)
+        *err = why;
+    for (size_t i = 0; sum && i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        const struct rmap_path_sum *its = &sum[summary.path[i] - (summary.path[i] > 0)];
+        n_outside +=
+            summary.path[i] > 0 && (is_outside(its->path_length, rays->ray.path_length[i]) ||
+                                    is_outside(its->optical_path, rays->ray.optical_path[i]));
+    }
+    if (st != RMAP_OK || n_outside == 0)
+        return st;
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, self->content->piece[info->piece].name, "/tally/path_length",
+                     "has bounds that rays with these paths are beyond");
+    rmap_finding_add_rays(&finding, info->first_ray, info->n_row[RMAP_TABLE_RAY]);
+    return rmap_findings_add(findings, &finding, err);
 }

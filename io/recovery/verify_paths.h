@@ -1,15 +1,24 @@
 /* SPDX-License-Identifier: MIT
  *
- * Whether a piece counts its rays by paths as its portions do.
+ * Whether what a piece says of its rays by their paths is so.
  */
 #ifndef RMAP_VERIFY_PATHS_H
 #define RMAP_VERIFY_PATHS_H
 
 #include "io/recovery/verify.h"
 
-/* Uses HDF5. Says nothing where portions cannot be read: their chunks are told of by themselves. */
+struct rmap_cursor;
+
+/* Numbers of rays. Uses HDF5. Says nothing where portions cannot be read: their chunks are told of
+ * by themselves. */
 enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t piece,
                                        struct rmap_findings *findings,
                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bounds of the rays of a portion that the cursor has just read. Any thread. */
+enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                         size_t portion, const struct rmap_portion *rays,
+                                         struct rmap_findings *findings,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif
