@@ -43,6 +43,19 @@ for question in QUESTIONS:
         again = ask("lens.raymap", question, ranks=ranks)
         check(same(told, again) and told["bytes_read"] == again["bytes_read"] and told["portions"] == again["portions"], f"{question}: {ranks} ranks")
     check((told["bytes_read"] <= stored) == ("path_length" not in question), f"{question}: {told['bytes_read']} bytes of {stored}")
+
+# Bounds of lengths are those of the rays: thresholds at, and next to, the numbers themselves.
+with h5py.File("plain.raymap/map.h5") as index:
+    lengths = {name: index["ray/" + name][:] for name in ("path_length", "optical_path")}
+for name, length in lengths.items():
+    for value in (length.min(), numpy.quantile(length, 0.5, method="nearest")):
+        for at in (value, numpy.nextafter(value, 0), numpy.nextafter(value, 1e9)):
+            for sign, holds in ((">", length > at), ("==", length == at)):
+                told = ask("lens.raymap", f"{name} {sign} {at!r}")
+                check(told["rays"]["matched"] == int(holds.sum()), f"{name} {sign} {at!r}: {told['rays']}, {holds.sum()}")
+explained = run("query", "lens.raymap", f"path_length > {numpy.quantile(lengths['path_length'], 0.5)!r}", "--explain", "--json")
+undecided = json.loads(explained)[0]["compact"]
+check(0 < undecided["undecided_rays"] < 0.4 * undecided["rays"], f"{undecided}")
 together = json.loads(run("query", "lens.raymap", *QUESTIONS, "--json", ranks=2))
 check(all(same(one, ask("plain.raymap", question)) for one, question in zip(together, QUESTIONS)), "all at once")
 part = [ask(name, QUESTIONS[0], "--until", "20%") for name in ("lens.raymap", "plain.raymap")]
