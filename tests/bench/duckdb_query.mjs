@@ -11,79 +11,72 @@ import { fileURLToPath } from "node:url";
 const { DuckDBInstance } = createRequire(path.resolve("package.json"))("@duckdb/node-api");
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const [program, rays = "1000000", work = "duckdb-work"] = process.argv.slice(2);
+const [program, nRays = "1000000", work = "duckdb-work"] = process.argv.slice(2);
 if (!program) {
   console.error("usage: node duckdb_query.mjs RAYMAP [RAYS [FOLDER]]");
   process.exit(2);
 }
 const REPEATS = 7;
-const REFLECT = 1; // event bit of a specular reflection
-const TRANSMIT = 4;
+const REFLECT = 1, REFLECT_DIFFUSE = 2; // event bits
 
-// Each: a criterion, and queries that count the same rays; the fastest of them is compared.
-// `history` has a row per ray with lists, in order, of its objects and events.
+// Rays of a step; of a step met so often; of none.
+const steps = (where) => [
+  `select count(distinct ray) from segment where ${where}`,
+  `select count(*) from ray semi join (select ray from segment where ${where}) using (ray)`,
+];
+const often = (where, n) => [`select count(*) from (select ray from segment where ${where} group by ray having count(*) >= ${n})`];
+const never = (where) => [
+  `select (select count(*) from ray) - (select count(distinct ray) from segment where ${where})`,
+  `select count(*) from ray anti join (select ray from segment where ${where}) using (ray)`,
+];
+// One step and, later, another.
+const then = (first, second) => [
+  `select count(*) from (select ray from segment group by ray having min(case when ${first} then leg end) < max(case when ${second} then leg end))`,
+  `select count(distinct a.ray) from (select ray, leg from segment where ${first}) a join (select ray, leg from segment where ${second}) b
+     on a.ray = b.ray and a.leg < b.leg`,
+];
+const registered = (where) => [
+  `select count(distinct ray) from registration where registered = 1 and ${where}`,
+  `select count(*) from ray semi join (select ray from registration where registered = 1 and ${where}) using (ray)`,
+];
+const rays = (where) => [`select count(*) from ray where ${where}`];
+// Rays of a step, so often, with a number: either first.
+const both = (where, n, number) => [
+  `select count(*) from ray semi join (select ray from segment where ${where} group by ray having count(*) >= ${n}) using (ray) where ${number}`,
+  `select count(*) from (select ray from segment where ${where} and ray in (select ray from ray where ${number}) group by ray having count(*) >= ${n})`,
+];
+
+// Each class: a criterion, and queries that count the same rays; the fastest of them is compared.
+const lens = "object like 'lens.%'", walls = "object in ('west_wall', 'east_wall', 'south_wall', 'north_wall')";
 const scenes = {
-  "double-gauss": [
-    {
-      criterion: "source(star) and hit('lens.*', reflect_specular) >= 2 and registered(sensor, rect(-6.1, -4.1, 6.1, 4.1))",
-      sql: [
-        `select count(*) from (select s.ray from segment s where s.object like 'lens.%' and s.event & ${REFLECT} <> 0
-           and s.ray in (select r.ray from registration g join ray r using (ray) where r.source = 'star' and g.detector = 'sensor'
-             and g.registered = 1 and g.x between -6.1 and 6.1 and g.y between -4.1 and 4.1)
-           group by s.ray having count(*) >= 2)`,
-        `with seen as (select distinct ray from registration where detector = 'sensor' and registered = 1 and x between -6.1 and 6.1
-             and y between -4.1 and 4.1),
-           often as (select ray from segment where object like 'lens.%' and event & ${REFLECT} <> 0 group by ray having count(*) >= 2)
-         select count(*) from ray join seen using (ray) join often using (ray) where source = 'star'`,
-        `select count(*) from history h where source = 'star'
-           and len(list_filter(list_zip(objects, events), p -> p[1] like 'lens.%' and p[2] & ${REFLECT} <> 0)) >= 2
-           and ray in (select ray from registration where detector = 'sensor' and registered = 1 and x between -6.1 and 6.1
-             and y between -4.1 and 4.1)`,
-      ],
-    },
-    {
-      criterion: "not hit(cover.*)",
-      sql: [
-        `select (select count(*) from ray) - (select count(distinct ray) from segment where object like 'cover.%')`,
-        `select count(*) from ray anti join (select ray from segment where object like 'cover.%') using (ray)`,
-        `select count(*) from history where not list_has_any(objects, ['cover.1', 'cover.2', 'cover.edge.1'])`,
-      ],
-    },
-  ],
-  room: [
-    {
-      criterion: "source(lamp) and hit('*_wall', reflect_specular) >= 2 and registered(floor_map, rect(-1.01, -1.01, 1.01, 1.01))",
-      sql: [
-        `select count(*) from (select s.ray from segment s where s.object like '%\\_wall' escape '\\' and s.event & ${REFLECT} <> 0
-           and s.ray in (select r.ray from registration g join ray r using (ray) where r.source = 'lamp' and g.detector = 'floor_map'
-             and g.registered = 1 and g.x between -1.01 and 1.01 and g.y between -1.01 and 1.01)
-           group by s.ray having count(*) >= 2)`,
-        `with seen as (select distinct ray from registration where detector = 'floor_map' and registered = 1
-             and x between -1.01 and 1.01 and y between -1.01 and 1.01),
-           often as (select ray from segment where object in ('west_wall', 'east_wall', 'south_wall', 'north_wall')
-             and event & ${REFLECT} <> 0 group by ray having count(*) >= 2)
-         select count(*) from ray join seen using (ray) join often using (ray) where source = 'lamp'`,
-      ],
-    },
-    {
-      criterion: "not hit('*_wall')",
-      sql: [
-        `select (select count(*) from ray)
-           - (select count(distinct ray) from segment where object in ('west_wall', 'east_wall', 'south_wall', 'north_wall'))`,
-        `select count(*) from ray anti join
-           (select ray from segment where object in ('west_wall', 'east_wall', 'south_wall', 'north_wall')) using (ray)`,
-        `select count(*) from history where not list_has_any(objects, ['west_wall', 'east_wall', 'south_wall', 'north_wall'])`,
-      ],
-    },
-    {
-      criterion: "hit('board*', transmit_specular) >= 1 and ended(absorbed)",
-      sql: [
-        `select count(distinct ray) from segment join ray using (ray) where stop = 0 and object like 'board%' and event & ${TRANSMIT} <> 0`,
-        `select count(*) from ray semi join (select ray from segment where object like 'board%' and event & ${TRANSMIT} <> 0)
-           using (ray) where stop = 0`,
-      ],
-    },
-  ],
+  "double-gauss": {
+    source: ["source(sun)", rays("source = 'sun'")],
+    object: ["hit(lens.3)", steps("object = 'lens.3'")],
+    event: ["hit(lens.*, reflect_specular)", steps(`${lens} and event & ${REFLECT} <> 0`)],
+    count: ["hit(lens.*, reflect_specular) >= 2", often(`${lens} and event & ${REFLECT} <> 0`, 2)],
+    never: ["not hit(cover.*)", never("object like 'cover.%'")],
+    path: ['path(".* R@lens.3 .* R@lens.2 .*")', then(`object = 'lens.3' and event & ${REFLECT} <> 0`, `object = 'lens.2' and event & ${REFLECT} <> 0`)],
+    region: ["registered(sensor, rect(-6.1, -4.1, 6.1, 4.1))", registered("detector = 'sensor' and x between -6.1 and 6.1 and y between -4.1 and 4.1")],
+    place: ["registered(sensor where x > 3.21)", registered("detector = 'sensor' and x > 3.21")],
+    angle: ["registered(sensor where angle > 12.34)", registered("detector = 'sensor' and angle > 12.34")],
+    time: ["registered(sensor where time > 0.601 ns)", registered("detector = 'sensor' and time > 0.601")],
+    length: ["path_length > 150.25", rays("path_length > 150.25")],
+    "event and length": ["hit(lens.*, reflect_specular) >= 2 and path_length > 150.25", both(`${lens} and event & ${REFLECT} <> 0`, 2, "path_length > 150.25")],
+  },
+  room: {
+    source: ["source(lamp)", rays("source = 'lamp'")],
+    object: ["hit(ball_1)", steps("object = 'ball_1'")],
+    event: ["hit('*_wall', reflect_specular)", steps(`${walls} and event & ${REFLECT} <> 0`)],
+    count: ["hit(floor, reflect_diffuse) >= 2", often(`object = 'floor' and event & ${REFLECT_DIFFUSE} <> 0`, 2)],
+    never: ["not hit('*_wall')", never(walls)],
+    path: ['path(".* D@floor .* D@ceiling .*")', then(`object = 'floor' and event & ${REFLECT_DIFFUSE} <> 0`, `object = 'ceiling' and event & ${REFLECT_DIFFUSE} <> 0`)],
+    region: ["registered(floor_map, rect(-1.01, -1.01, 1.01, 1.01))", registered("detector = 'floor_map' and x between -1.01 and 1.01 and y between -1.01 and 1.01")],
+    place: ["registered(floor_map where x > 1.21)", registered("detector = 'floor_map' and x > 1.21")],
+    angle: ["registered(floor_map where angle > 40.12)", registered("detector = 'floor_map' and angle > 40.12")],
+    time: ["registered(floor_map where time > 40.1 ns)", registered("detector = 'floor_map' and time > 40.1")],
+    length: ["path_length > 15.13", rays("path_length > 15.13")],
+    "event and length": ["hit(ball_1) and path_length > 15.13", both("object = 'ball_1'", 1, "path_length > 15.13")],
+  },
 };
 
 const run = (...args) => execFileSync(program, args, { encoding: "utf8", maxBuffer: 1 << 28 });
@@ -95,24 +88,25 @@ function bytesOf(folder) {
     .reduce((sum, entry) => sum + statSync(path.join(entry.parentPath ?? entry.path, entry.name)).size, 0);
 }
 
+function trace(scene, name, ...options) {
+  const map = path.join(work, name);
+  if (!existsSync(map))
+    run("trace", path.join(here, "../../examples", scene, "scene.yaml"), "-o", map, "-n", nRays, "--quiet", ...options);
+  return map;
+}
+
+// A map as `trace` makes it, and the same rays as tables.
 async function prepare(scene, db) {
-  const map = path.join(work, `${scene}.raymap`), tables = path.join(work, `${scene}-tables`);
-  if (!existsSync(map)) {
-    run("trace", path.join(here, "../../examples", scene, "scene.yaml"), "-o", map, "-n", rays, "--encoding", "plain", "--quiet");
-    run("index", map, "--quiet");
-  }
+  const map = trace(scene, `${scene}.raymap`), tables = path.join(work, `${scene}-tables`);
   if (!existsSync(tables)) {
-    execFileSync("/usr/bin/python3", ["-B", path.join(here, "export_csv.py"), map, tables + ".csv"]);
+    execFileSync("/usr/bin/python3", ["-B", path.join(here, "export_csv.py"), trace(scene, `${scene}-plain.raymap`, "--encoding", "plain"), tables + ".csv"]);
     mkdirSync(tables);
     for (const table of ["ray", "segment", "registration"])
       await db.run(`copy (from read_csv('${tables}.csv/${table}.csv', nullstr='\\N')) to '${tables}/${table}.parquet' (format parquet, compression zstd)`);
-    await db.run(`copy (select ray, any_value(r.source) as source, any_value(stop) as stop, list(object order by leg) as objects,
-      list(event order by leg) as events from '${tables}/segment.parquet' s join '${tables}/ray.parquet' r using (ray) group by ray order by ray)
-      to '${tables}/history.parquet' (format parquet, compression zstd)`);
   }
-  for (const table of ["ray", "segment", "registration", "history"])
+  for (const table of ["ray", "segment", "registration"])
     await db.run(`create or replace view ${table} as from '${tables}/${table}.parquet'`);
-  console.log(`${scene}: map ${(bytesOf(map) / 1e6).toFixed(1)} MB, Parquet ${(bytesOf(tables) / 1e6).toFixed(1)} MB`);
+  console.log(`${scene}, ${Number(nRays).toLocaleString("en")} rays: map ${(bytesOf(map) / 1e6).toFixed(1)} MB, Parquet ${(bytesOf(tables) / 1e6).toFixed(1)} MB`);
   return map;
 }
 
@@ -122,7 +116,7 @@ await db.run("set enable_progress_bar = false");
 let apart = 0;
 for (const [scene, questions] of Object.entries(scenes)) {
   const map = await prepare(scene, db);
-  for (const { criterion, sql } of questions) {
+  for (const [kind, [criterion, sql]] of Object.entries(questions)) {
     const ours = [], theirs = sql.map(() => []);
     let matched;
     for (let i = -1; i < REPEATS; i++) { // -1: warms the cache
@@ -140,8 +134,8 @@ for (const [scene, questions] of Object.entries(scenes)) {
       }
     }
     const best = Math.min(...theirs.map(median)), a = median(ours);
-    console.log(`  ${criterion}\n    ${matched} rays; raymap ${(1e3 * a).toFixed(2)} ms, DuckDB ` +
-      `${theirs.map((t) => (1e3 * median(t)).toFixed(1)).join(", ")} ms: ${(best / a).toFixed(1)} times`);
+    console.log(`  ${kind}: ${criterion}\n    ${matched} rays; raymap ${(1e3 * a).toFixed(2)} ms, DuckDB ` +
+      `${theirs.map((t) => (1e3 * median(t)).toFixed(1)).join(", ")} ms: ${(best / a).toPrecision(3)} times`);
   }
 }
 process.exit(apart ? 1 : 0);

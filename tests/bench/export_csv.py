@@ -37,7 +37,7 @@ def main(target, folder):
     r = {k: v[order] for k, v in m.registration.items()}
     write(f"{folder}/registration.csv", ray=ray[m.ray_of_registration[order]], leg=r["segment"],
           detector=name["detector"][r["detector"]], registered=r["registered"], x=m.x[order],
-          y=m.y[order], angle=m.angle[order])
+          y=m.y[order], angle=m.angle[order], time=1e9 * m.time[order])
 
 
 main(*sys.argv[1:3])
