@@ -42,8 +42,11 @@ def check_every_answer(file, complete, asked, traced):
 
 call("trace", GAUSS, "-o", "whole.raymap", "-n", 3000, "--force", "--quiet")
 check_every_answer("whole.raymap", True, 3000, 3000)
-told = json.loads(call("trace", GAUSS, "-o", "part.raymap", "-n", 10**9, "--time-limit", "0.2s", "--force", "--json", status=6).stdout)
-held = json.loads(call("info", "part.raymap", "--json").stdout)["rays"]
+for limit in ("0.2s", "1s", "5s"):  # a busy machine may not get to any ray in the first
+    told = json.loads(call("trace", GAUSS, "-o", "part.raymap", "-n", 10**9, "--time-limit", limit, "--force", "--json", status=6).stdout)
+    held = json.loads(call("info", "part.raymap", "--json").stdout)["rays"]
+    if held >= 100:
+        break
 check_every_answer("part.raymap", False, 10**9, held)
 assert (told["complete"], told["rays_asked"], told["rays_traced"]) == (False, 10**9, held), told
 call("trace", GAUSS, "-o", "next.raymap", "-n", 1000, "--first-ray", 10**9, "--force", "--quiet")
