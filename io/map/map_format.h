@@ -47,12 +47,12 @@ struct rmap_field_table {
 struct rmap_field_table rmap_chunk_fields(void);
 struct rmap_field_table rmap_portion_fields_piece(bool curved);
 struct rmap_field_table rmap_portion_fields_index(bool curved);
-struct rmap_field_table rmap_portion_fields_picked(void);
+struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
+struct rmap_field_table rmap_piece_fields(bool curved);
 
 /* struct rmap_path_sum, of each path of a compact piece that was finished by the run that began
  * it, where every portion's rays are told by their paths. */
-struct rmap_field_table rmap_path_sum_fields(void); /* besides, where rays were picked */
-struct rmap_field_table rmap_piece_fields(bool curved);
+struct rmap_field_table rmap_path_sum_fields(void);
 
 /* Stored tables whose rows a file states. */
 size_t rmap_format_n_table(bool curved);
