@@ -23,7 +23,7 @@ struct builder {
     yaml_parser_t parser;
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
-    const char *text;
+    const char *text; /* ends with 0 */
     size_t n_node, n_copied, n_part;
     struct anchor *anchor;
     size_t n_anchor, cap_anchor;
@@ -528,9 +528,14 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
         text += 3;
         nbytes -= 3;
     }
-    struct builder b = {.diagnostics = diagnostics, .err = err, .text = text};
-    if (!yaml_parser_initialize(&b.parser))
+    char *copy = rmap_alloc(nbytes + 1, 1);
+    struct builder b = {.diagnostics = diagnostics, .err = err, .text = copy};
+    if (!copy || !yaml_parser_initialize(&b.parser)) {
+        rmap_free(copy);
         return no_memory(err);
+    }
+    if (nbytes > 0)
+        memcpy(copy, text, nbytes);
     yaml_parser_set_encoding(&b.parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&b.parser, (const unsigned char *)text, nbytes);
     enum rmap_status st = build_document(&b, root_ret);
@@ -542,6 +547,7 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     rmap_free(b.merged.item);
     rmap_names_fini(&b.names);
     yaml_parser_delete(&b.parser);
+    rmap_free(copy);
     return st;
 }
 
