@@ -200,21 +200,6 @@ out:
     return st;
 }
 
-/* Whole pieces of a map that is scanned from end to end. *counted_ret: to be freed; NULL: none. */
-static enum rmap_status count_pieces(const struct rmap_map *map,
-                                     struct rmap_criterion *const *criterion, size_t n_criterion,
-                                     struct rmap_count *count, uint8_t **counted_ret,
-                                     struct rmap_error *err)
-{
-    *counted_ret = NULL;
-    if (!rmap_query_pieces_may(map, criterion, n_criterion))
-        return RMAP_OK;
-    *counted_ret = rmap_alloc(n_criterion * rmap_map_n_piece(map), 1);
-    if (!*counted_ret)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
-    return rmap_query_pieces_count(map, criterion, n_criterion, 0, 1, count, *counted_ret, err);
-}
-
 enum rmap_status rmap_query_scan(const struct rmap_map *map,
                                  struct rmap_criterion *const *criterion, size_t n_criterion,
                                  size_t first, size_t last, struct rmap_count *count,
@@ -225,7 +210,7 @@ enum rmap_status rmap_query_scan(const struct rmap_map *map,
     struct rmap_query_scanner *scanner = NULL;
     uint8_t *counted = NULL;
     if (first == 0 && last == rmap_map_n_portion(map) && !collect)
-        RMAP_TRY(count_pieces(map, criterion, n_criterion, count, &counted, err));
+        RMAP_TRY(rmap_query_pieces_count(map, criterion, n_criterion, 0, 1, count, &counted, err));
     RMAP_TRY(rmap_query_scanner_create(map, criterion, n_criterion, &scanner, err));
     rmap_query_scanner_set_counted(scanner, counted);
     st = rmap_query_scanner_scan(scanner, first, last, count, collect, limit, err);

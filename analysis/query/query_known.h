@@ -39,6 +39,7 @@ enum rmap_status rmap_query_known_add(struct rmap_query_known *known, size_t c,
  * other rays of the piece were counted (analysis/query/query_pieces.h). */
 enum rmap_status rmap_query_known_add_own(struct rmap_query_known *known, size_t c,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
 void rmap_query_known_settle(struct rmap_query_known *known, struct rmap_count *count);
 
 /* Adds the rays with outcome YES of a portion that was evaluated so, whatever decided those that

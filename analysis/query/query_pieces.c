@@ -25,14 +25,14 @@ static bool is_discrete(const struct rmap_criterion *criterion)
     return (rmap_criterion_columns(criterion) & ~RMAP_COLUMNS_DISCRETE) == 0;
 }
 
-bool rmap_query_pieces_may(const struct rmap_map *map, struct rmap_criterion *const *criterion,
-                           size_t n_criterion)
+/* Whether any criterion can be counted so. */
+static bool is_useful(const struct pieces *self)
 {
     struct rmap_map_kept kept;
     bool any = false;
-    rmap_map_kept(map, &kept);
-    for (size_t c = 0; c < n_criterion; c++)
-        any |= is_discrete(criterion[c]);
+    rmap_map_kept(self->map, &kept);
+    for (size_t c = 0; c < self->n_criterion; c++)
+        any |= is_discrete(self->criterion[c]);
     return any && kept.budget == 0; /* else columns are read once and for all */
 }
 
@@ -68,13 +68,15 @@ out:
     return st;
 }
 
-/* needed: [n_piece] becomes true where some portion may have a match of a discrete criterion. */
-static void find_needed(const struct pieces *self, bool *needed)
+/* needed: [n_piece] becomes true for those of the pieces first, first + step, ... of which some
+ * portion may have a match of a discrete criterion. */
+static void find_needed(const struct pieces *self, size_t first, size_t step, bool *needed)
 {
     for (size_t i = 0; i < rmap_map_n_portion(self->map); i++) {
         const struct rmap_portion_info *info = rmap_map_portion(self->map, i);
-        for (size_t c = 0; c < self->n_criterion && !needed[info->piece]; c++)
-            needed[info->piece] =
+        const size_t p = (size_t)info->piece;
+        for (size_t c = 0; c < self->n_criterion && p % step == first && !needed[p]; c++)
+            needed[p] =
                 is_discrete(self->criterion[c]) && !rmap_criterion_skips(self->criterion[c], info);
     }
 }
@@ -106,21 +108,31 @@ out:
 enum rmap_status rmap_query_pieces_count(const struct rmap_map *map,
                                          struct rmap_criterion *const *criterion,
                                          size_t n_criterion, size_t first, size_t step,
-                                         struct rmap_count *count, uint8_t *counted,
+                                         struct rmap_count *count, uint8_t **counted_ret,
                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct pieces self = {.map = map, .criterion = criterion, .n_criterion = n_criterion};
+    const size_t n_piece = rmap_map_n_piece(map);
     struct rmap_piece_sum *sum = NULL;
-    bool *needed = rmap_alloc(rmap_map_n_piece(map), sizeof *needed);
-    if (!needed)
+    uint8_t *counted = NULL;
+    bool *needed = NULL;
+    *counted_ret = NULL;
+    if (!is_useful(&self))
+        return RMAP_OK;
+    counted = rmap_alloc(n_criterion * n_piece, 1);
+    needed = rmap_alloc(n_piece, sizeof *needed);
+    if (!counted || !needed)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the pieces of a map"));
     RMAP_TRY(rmap_piece_sums(map, &sum, err));
-    find_needed(&self, needed);
-    for (size_t p = first; p < rmap_map_n_piece(map); p += step)
+    find_needed(&self, first, step, needed);
+    for (size_t p = first; p < n_piece; p += step)
         if (needed[p])
             RMAP_TRY(visit_piece(&self, p, &sum[p], count, counted, err));
+    *counted_ret = counted;
+    counted = NULL;
 out:
+    rmap_free(counted);
     rmap_evaluator_fini(&self.evaluator);
     rmap_free(self.outcome);
     rmap_free(needed);

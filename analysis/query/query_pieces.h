@@ -8,17 +8,14 @@
 
 #include "analysis/query/query.h"
 
-/* Whether any criterion can be counted so. The same on every rank that has the map. */
-bool rmap_query_pieces_may(const struct rmap_map *map, struct rmap_criterion *const *criterion,
-                           size_t n_criterion);
-
 /* Adds the rays of pieces first, first + step, ... whose paths are in the dictionaries to the
- * counts: count [n_criterion]. counted: [n_criterion][n_piece], becomes 1 for those that were. One
+ * counts: count [n_criterion]. *counted_ret: [n_criterion][n_piece], 1 for those that were, or
+ * NULL, on every rank that has the map, where no criterion can be counted so; rmap_free. One
  * thread. Errors as of reading paths. */
 enum rmap_status rmap_query_pieces_count(const struct rmap_map *map,
                                          struct rmap_criterion *const *criterion,
                                          size_t n_criterion, size_t first, size_t step,
-                                         struct rmap_count *count, uint8_t *counted,
+                                         struct rmap_count *count, uint8_t **counted_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -308,8 +308,9 @@ enum rmap_status rmap_cursor_own_steps(struct rmap_cursor *self, struct rmap_own
     enum rmap_status st = RMAP_OK;
     struct compact_rows in_hand;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    RMAP_TRY(know_header(self, err));
     RMAP_TRY(enter_rows(self, info, rmap_compact_class_streams(), &in_hand, err));
-    RMAP_TRY(rmap_step_codes_open(&in_hand.rows, &steps->codes, err));
+    RMAP_TRY(rmap_step_codes_open(&in_hand.rows, self->header.n_code, &steps->codes, err));
     steps->class = in_hand.rows.data[RMAP_STREAM_OWN_object];
 out:
     return st;

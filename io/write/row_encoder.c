@@ -9,7 +9,7 @@
 #include "base/alloc.h"
 #include "compact/encoder.h"
 #include "compact/model.h"
-#include "compact/paths.h"
+#include "compact/path_book.h"
 #include "io/write/row_parts.h"
 
 struct rmap_row_slot {

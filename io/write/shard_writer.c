@@ -13,7 +13,7 @@
 #include <time.h>
 
 #include "base/alloc.h"
-#include "compact/paths.h"
+#include "compact/path_book.h"
 #include "io/codec/shuffle.h"
 #include "io/file/publish.h"
 #include "io/map/map_directory.h"

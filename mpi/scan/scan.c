@@ -187,20 +187,14 @@ static enum rmap_status count_pieces(struct scan *scan, struct rmap_count *count
                                      struct rmap_error *err)
 {
     const struct rmap_context *context = scan->context;
-    enum rmap_status st = RMAP_OK;
     const size_t n = scan->n_criterion * rmap_map_n_piece(scan->map);
-    if (!rmap_query_pieces_may(scan->map, scan->criterion, scan->n_criterion))
-        return RMAP_OK;
-    scan->counted = rmap_alloc(n, 1);
-    if (!scan->counted)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
-    else
-        st = rmap_query_pieces_count(scan->map, scan->criterion, scan->n_criterion,
-                                     (size_t)context->rank, (size_t)context->size, count,
-                                     scan->counted, err);
+    enum rmap_status st = rmap_query_pieces_count(scan->map, scan->criterion, scan->n_criterion,
+                                                  (size_t)context->rank, (size_t)context->size,
+                                                  count, &scan->counted, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = RMAP_MPI(
-        MPI_Allreduce(MPI_IN_PLACE, scan->counted, (int)n, MPI_UINT8_T, MPI_MAX, context->comm));
+    if (scan->counted)
+        st = RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, scan->counted, (int)n, MPI_UINT8_T, MPI_MAX,
+                                    context->comm));
 out:
     return st;
 }

@@ -459,7 +459,7 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     RMAP_TRY(check_streams(stored, rmap_compact_header_streams(), err));
     RMAP_TRY(rmap_compact_summarise_header(stored, &summary, err));
     RMAP_TRY(check_streams(stored, rmap_compact_streams(columns & ~present, &summary), err));
-    RMAP_TRY(rmap_step_codes_unpack(stored, &decoder->steps, &unpacked, err));
+    RMAP_TRY(rmap_step_codes_unpack(stored, summary.n_code, &decoder->steps, &unpacked, err));
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return rmap_portion_damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])

@@ -88,7 +88,8 @@ struct rmap_compact_summary {
     bool ids_run;         /* row i has the id first_ray + i */
     bool media_known;     /* media are those that the paths say */
     bool placed;          /* places of registrations stand by themselves */
-    bool classed;         /* segments of own paths are stored as classes of steps */
+    bool classed;         /* segments of own paths are stored as classes of steps, */
+    size_t n_code;        /* which have so many codes; 0: none */
     uint64_t first_ray;
 };
 

@@ -6,7 +6,7 @@
 #define RMAP_COMPACT_ENCODER_H
 
 #include "compact/few.h"
-#include "compact/paths.h"
+#include "compact/path_book.h"
 #include "compact/settle.h"
 #include "compact/step_codes.h"
 

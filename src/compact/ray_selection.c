@@ -324,7 +324,7 @@ enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
     struct rmap_compact_summary summary;
     struct rmap_rows unpacked, *const rows = &unpacked;
     RMAP_TRY(rmap_compact_summarise(self->model, table, stored, n_row, &summary, err));
-    RMAP_TRY(rmap_step_codes_unpack(stored, &self->steps, &unpacked, err));
+    RMAP_TRY(rmap_step_codes_unpack(stored, summary.n_code, &self->steps, &unpacked, err));
     const rmap_column_set used = used_columns(columns, summary.placed);
     memset(self->n, 0, sizeof self->n);
     memset(self->rows.n_row, 0, sizeof self->rows.n_row);

@@ -10,7 +10,6 @@
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "compact/damaged.h"
-#include "compact/lane_header.h"
 #include "compact/streams.h"
 
 void rmap_step_coder_fini(struct rmap_step_coder *coder)
@@ -104,31 +103,25 @@ static uint64_t count_segments(const struct rmap_rows *rows)
     return n;
 }
 
-enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, struct rmap_step_codes *codes,
-                                      struct rmap_error *err)
+enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, size_t n_code,
+                                      struct rmap_step_codes *codes, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_lane_header header;
-    size_t n_used;
     const uint32_t *word = rows->data[RMAP_STREAM_OWN_object];
     const size_t n_word = rows->n_row[RMAP_COMPACT_OWN_SEGMENT];
     *codes = (struct rmap_step_codes){0};
-    RMAP_TRY(rmap_lane_header_read(rows->data[RMAP_STREAM_pool64], rows->n_row[RMAP_COMPACT_POOL64],
-                                   &header, &n_used, err));
-    if (header.n_code == 0)
-        goto out;
+    if (n_code == 0)
+        return RMAP_OK;
     const uint64_t n = count_segments(rows);
-    if (header.n_code > n_word || n > 4 * (uint64_t)(n_word - header.n_code))
+    if (n_code > n_word || n > 4 * (uint64_t)(n_word - n_code))
         return rmap_portion_damaged("it has fewer codes of steps than segments", err);
-    *codes = (struct rmap_step_codes){.n_code = header.n_code, .n = (size_t)n};
-    codes->n_rare_word = n_word - header.n_code - ((size_t)n + 3) / 4;
+    *codes = (struct rmap_step_codes){.n_code = n_code, .n = (size_t)n};
+    codes->n_rare_word = n_word - n_code - ((size_t)n + 3) / 4;
     if (!word)
-        goto out;
+        return RMAP_OK;
     codes->class_of = word;
-    codes->code = (const uint8_t *)(word + header.n_code);
+    codes->code = (const uint8_t *)(word + n_code);
     codes->rare = word + (n_word - codes->n_rare_word);
-out:
-    return st;
+    return RMAP_OK;
 }
 
 /* The k-th class of codes RMAP_STEP_RARE. */
@@ -157,7 +150,7 @@ void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pa
         }
 }
 
-enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows,
+enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows, size_t n_code,
                                         struct rmap_step_buffer *buffer, struct rmap_rows *out,
                                         struct rmap_error *err)
 {
@@ -166,7 +159,7 @@ enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows,
     uint32_t class_of[256];
     size_t n_rare = 0;
     *out = *rows;
-    RMAP_TRY(rmap_step_codes_open(rows, &codes, err));
+    RMAP_TRY(rmap_step_codes_open(rows, n_code, &codes, err));
     if (codes.n_code == 0)
         goto out;
     out->n_row[RMAP_COMPACT_OWN_SEGMENT] = codes.n;

@@ -46,8 +46,9 @@ struct rmap_step_codes {
     size_t n_rare_word;
 };
 
-/* RMAP_FORMAT where words are too few for the segments. */
-enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, struct rmap_step_codes *codes,
+/* n_code: as the portion's header says. RMAP_FORMAT where words are too few for the segments. */
+enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, size_t n_code,
+                                      struct rmap_step_codes *codes,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* A bit for each segment whose class passes: pass [n_class]. bits, rare: [rmap_bit_words(n)], the
@@ -61,10 +62,10 @@ struct rmap_step_buffer {
     size_t cap;
 };
 
-/* *out: the portion's rows with classes in the place of codes, in the buffer, if its header has
- * codes and the stream is there; else they are counted alone. Other rows as they are, and borrowed.
+/* *out: the portion's rows with classes in the place of codes, in the buffer, if there are codes
+ * and the stream is there; else they are counted alone. Other rows as they are, and borrowed.
  * RMAP_FORMAT where codes are not as many as own paths have segments; RMAP_SYSTEM. */
-enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows,
+enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows, size_t n_code,
                                         struct rmap_step_buffer *buffer, struct rmap_rows *out,
                                         struct rmap_error *err) RMAP_MUST_USE;
 

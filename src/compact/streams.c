@@ -137,5 +137,5 @@ uint64_t rmap_compact_summary_streams(bool own_alone)
 
 uint64_t rmap_compact_class_streams(void)
 {
-    return BIT(OWN_object) | BIT(OWN_segment_count) | rmap_compact_header_streams();
+    return BIT(OWN_object) | BIT(OWN_segment_count);
 }

@@ -13,7 +13,6 @@
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "compact/compact.h"
-#include "compact/lane_header.h"
 #include "compact/step_codes.h"
 #include "compact/streams.h"
 
@@ -23,9 +22,8 @@ struct coded {
     struct rmap_step_coder coder;
     struct rmap_step_buffer buffer;
     uint32_t class[MOST], count[2];
-    uint64_t header[RMAP_LANE_HEADER_ROWS];
     struct rmap_rows rows;
-    size_t n;
+    size_t n, n_code;
 };
 
 /* Classes below n_class, small ones most often; as rows of a portion with two own paths. */
@@ -42,17 +40,12 @@ static void make(struct coded *self, size_t n, uint32_t n_class)
     assert_int_equal(
         rmap_step_codes_make(&self->coder, self->class, n, n_class, &n_word, &n_code, NULL),
         RMAP_OK);
-    memset(self->header, 0, sizeof self->header);
-    const struct rmap_lane_header header = {.seed = 1};
-    rmap_lane_header_write(&header, self->header);
-    rmap_lane_header_set_classed(self->header, n_code);
+    self->n_code = n_code;
     self->count[0] = (uint32_t)(n / 3);
     self->count[1] = (uint32_t)(n - n / 3);
     self->rows = (struct rmap_rows){.layout = &rmap_compact_layout, .n_channel = 1};
     self->rows.n_row[RMAP_COMPACT_OWN] = 2;
     self->rows.data[RMAP_STREAM_OWN_segment_count] = self->count;
-    self->rows.n_row[RMAP_COMPACT_POOL64] = RMAP_LANE_HEADER_ROWS;
-    self->rows.data[RMAP_STREAM_pool64] = self->header;
     self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] = n_code > 0 ? n_word : n;
     self->rows.data[RMAP_STREAM_OWN_object] = n_code > 0 ? self->coder.word : self->class;
 }
@@ -67,7 +60,8 @@ static void end(struct coded *self)
 static void check_classes(struct coded *self)
 {
     struct rmap_rows rows;
-    assert_int_equal(rmap_step_codes_unpack(&self->rows, &self->buffer, &rows, NULL), RMAP_OK);
+    assert_int_equal(rmap_step_codes_unpack(&self->rows, self->n_code, &self->buffer, &rows, NULL),
+                     RMAP_OK);
     assert_int_equal(rows.n_row[RMAP_COMPACT_OWN_SEGMENT], self->n);
     if (self->n > 0)
         assert_memory_equal(rows.data[RMAP_STREAM_OWN_object], self->class,
@@ -81,7 +75,7 @@ static void check_marks(struct coded *self, uint32_t n_class)
     uint8_t *pass = rmap_alloc(n_class, 1);
     for (uint32_t k = 0; k < n_class; k++)
         pass[k] = k % 3 == 1;
-    assert_int_equal(rmap_step_codes_open(&self->rows, &codes, NULL), RMAP_OK);
+    assert_int_equal(rmap_step_codes_open(&self->rows, self->n_code, &codes, NULL), RMAP_OK);
     assert_true(codes.n_code > 0 && codes.n == self->n);
     rmap_step_codes_mark(&codes, pass, n_class, bits, rare);
     for (size_t i = 0; i < self->n; i++)
@@ -103,7 +97,7 @@ static void test_back(void **state)
         struct coded *self = rmap_alloc(1, sizeof *self);
         struct rmap_step_codes codes;
         make(self, list[i].n, list[i].n_class);
-        assert_int_equal(rmap_step_codes_open(&self->rows, &codes, NULL), RMAP_OK);
+        assert_int_equal(rmap_step_codes_open(&self->rows, self->n_code, &codes, NULL), RMAP_OK);
         if (list[i].n_class < 65536)
             assert_int_equal(codes.n_code > 0, list[i].coded);
         check_classes(self);
@@ -124,21 +118,24 @@ static void test_damage(void **state)
     size_t *n_word = &self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT];
     for (int by = -1; by <= 1; by += 2) {
         *n_word += (size_t)by;
-        assert_int_equal(rmap_step_codes_unpack(&self->rows, &self->buffer, &rows, NULL),
-                         RMAP_FORMAT);
+        assert_int_equal(
+            rmap_step_codes_unpack(&self->rows, self->n_code, &self->buffer, &rows, NULL),
+            RMAP_FORMAT);
         *n_word -= (size_t)by;
     }
     self->count[0] = UINT32_MAX;
-    assert_int_equal(rmap_step_codes_open(&self->rows, &codes, NULL), RMAP_FORMAT);
+    assert_int_equal(rmap_step_codes_open(&self->rows, self->n_code, &codes, NULL), RMAP_FORMAT);
     self->count[0] = (uint32_t)(self->n / 3);
     check_classes(self);
 
     make(self, 64, 3);
     self->coder.word[3] = 0x80808080u;
-    assert_int_equal(rmap_step_codes_unpack(&self->rows, &self->buffer, &rows, NULL), RMAP_OK);
+    assert_int_equal(rmap_step_codes_unpack(&self->rows, self->n_code, &self->buffer, &rows, NULL),
+                     RMAP_OK);
     assert_int_equal(self->buffer.class[0], UINT32_MAX);
     self->coder.word[3] = 0xffffffffu;
-    assert_int_equal(rmap_step_codes_unpack(&self->rows, &self->buffer, &rows, NULL), RMAP_FORMAT);
+    assert_int_equal(rmap_step_codes_unpack(&self->rows, self->n_code, &self->buffer, &rows, NULL),
+                     RMAP_FORMAT);
     end(self);
 }
 
