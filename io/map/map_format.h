@@ -50,8 +50,8 @@ struct rmap_field_table rmap_portion_fields_index(bool curved);
 struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
 struct rmap_field_table rmap_piece_fields(bool curved);
 
-/* struct rmap_path_sum, of each path of a compact piece that was finished by the run that began
- * it, where every portion's rays are told by their paths. */
+/* struct rmap_path_sum, of each path of a compact piece, where every portion's rays are told by
+ * their paths; a piece that is taken over as its journal left it has none. */
 struct rmap_field_table rmap_path_sum_fields(void);
 
 /* Stored tables whose rows a file states. */
