@@ -283,11 +283,4 @@ bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
 /* A number of a registration (row of /registration), and the columns that it is made of. */
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);
 
-/* Rows of /segment as classes of (object, event, medium): row k is of class row_class[k], whose
- * symbol[class] is what rmap_path_symbol says of it. */
-struct rmap_path_rows {
-    const uint16_t *row_class; /* [n_segment] */
-    const uint16_t *symbol;    /* [n_class] */
-};
-
 #endif

@@ -27,9 +27,8 @@ struct group {
 struct run {
     const struct rmap_path_table *table;
     const struct rmap_portion *portion;
-    const struct rmap_path_rows *rows; /* or NULL: the columns */
-    uint16_t *step;                    /* symbols of the group's rows of /segment */
-    uint16_t *symbol;                  /* of all its rows, in order */
+    uint16_t *step;   /* symbols of the group's rows of /segment */
+    uint16_t *symbol; /* of all its rows, in order */
     size_t step_cap, symbol_cap;
     size_t lane_ray[LANES + 1], lane_symbol[LANES + 1];
     bool skips; /* rays without segments do not match: others that cannot are taken for such */
@@ -85,16 +84,6 @@ uint16_t rmap_path_row_symbol(const struct rmap_path_table *table,
     uint16_t symbol = 0;
     mark_columns(table, segment, row, 1, &symbol);
     return symbol;
-}
-
-static void mark_steps(const struct run *run, size_t first, size_t n)
-{
-    if (!run->rows) {
-        mark_columns(run->table, &run->portion->segment, first, n, run->step);
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
-        run->step[i] = run->rows->symbol[run->rows->row_class[first + i]];
 }
 
 static inline uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
@@ -204,7 +193,7 @@ static void merge_rows(struct run *run, const struct group *group, const uint16_
 
 static void merge_group(struct run *run, const struct group *group)
 {
-    mark_steps(run, group->segment, group->n_segment);
+    mark_columns(run->table, &run->portion->segment, group->segment, group->n_segment, run->step);
     merge_rows(run, group, run->step);
 }
 
@@ -283,20 +272,9 @@ static void compare(const struct rmap_interval *interval, uint8_t *match, size_t
             match[i] ^= 1;
 }
 
-uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
-                          int32_t medium)
+static struct run begin_run(const struct rmap_path_table *table, const struct rmap_portion *portion)
 {
-    const struct rmap_path_table *table = node->path.table;
-    uint16_t kind = object < 0 ? table->kind_of_medium[index_within(medium, table->n_medium)]
-                               : table->kind_of_object[index_within(object, table->n_object)];
-    size_t letter = table->letter_of_event[event % RMAP_PATH_EVENT_CODES];
-    return table->symbol_of_base[letter * table->n_kind + kind];
-}
-
-static struct run begin_run(const struct rmap_path_table *table, const struct rmap_portion *portion,
-                            const struct rmap_path_rows *rows)
-{
-    struct run run = {.table = table, .portion = portion, .rows = rows};
+    struct run run = {.table = table, .portion = portion};
     run.skips = table->next[2 * (size_t)table->n_symbol] == 0;
     for (int k = 0; k < table->n_need; k++) {
         run.hit_need |= table->need[k].is_hit;
@@ -305,15 +283,16 @@ static struct run begin_run(const struct rmap_path_table *table, const struct rm
     return run;
 }
 
-enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
-                                     const struct rmap_portion *portion,
-                                     const struct rmap_path_rows *rows, uint8_t *match,
-                                     struct rmap_error *err)
+enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
+                                const struct rmap_criterion_node *node,
+                                const struct rmap_portion *portion, uint8_t *match,
+                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    struct run run = begin_run(node->path.table, portion, rows);
+    struct run run = begin_run(node->path.table, portion);
     struct group group = {0};
+    (void)criterion;
     while (group.ray < n_ray) {
         if (!next_group(&run, &group)) {
             st =
@@ -334,13 +313,4 @@ out:
     rmap_free(run.symbol);
     rmap_free(run.step);
     return st;
-}
-
-enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
-                                const struct rmap_criterion_node *node,
-                                const struct rmap_portion *portion, uint8_t *match,
-                                struct rmap_error *err)
-{
-    (void)criterion;
-    return rmap_path_mark_rows(node, portion, NULL, match, err);
 }

@@ -17,14 +17,4 @@ enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
                                 const struct rmap_portion *portion, uint8_t *match,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* rmap_path_mark without the columns of /segment; the portion has the counts and the columns of
- * /registration. rows NULL: with them. */
-enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
-                                     const struct rmap_portion *portion,
-                                     const struct rmap_path_rows *rows, uint8_t *match,
-                                     struct rmap_error *err) RMAP_MUST_USE;
-
-uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
-                          int32_t medium);
-
 #endif

@@ -244,8 +244,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_summary summary = {.paths = NULL};
-    if (!rays->view)
-        RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
+    RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
     st = rmap_path_shares_matter(rays, &summary) ? add_paths(state, rays, &summary, err)
                                                  : add_rays(state, rays, err);
 out:

@@ -12,9 +12,6 @@ static enum rmap_status path_counts_add_summary(struct rmap_path_counts *counts,
                                                 const struct rmap_path_summary *summary,
                                                 bool *done_ret,
                                                 struct rmap_error *err) RMAP_MUST_USE;
-static enum rmap_status path_counts_add_view(struct rmap_path_counts *counts,
-                                             const struct rmap_matched *rays, bool *done_ret,
-                                             struct rmap_error *err) RMAP_MUST_USE;
 
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context)
 {
@@ -301,9 +298,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     struct rmap_path_summary summary = {.paths = NULL};
     enum rmap_status st = RMAP_OK;
     bool done = false;
-    if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
-        RMAP_TRY(path_counts_add_view(self, rays, &done, err));
-    if (!rays->view && !cells)
+    if (!cells)
         RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
     if (rmap_path_shares_matter(rays, &summary))
         RMAP_TRY(path_counts_add_summary(self, rays, &summary, &done, err));
@@ -469,23 +464,8 @@ const struct rmap_fold_kind rmap_path_count_kind = {.create = create,
                                                     .pack = pack,
                                                     .unpack = unpack};
 
-/* Classes by the paths that rays share, as a map's index or a compact piece has them: path by path,
- * not ray by ray. */
-
-/* Whether ids of the portion's rays matter to the classes of its paths. */
-static bool needs_ids(const struct rmap_path_counts *self, const struct rmap_matched *rays)
-{
-    const struct rmap_path_dictionary *dictionary = &self->dictionary;
-    for (size_t k = 0; !self->is_full && k < dictionary->n; k++) {
-        const struct rmap_path_known *path = &dictionary->known[dictionary->row[k]];
-        if (dictionary->shares.n_ray[k] == 0 || path->key.high == 0)
-            continue;
-        const struct rmap_key_sum *class = rmap_key_sums_find(&self->classes, path->key);
-        if (!class || class->number[RMAP_PATH_CLASS_FIRST_RAY] > rays->view->first_ray)
-            return true;
-    }
-    return false;
-}
+/* Classes by the paths that rays share, as a compact piece has them: path by path, not ray by ray.
+ */
 
 /* Rays of the k-th path of the portion, which weigh 1. */
 static enum rmap_status add_shared(struct rmap_path_counts *self, size_t k, struct rmap_error *err)
@@ -537,28 +517,8 @@ static struct rmap_path_keying keying_of(const struct rmap_path_counts *self)
     return (struct rmap_path_keying){context->keys, context->map, context->detector};
 }
 
-/* A portion by the paths that its rays share, as a view of the map's index
- * or a compact piece has them; *done_ret false: rays have several paths each, of which these know
- * nothing. */
-static enum rmap_status path_counts_add_view(struct rmap_path_counts *self,
-                                             const struct rmap_matched *rays, bool *done_ret,
-                                             struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_path_keying keying = keying_of(self);
-    RMAP_TRY(rmap_path_dictionary_enter_view(&self->dictionary, &keying, rays, err));
-    *done_ret = !has_several(self);
-    if (!*done_ret)
-        goto out;
-    if (needs_ids(self, rays)) {
-        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_id), err));
-        rmap_path_dictionary_find_first(&self->dictionary, rays);
-    }
-    st = add_paths(self, err);
-out:
-    return st;
-}
-
+/* A portion by the paths that its rays share; *done_ret false: rays have several paths each, of
+ * which these know nothing. */
 static enum rmap_status path_counts_add_summary(struct rmap_path_counts *self,
                                                 const struct rmap_matched *rays,
                                                 const struct rmap_path_summary *summary,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The keys of paths that rays share, by a history index or by a compact piece: of a piece's
- * dictionary each is found once, however many rays took it.
+ * The keys of paths that rays of a compact piece share: of its dictionary each is found once,
+ * however many rays took it.
  */
 #include "analysis/paths/path_dictionary.h"
 
@@ -89,16 +89,14 @@ out:
 static enum rmap_status enter_piece(struct rmap_path_dictionary *self,
                                     const struct rmap_path_keying *keying,
                                     const struct rmap_matched *rays,
-                                    const struct rmap_portion *paths, bool by_itself,
-                                    struct rmap_error *err)
+                                    const struct rmap_portion *paths, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t piece = (size_t)rmap_map_portion(keying->map, rays->index)->piece;
-    const size_t slot = 2 * piece + by_itself;
+    const size_t slot = (size_t)rmap_map_portion(keying->map, rays->index)->piece;
     self->paths = paths;
     self->n = 0;
     if (!self->slot) {
-        self->n_slot = 2 * rmap_map_n_piece(keying->map);
+        self->n_slot = rmap_map_n_piece(keying->map);
         self->slot = rmap_alloc(self->n_slot, sizeof(void *));
         if (!self->slot) {
             self->n_slot = 0;
@@ -112,37 +110,6 @@ out:
     return st;
 }
 
-enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *self,
-                                                 const struct rmap_path_keying *keying,
-                                                 const struct rmap_matched *rays,
-                                                 struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_history_view *view = rays->view;
-    RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), false, err));
-    RMAP_TRY(rmap_path_shares_reserve(&self->shares, view->n_path + 1, err));
-    self->row = view->path_row;
-    self->n = view->n_path;
-    for (size_t k = 0; k < view->n_path; k++) {
-        self->shares.n_ray[k] = rays->match ? 0 : view->path_rays[k];
-        self->shares.first[k] = UINT64_MAX;
-    }
-    for (size_t i = 0; rays->match && i < view->n_row[RMAP_TABLE_RAY]; i++)
-        self->shares.n_ray[view->path[i]] += rays->match[i];
-out:
-    return st;
-}
-
-void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
-                                     const struct rmap_matched *rays)
-{
-    const uint16_t *path = rays->view->path;
-    const uint64_t *id = rays->portion->ray.id;
-    for (size_t i = 0; i < rays->view->n_row[RMAP_TABLE_RAY]; i++)
-        if ((!rays->match || rays->match[i]) && id[i] < self->shares.first[path[i]])
-            self->shares.first[path[i]] = id[i];
-}
-
 enum rmap_status rmap_path_dictionary_enter_summary(struct rmap_path_dictionary *self,
                                                     const struct rmap_path_keying *keying,
                                                     const struct rmap_matched *rays,
@@ -150,7 +117,7 @@ enum rmap_status rmap_path_dictionary_enter_summary(struct rmap_path_dictionary 
                                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(enter_piece(self, keying, rays, summary->paths, true, err));
+    RMAP_TRY(enter_piece(self, keying, rays, summary->paths, err));
     RMAP_TRY(rmap_path_shares_count(&self->shares, rays, summary, err));
     self->n = self->shares.n;
     self->row = self->shares.row;

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * The keys of paths that rays share, by a history index or by a compact piece: of a piece's
- * dictionary each is found once, however many rays took it.
+ * The keys of paths that rays of a compact piece share: of its dictionary each is found once,
+ * however many rays took it.
  */
 #ifndef RMAP_PATH_DICTIONARY_H
 #define RMAP_PATH_DICTIONARY_H
 
 #include "analysis/paths/path_key.h"
 #include "analysis/paths/path_shares.h"
-#include "history/history_index.h"
 
 /* A path of the dictionary, as a ray of it. */
 struct rmap_path_known {
@@ -18,9 +17,7 @@ struct rmap_path_known {
 
 /* One thread's; all zero at first. */
 struct rmap_path_dictionary {
-    /* [n_slot]: two for each piece of the map, its paths by its index and by itself, which are
-     * others in another order; NULL: not keyed. A portion that its index lost is read by its piece.
-     */
+    /* [n_slot], of each piece of the map; NULL: not keyed. */
     struct rmap_path_known **slot;
     size_t n_slot, nbytes;
 
@@ -40,21 +37,12 @@ struct rmap_path_keying {
     int32_t detector; /* registrations on it alone count; -1: on any */
 };
 
-/* Takes a portion in hand: one that has a view in the form PATHS; */
-enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *dictionary,
-                                                 const struct rmap_path_keying *keying,
-                                                 const struct rmap_matched *rays,
-                                                 struct rmap_error *err) RMAP_MUST_USE;
-
-/* or one that is summed up by its paths: rays with paths of their own are left out. */
+/* Takes a portion in hand that is summed up by its paths: rays with paths of their own are left
+ * out. */
 enum rmap_status rmap_path_dictionary_enter_summary(struct rmap_path_dictionary *dictionary,
                                                     const struct rmap_path_keying *keying,
                                                     const struct rmap_matched *rays,
                                                     const struct rmap_path_summary *summary,
                                                     struct rmap_error *err) RMAP_MUST_USE;
-
-/* Of a view, looks up `first`: the portion has ids. */
-void rmap_path_dictionary_find_first(struct rmap_path_dictionary *dictionary,
-                                     const struct rmap_matched *rays);
 
 #endif

@@ -25,21 +25,14 @@ bool rmap_path_shares_matter(const struct rmap_matched *rays,
                               summary->n_own < rays->portion->n_row[RMAP_TABLE_RAY] / MANY_SHARE);
 }
 
-enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *self, size_t n,
-                                          struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_RESERVE(self->n_ray, self->n_ray_cap, n, err);
-    if (st == RMAP_OK)
-        st = RMAP_RESERVE(self->first, self->first_cap, n, err);
-    return st;
-}
-
 /* Room for all paths; numbers are 0. */
 static enum rmap_status reserve_paths(struct rmap_path_shares *self, size_t n_path, size_t n_ray,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_path_shares_reserve(self, (n_path < n_ray ? n_path : n_ray) + 1, err));
+    const size_t n = (n_path < n_ray ? n_path : n_ray) + 1; /* of matching rays */
+    RMAP_TRY(RMAP_RESERVE(self->n_ray, self->n_ray_cap, n, err));
+    RMAP_TRY(RMAP_RESERVE(self->first, self->first_cap, n, err));
     RMAP_TRY(RMAP_RESERVE(self->row, self->row_cap, n_path + 1, err));
     if (n_path + 1 <= self->number_cap)
         goto out;

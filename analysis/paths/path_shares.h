@@ -27,10 +27,6 @@ void rmap_path_shares_fini(struct rmap_path_shares *shares);
 bool rmap_path_shares_matter(const struct rmap_matched *rays,
                              const struct rmap_path_summary *summary);
 
-/* Room for n_ray and first of n paths. */
-enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *shares, size_t n,
-                                          struct rmap_error *err) RMAP_MUST_USE;
-
 /* Counts rays that share paths; those with paths of their own are left out. */
 enum rmap_status rmap_path_shares_count(struct rmap_path_shares *shares,
                                         const struct rmap_matched *rays,

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tests of single steps and registrations put to their classes, once for each piece.
+ * Tests of single steps put to their classes, once for each piece.
  */
 #ifndef RMAP_CLASS_TESTS_H
 #define RMAP_CLASS_TESTS_H
 
 #include "analysis/criterion/criterion_evaluate.h"
-#include "history/history_index.h"
+#include "compact/step_classes.h"
 
 struct rmap_class_tests;
 
@@ -16,17 +16,16 @@ enum rmap_status rmap_class_tests_create(const struct rmap_criterion *const *cri
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_class_tests_destroy(struct rmap_class_tests *tests); /* NULL is fine */
 
-/* Takes the classes of a piece in hand, which must outlive that: step [n_step], hit [n_hit]. */
+/* Takes the classes of a piece in hand, which must outlive that: step [n_step]. */
 enum rmap_status rmap_class_tests_enter(struct rmap_class_tests *tests,
                                         const struct rmap_step_class *step, size_t n_step,
-                                        const struct rmap_history_hit *hit, size_t n_hit,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* What a test of criterion c says of them: uint8_t [n_step], or [n_hit], 1 where it passes; of a
- * path uint16_t [n_step], the symbols. index: of the node. Borrowed until the next piece. */
+/* What a test of steps (RMAP_CRITERION_STEPS) of criterion c says of them: [n_step], 1 where it
+ * passes. index: of the node. Borrowed until the next piece. */
 enum rmap_status rmap_class_tests_answer(struct rmap_class_tests *tests, size_t c, int32_t index,
                                          const struct rmap_criterion_node *node,
-                                         const void **of_class_ret,
+                                         const uint8_t **pass_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

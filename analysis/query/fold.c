@@ -11,11 +11,6 @@
 #include "base/count.h"
 #include "io/map/map_cursor.h"
 
-/* For these an index is read where no criterion asks for it. */
-static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
-                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
-
 struct rmap_fold_scanner {
     const struct rmap_fold *fold;
     struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
@@ -35,8 +30,7 @@ static rmap_column_set columns_of(const struct rmap_fold *fold)
     return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
 }
 
-/* What the map's index knows of histories leaves the receivers out: rays are evaluated by columns.
- */
+/* What paths tell leaves the receivers out: rays are evaluated by columns. */
 static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -64,7 +58,7 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
-        if (fold->criterion || fold->columns & columns_by_index)
+        if (fold->criterion)
             st = rmap_query_marker_create(fold->map, fold->criterion, columns_of(fold),
                                           &self->marker, err);
         else
@@ -130,10 +124,11 @@ static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched
 }
 
 /* Columns of the portion in hand. */
-static enum rmap_status know(struct rmap_fold_scanner *self, rmap_column_set columns,
-                             const struct rmap_portion **portion_ret, struct rmap_error *err)
+static enum rmap_status read_columns(struct rmap_fold_scanner *self, rmap_column_set columns,
+                                     const struct rmap_portion **portion_ret,
+                                     struct rmap_error *err)
 {
-    return self->marker ? rmap_query_marker_know(self->marker, columns, portion_ret, err)
+    return self->marker ? rmap_query_marker_read(self->marker, columns, portion_ret, err)
                         : rmap_cursor_fetch(self->cursor, columns, err);
 }
 
@@ -168,16 +163,16 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
     const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
     struct rmap_cursor *cursor = self->cursor;
     rays->portion = NULL;
-    if (rays->view || !rmap_map_selects(self->fold->map, rays->index, columns))
+    if (!rmap_map_selects(self->fold->map, rays->index, columns))
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
     if (self->fold->only_detector > 0 && self->n_alike > 0) {
         self->n_alike--;
     } else if (self->fold->only_detector > 0) {
-        RMAP_TRY(know(self,
-                      RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
-                          RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector),
-                      &portion, err));
+        RMAP_TRY(read_columns(self,
+                              RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector),
+                              &portion, err));
         keep_crossing(self, portion, rays);
         self->n_alike = rays->n_match > n / 2 ? ALIKE : 0;
     }
@@ -205,7 +200,6 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
         RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
         if (rays->n_match == 0)
             goto out;
-        rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
         RMAP_TRY(mark(self, rays, err));
     } else {
         RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &portion, err));
@@ -216,7 +210,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     if (rays->n_match == 0 || rays->portion)
         goto out;
     rays->portion = portion;
-    st = know(self, columns, &rays->portion, err);
+    st = read_columns(self, columns, &rays->portion, err);
 out:
     return st;
 }
@@ -227,7 +221,7 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
     const struct rmap_portion *portion;
     if (!rays->scanner || rays->scanner->view)
         return RMAP_OK;
-    return know(rays->scanner, columns, &portion, err);
+    return read_columns(rays->scanner, columns, &portion, err);
 }
 
 static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,

@@ -17,7 +17,6 @@
 #include "io/map/map_reader.h"
 
 struct rmap_fold_scanner;
-struct rmap_history_view;
 
 /* The matching rays of a portion. */
 struct rmap_matched {
@@ -28,8 +27,7 @@ struct rmap_matched {
                               registered do */
     size_t index;          /* portion of the map */
     size_t space;          /* colour space: the portion has its channels */
-    const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
-    struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
+    struct rmap_fold_scanner *scanner; /* that reads the portion; NULL: it has all it may have */
 };
 
 /* [registrations of the portion] not 0: it is to be counted, where its ray matches. */
@@ -80,8 +78,7 @@ struct rmap_fold {
     const void *context;
     const struct rmap_map *map;
     const struct rmap_criterion *criterion; /* NULL: all rays */
-    const struct rmap_which *which;         /* registrations that count; NULL: all. Rays are then
-                                               read column by column: no index knows of them */
+    const struct rmap_which *which;         /* registrations that count; NULL: all */
     rmap_column_set columns;                /* that the kind reads */
     rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
     int32_t only_detector;    /* 1 + the detector without rows of which in /registration a ray adds

@@ -75,7 +75,7 @@ static enum rmap_status scan_portion(struct rmap_query_scanner *self, size_t ind
         count[c].portions_read += self->wanted[c];
     if (is_done(self, info))
         return RMAP_OK;
-    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, index, self->wanted, err));
+    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, index, err));
     for (size_t c = 0; c < self->n_criterion; c++) {
         if (!self->wanted[c])
             continue;

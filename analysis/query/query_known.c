@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Criteria on compact pieces without an index: what paths decide is decided once for each path of
+ * Criteria on compact pieces: what paths decide is decided once for each path of
  * a piece's dictionary; rays that share one look it up, and those with paths of their own are
  * evaluated by themselves.
  */
@@ -12,7 +12,7 @@
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "io/map/map_cursor.h"
-#include "io/map/map_history.h"
+#include "io/map/map_keep.h"
 #include "io/map/map_memory.h"
 
 /* Outcomes on dictionaries are kept up to this, in all threads; then all are forgotten. */
@@ -53,14 +53,15 @@ struct rmap_query_known {
 };
 
 /* Whether paths of the map can tell more than a reader keeps anyway. */
-static bool is_useful(const struct rmap_map *map)
+static bool is_useful(const struct rmap_map *map, const struct rmap_criterion *const *criterion,
+                      size_t n_criterion)
 {
-    struct rmap_map_kept kept;
     bool any = false;
-    rmap_map_kept(map, &kept);
+    if (rmap_map_keeps(map, rmap_query_columns(criterion, n_criterion)))
+        return false;
     for (size_t p = 0; p < rmap_map_n_piece(map); p++)
         any |= rmap_map_piece(map, p)->encoding == RMAP_ENCODING_COMPACT;
-    return any && kept.budget == 0;
+    return any;
 }
 
 enum rmap_status rmap_query_known_create(const struct rmap_map *map,
@@ -69,7 +70,7 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          struct rmap_error *err)
 {
     *known_ret = NULL;
-    if (n_criterion == 0 || !is_useful(map))
+    if (n_criterion == 0 || !is_useful(map, criterion, n_criterion))
         return RMAP_OK;
     struct rmap_query_known *self = rmap_alloc(1, sizeof *self);
     if (self)
@@ -319,14 +320,14 @@ static enum rmap_status mark_own(void *context, int32_t index,
     enum rmap_status st = RMAP_OK;
     struct rmap_query_known *self = context;
     const struct rmap_path_summary *summary = &self->summary;
-    const void *pass = NULL;
+    const uint8_t *pass = NULL;
     struct rmap_own_steps steps;
     if (node->kind != RMAP_CRITERION_STEPS || !summary->classes)
         return RMAP_OK;
     /* Dictionaries that are let go may come back elsewhere, or another one in their place. */
     if (self->classes != summary->classes || self->classes_piece != self->piece)
-        RMAP_TRY(rmap_class_tests_enter(self->tests, summary->classes->of, summary->classes->n,
-                                        NULL, 0, err));
+        RMAP_TRY(
+            rmap_class_tests_enter(self->tests, summary->classes->of, summary->classes->n, err));
     self->classes = summary->classes;
     self->classes_piece = self->piece;
     RMAP_TRY(rmap_class_tests_answer(self->tests, self->c, index, node, &pass, err));

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Which rays of a portion match one criterion, by history index and columns as a scan finds them.
+ * Which rays of a portion match one criterion, by paths and columns as a scan finds them.
  */
 #include "analysis/query/query_marker.h"
 
@@ -53,11 +53,10 @@ enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *self, size_t 
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
-    const bool wanted = true;
     *n_ret = self->n_ray = 0;
     if (self->criterion && rmap_criterion_skips(self->criterion, info))
         return RMAP_OK;
-    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, portion, &wanted, err));
+    RMAP_TRY(rmap_query_outcomes_enter(self->outcomes, portion, err));
     *n_ret = self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
 out:
     return st;
@@ -81,11 +80,11 @@ out:
     return st;
 }
 
-enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_column_set columns,
+enum rmap_status rmap_query_marker_read(struct rmap_query_marker *self, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err)
 {
-    return rmap_query_outcomes_know(self->outcomes, columns, portion_ret, err);
+    return rmap_query_outcomes_read(self->outcomes, columns, portion_ret, err);
 }
 
 enum rmap_status rmap_query_marker_weigh(struct rmap_query_marker *self, bool *are_one_ret,
@@ -103,9 +102,4 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
 uint64_t rmap_query_marker_nbytes(const struct rmap_query_marker *self)
 {
     return rmap_query_outcomes_nbytes(self->outcomes);
-}
-
-const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
-{
-    return rmap_query_outcomes_view(self->outcomes);
 }

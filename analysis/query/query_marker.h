@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Which rays of a portion match one criterion, by history index and columns as a scan finds them.
+ * Which rays of a portion match one criterion, by paths and columns as a scan finds them.
  */
 #ifndef RMAP_QUERY_MARKER_H
 #define RMAP_QUERY_MARKER_H
@@ -9,7 +9,7 @@
 #include "io/map/map_reader.h"
 
 /* One thread. Map and criterion (NULL: all rays match) are borrowed. more: columns that
- * rmap_query_marker_know may ask for. */
+ * rmap_query_marker_read may ask for. */
 struct rmap_query_marker;
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           const struct rmap_criterion *criterion,
@@ -29,9 +29,8 @@ enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *marker, size_
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, uint8_t **match_ret,
                                         size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Columns of the portion in hand, discrete ones from the map's history index where there is one;
- * the portion stays the same and gets what is read later. */
-enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_column_set columns,
+/* Columns of the portion in hand; it stays the same and gets what is read later. */
+enum rmap_status rmap_query_marker_read(struct rmap_query_marker *marker, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
@@ -46,9 +45,5 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *marker,
 
 /* As rmap_query_outcomes_nbytes. */
 uint64_t rmap_query_marker_nbytes(const struct rmap_query_marker *marker);
-
-/* What the history index tells of that portion; NULL: nothing. */
-struct rmap_history_view;
-const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *marker);
 
 #endif

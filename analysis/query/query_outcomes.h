@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * What several criteria say of the rays of a portion, from the history index where there is one,
- * and of the rays that it leaves undecided, or without one, from columns: each is read when a test,
- * or the sums over rays that matched, first ask for it. Criteria share what was read and found.
+ * What several criteria say of the rays of a portion, by their paths where these tell, and of the
+ * rays that they leave open, by columns: each is read when a test, or the sums over rays that
+ * matched, first ask for it. Criteria share what was read and found.
  */
 #ifndef RMAP_QUERY_OUTCOMES_H
 #define RMAP_QUERY_OUTCOMES_H
 
 #include "analysis/query/query.h"
-#include "history/history_index.h"
 
 struct rmap_query_outcomes;
 
@@ -21,13 +20,11 @@ enum rmap_status rmap_query_outcomes_create(const struct rmap_map *map,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_outcomes_destroy(struct rmap_query_outcomes *outcomes);
 
-/* Takes a portion in hand for the criteria that want it: wanted [n_criterion]. */
+/* Takes a portion in hand. */
 enum rmap_status rmap_query_outcomes_enter(struct rmap_query_outcomes *outcomes, size_t portion,
-                                           const bool *wanted,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds the rays that match a wanted criterion to its count, some of them only when it is settled.
- */
+/* Adds the rays that match a criterion to its count, some of them only when it is settled. */
 enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *outcomes, size_t c,
                                          struct rmap_count *count,
                                          struct rmap_error *err) RMAP_MUST_USE;
@@ -42,9 +39,9 @@ void rmap_query_outcomes_settle(struct rmap_query_outcomes *outcomes, struct rma
 enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *outcomes, size_t c,
                                           uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same, discrete columns being taken from the history index where it tells of the portion. The
- * portion is the same until the next enter: it gets what is read later. */
-enum rmap_status rmap_query_outcomes_know(struct rmap_query_outcomes *outcomes,
+/* Columns of the portion in hand, of those of the criteria and of `more`. The portion is the same
+ * until the next enter: it gets what is read later. */
+enum rmap_status rmap_query_outcomes_read(struct rmap_query_outcomes *outcomes,
                                           rmap_column_set columns,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
@@ -58,26 +55,14 @@ enum rmap_status rmap_query_outcomes_cursor(struct rmap_query_outcomes *outcomes
                                             struct rmap_cursor **cursor_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* What the history index tells of the portion in hand; NULL: nothing. */
-const struct rmap_history_view *
-rmap_query_outcomes_view(const struct rmap_query_outcomes *outcomes);
-
-/* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
- * history leaves open, rays that it does not rule out, all. view: NULL where columns answer alone.
- */
+/* What the paths of the portion in hand, which are read, leave of a criterion: rays that are open,
+ * rays that are not ruled out, all. *told_ret: false where they do not tell. */
 struct rmap_query_outlook {
-    const struct rmap_history_view *view;
     uint64_t n_open, n_possible, n_ray;
 };
-void rmap_query_outcomes_foresee(const struct rmap_query_outcomes *outcomes, size_t c,
-                                 struct rmap_query_outlook *outlook);
-
-/* The same of a portion whose history tells nothing, from the paths of its rays, which are read.
- * *told_ret: false where they do not tell either; the outlook is unchanged then. */
-enum rmap_status rmap_query_outcomes_foresee_paths(struct rmap_query_outcomes *outcomes, size_t c,
-                                                   struct rmap_query_outlook *outlook,
-                                                   bool *told_ret,
-                                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_query_outcomes_foresee(struct rmap_query_outcomes *outcomes, size_t c,
+                                             struct rmap_query_outlook *outlook, bool *told_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* Stored bytes of what was read so far. */
 uint64_t rmap_query_outcomes_nbytes(const struct rmap_query_outcomes *outcomes);

@@ -8,7 +8,7 @@
 
 #include "analysis/criterion/criterion_evaluate.h"
 #include "base/alloc.h"
-#include "io/map/map_history.h"
+#include "io/map/map_keep.h"
 #include "io/map/piece_paths.h"
 
 struct pieces {
@@ -28,12 +28,14 @@ static bool is_discrete(const struct rmap_criterion *criterion)
 /* Whether any criterion can be counted so. */
 static bool is_useful(const struct pieces *self)
 {
-    struct rmap_map_kept kept;
     bool any = false;
-    rmap_map_kept(self->map, &kept);
-    for (size_t c = 0; c < self->n_criterion; c++)
-        any |= is_discrete(self->criterion[c]);
-    return any && kept.budget == 0; /* else columns are read once and for all */
+    rmap_column_set columns = 0;
+    for (size_t c = 0; c < self->n_criterion; c++) {
+        const struct rmap_criterion *one = self->criterion[c];
+        columns |= rmap_query_columns(&one, 1);
+        any |= is_discrete(one);
+    }
+    return any && !rmap_map_keeps(self->map, columns);
 }
 
 static void add(struct rmap_count *count, const struct rmap_piece_paths *piece,
@@ -88,13 +90,7 @@ static enum rmap_status visit_piece(struct pieces *self, size_t p, const struct 
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_piece_paths piece = {0};
-    const struct rmap_history_index *index; /* still quicker, where there is one */
     bool told;
-    RMAP_TRY(rmap_map_history(self->map, p, &index, err));
-    if (index) {
-        rmap_map_history_release(self->map, p);
-        return RMAP_OK;
-    }
     RMAP_TRY(rmap_piece_paths_open(self->map, p, sum, &piece, &told, err));
     for (size_t c = 0; told && c < self->n_criterion; c++)
         if (is_discrete(self->criterion[c]))

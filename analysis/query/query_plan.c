@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries, the history index, and the
- * paths of compact portions.
+ * What a scan for one criterion would read, found out from summaries and the paths of compact
+ * portions.
  */
 #include "analysis/query/query_plan.h"
 
@@ -24,54 +24,26 @@ static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_por
     return nbytes;
 }
 
-/* Columns that a portion is asked for. */
-static rmap_column_set columns_of(const struct rmap_criterion *criterion,
-                                  const struct rmap_query_outlook *outlook, bool rays_wanted)
-{
-    rmap_column_set columns = rmap_criterion_columns(criterion);
-    if (rays_wanted && outlook->n_possible > 0)
-        return RMAP_COLUMNS_ALL;
-    if (!outlook->view)
-        return columns;
-    if (outlook->view->relative)
-        columns &= ~RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
-    return outlook->n_open > 0 ? columns & ~RMAP_COLUMNS_DISCRETE : 0;
-}
-
-static void add_portion(struct rmap_query_plan *plan, const struct rmap_query_outlook *outlook)
-{
-    if (!outlook->view) {
-        plan->n_by_column++;
-        return;
-    }
-    plan->n_by_path += outlook->view->form == RMAP_HISTORY_PATHS;
-    plan->n_by_row += outlook->view->form != RMAP_HISTORY_PATHS;
-    plan->n_index_ray += outlook->view->n_row[RMAP_TABLE_RAY];
-    plan->n_open_ray += outlook->n_open;
-    plan->n_open_portion += outlook->n_open > 0;
-    plan->index_nbytes += outlook->view->nbytes;
-}
-
 /* Where paths leave rays open, or none has been ruled out that is wanted whole, some may be traced
  * again. */
 static enum rmap_status add_compact(struct rmap_query_plan *plan,
-                                    struct rmap_query_outcomes *outcomes,
-                                    struct rmap_query_outlook *outlook, rmap_column_set columns,
+                                    struct rmap_query_outcomes *outcomes, rmap_column_set columns,
                                     bool rays_wanted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_query_outlook outlook;
     struct rmap_cursor *cursor;
     rmap_column_set traced;
     bool told;
     RMAP_TRY(rmap_query_outcomes_cursor(outcomes, &cursor, err));
     RMAP_TRY(rmap_cursor_traced(cursor, &traced, err));
-    RMAP_TRY(rmap_query_outcomes_foresee_paths(outcomes, 0, outlook, &told, err));
+    RMAP_TRY(rmap_query_outcomes_foresee(outcomes, 0, &outlook, &told, err));
     plan->n_compact++;
     plan->n_retraced +=
-        (columns & traced) && (rays_wanted ? outlook->n_possible : outlook->n_open) > 0;
+        (columns & traced) && (rays_wanted ? outlook.n_possible : outlook.n_open) > 0;
     if (told) {
-        plan->n_told_ray += outlook->n_ray;
-        plan->n_left_ray += outlook->n_open;
+        plan->n_told_ray += outlook.n_ray;
+        plan->n_left_ray += outlook.n_open;
     }
 out:
     return st;
@@ -83,24 +55,22 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_outcomes *outcomes = NULL;
-    const bool wanted = true;
+    const rmap_column_set columns =
+        rays_wanted ? RMAP_COLUMNS_ALL : rmap_criterion_columns(criterion);
     *plan = (struct rmap_query_plan){0};
     RMAP_TRY(rmap_query_outcomes_create(map, &criterion, 1, 0, &outcomes, err));
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
         const struct rmap_portion_info *info = rmap_map_portion(map, p);
-        struct rmap_query_outlook outlook;
         if (rmap_criterion_skips(criterion, info)) {
             plan->n_skipped++;
             continue;
         }
-        RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, &wanted, err));
-        rmap_query_outcomes_foresee(outcomes, 0, &outlook);
-        add_portion(plan, &outlook);
-        const rmap_column_set columns = columns_of(criterion, &outlook, rays_wanted);
         plan->columns |= columns;
         plan->decoded_nbytes += decoded_nbytes(map, info, columns);
-        if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT)
-            RMAP_TRY(add_compact(plan, outcomes, &outlook, columns, rays_wanted, err));
+        if (!columns || rmap_map_piece(map, (size_t)info->piece)->encoding != RMAP_ENCODING_COMPACT)
+            continue;
+        RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, err));
+        RMAP_TRY(add_compact(plan, outcomes, columns, rays_wanted, err));
     }
 out:
     rmap_query_outcomes_destroy(outcomes);

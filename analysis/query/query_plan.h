@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries, the history index, and the
- * paths of compact portions.
+ * What a scan for one criterion would read, found out from summaries and the paths of compact
+ * portions.
  */
 #ifndef RMAP_QUERY_PLAN_H
 #define RMAP_QUERY_PLAN_H
@@ -10,16 +10,12 @@
 #include "io/map/map_reader.h"
 
 struct rmap_query_plan {
-    uint64_t n_skipped; /* portions that cannot hold a match by their summary */
-    uint64_t n_by_path, n_by_row, n_by_column; /* the others, by what answers */
-    uint64_t n_index_ray;                      /* rays of those that the index answers */
-    uint64_t n_open_ray, n_open_portion;       /* that it leaves undecided, and where */
-    uint64_t index_nbytes;                     /* read of it */
-    rmap_column_set columns;                   /* read in some portion */
-    uint64_t decoded_nbytes;                   /* of these columns in these portions, decoded */
+    uint64_t n_skipped;              /* portions that cannot hold a match by their summary */
+    rmap_column_set columns;         /* read in some portion */
+    uint64_t decoded_nbytes;         /* of these columns in these portions, decoded */
     uint64_t n_compact, n_retraced;  /* portions of compact pieces with columns to read; those some
                                         of whose rays may be traced again */
-    uint64_t n_told_ray, n_left_ray; /* without an index, by their paths; of these, undecided */
+    uint64_t n_told_ray, n_left_ray; /* by their paths; of these, undecided */
 };
 
 /* rays_wanted: matching rays are to be read whole. RMAP_FORMAT as a scan. */

@@ -137,27 +137,3 @@ void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *por
         count->source_weight_squared[ray->source[i]] += weight * weight;
     }
 }
-
-void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,
-                         const struct rmap_ray_columns *paths, const uint32_t *rays)
-{
-    for (size_t k = 0; k < view->n_path; k++) {
-        uint32_t row = view->path_row[k];
-        count->rays += rays[k];
-        count->segments += (uint64_t)rays[k] * paths->segment_count[row];
-        add_source(count, (size_t)paths->source[row], rays[k]);
-    }
-}
-
-void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
-                        const uint8_t *outcome)
-{
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    uint64_t rays =
-        add_numbers(count, view->segment_count, outcome, n_ray, view->n_row[RMAP_TABLE_SEGMENT]);
-    if (!view->kind)
-        add_source(count, (size_t)view->kind_source[0], (double)rays);
-    else if (rays > 0)
-        for (size_t i = 0; i < n_ray; i++)
-            add_source(count, (size_t)view->kind_source[view->kind[i]], outcome[i] >> 1);
-}

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- * Sums over matching rays, of what a portion's columns or its history index say. Weights that are
- * all 1 are numbers of rays: their sums are exact either way.
+ * Sums over matching rays, of what a portion's columns say. Weights that are all 1 are numbers of
+ * rays: their sums are exact either way.
  */
 #ifndef RMAP_QUERY_SUMS_H
 #define RMAP_QUERY_SUMS_H
 
 #include "analysis/query/query.h"
-#include "history/history_index.h"
 
 bool rmap_weights_are_one(const double *weight, size_t n);
 
@@ -28,12 +27,5 @@ enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_sou
 /* outcome: [n_ray], bit 1 set where a ray matches. */
 void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
                         const uint8_t *outcome, const struct rmap_sums_facts *facts);
-
-/* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
- * dictionary's rays. ROWS: outcome [n_ray]. */
-void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,
-                         const struct rmap_ray_columns *paths, const uint32_t *rays);
-void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
-                        const uint8_t *outcome);
 
 #endif

@@ -17,7 +17,6 @@
 #include "io/file/directory.h"
 #include "io/file/file_lock.h"
 #include "io/file/publish.h"
-#include "io/map/history_file.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_format.h"
 #include "io/map/map_lock.h"

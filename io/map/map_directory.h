@@ -42,7 +42,7 @@ struct rmap_piece_list {
  * folders are a load for a cluster's file system: who needs more than one kind looks once. */
 struct rmap_map_listing {
     struct rmap_piece_list pieces;    /* published */
-    struct rmap_piece_list histories; /* history indexes, by their pieces */
+    struct rmap_piece_list histories; /* old history indexes, by their pieces */
     struct rmap_piece_list columns;   /* kept columns, likewise */
     struct rmap_leftover *leftover;   /* by name */
     size_t n_leftover, cap_leftover;
@@ -59,7 +59,8 @@ void rmap_map_listing_fini(struct rmap_map_listing *listing);
 enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
                                       size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Likewise the files of history indexes, by shard and number of their pieces. */
+/* Likewise history indexes of earlier versions, by shard and number of their pieces. */
+#define RMAP_HISTORY_SUFFIX ".history.h5" /* in place of ".h5" of its piece */
 enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 

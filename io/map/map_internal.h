@@ -10,7 +10,6 @@
 
 #include "compact/compact.h"
 #include "io/map/column_store.h"
-#include "io/map/kept_views.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_scan.h"
 #include "io/map/selection.h"
@@ -62,10 +61,8 @@ struct rmap_map {
     size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
     uint64_t paths_tick;
     _Atomic int n_reader;     /* chunk readers that are there; they share the bytes */
-    struct rmap_arena *arena; /* NULL, as the next two: nothing is kept */
+    struct rmap_arena *arena; /* NULL, as the next: nothing is kept */
     struct rmap_column_store *store;
-    struct rmap_kept_views *views;
-    struct rmap_histories *_Atomic histories; /* indexes; NULL: none asked for yet */
     pthread_mutex_t hdf5_lock; /* of files that are opened late; taken after all others */
     struct rmap_column_files *_Atomic column_files; /* beside pieces; NULL: none looked for yet */
     struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
@@ -96,8 +93,5 @@ void rmap_map_forget(struct rmap_map *map);
 /* Sums over the content, once it is whole; flux per weight, from the tally. */
 enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_derive_flux(struct rmap_map *map);
-
-/* Lets go of every history index. */
-void rmap_histories_destroy(struct rmap_histories *histories);
 
 #endif

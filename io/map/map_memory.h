@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * What reading a map may take: with what a process takes without a map (some 80 MiB), the parts
- * below and in map_paths.h, map_history.c, query_history.c and ray_parts.c make up the 512 MiB that
- * a query is allowed per rank, however many threads it has.
+ * below and in map_paths.h, query_known.c and ray_parts.c make up the 512 MiB that a query is
+ * allowed per rank, however many threads it has.
  */
 #ifndef RMAP_MAP_MEMORY_H
 #define RMAP_MAP_MEMORY_H

@@ -476,8 +476,6 @@ enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_re
 
 void rmap_map_forget(struct rmap_map *map)
 {
-    rmap_histories_destroy(map->histories);
-    map->histories = NULL;
     rmap_column_files_destroy(map->column_files);
     map->column_files = NULL;
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++) {
@@ -497,7 +495,6 @@ void rmap_map_close(struct rmap_map *map)
     rmap_tally_destroy(map->tally);
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);
-    rmap_kept_views_destroy(map->views);
     rmap_arena_destroy(map->arena);
     rmap_map_forget(map);
     rmap_kept_rays_destroy(map->kept_rays);

@@ -144,12 +144,6 @@ double rmap_map_flux(const struct rmap_map *map, size_t source, double weight);
 #define RMAP_PART_PORTIONS 64
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
-/* Bytes: what may be kept, what is taken for it, and for what: indexes with their dictionaries;
- * their portions, opened; columns. */
-struct rmap_map_kept {
-    size_t budget, taken, indexes, views, columns;
-};
-
 struct rmap_cursor;
 struct rmap_step_classes;
 

@@ -15,7 +15,6 @@
 #include "base/grouped.h"
 #include "io/file/directory.h"
 #include "io/file/publish.h"
-#include "io/map/history_file.h"
 #include "io/map/map_chunks.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
@@ -231,7 +230,6 @@ static enum rmap_status place_piece(struct merge *self, const struct rmap_map *m
         goto out;
     }
     RMAP_TRY(link_piece(self, from, to, err));
-    RMAP_TRY(link_beside(self, map, i, info, rmap_history_path, err));
     RMAP_TRY(link_beside(self, map, i, info, rmap_piece_columns_path, err));
     if (i + 1 == map->content.n_piece || info[1].shard != info->shard)
         RMAP_TRY(rmap_sync_directory(shard, err));

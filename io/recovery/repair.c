@@ -16,7 +16,6 @@
 #include "io/map/journal.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_format.h"
-#include "io/map/map_history.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_rays.h"
 #include "io/map/map_run.h"
@@ -351,52 +350,6 @@ static enum rmap_status remove_piece(const struct removal *removal,
     return st;
 }
 
-/* A history index that is damaged, or whose piece is gone: it can be made again. */
-static enum rmap_status remove_history(const struct removal *removal, const struct rmap_map *map,
-                                       const struct rmap_piece_name *name, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_map_content *now = removal->now;
-    struct rmap_piece_info info = {.shard = name->shard, .number = name->number};
-    struct rmap_error why = {0};
-    size_t i = 0;
-    while (i < now->n_piece &&
-           (now->piece[i].shard != name->shard || now->piece[i].number != name->number))
-        i++;
-    bool orphaned = i == now->n_piece;
-    if (!orphaned)
-        st = rmap_map_history_check(map, i, &why);
-    if (st == RMAP_SYSTEM)
-        return rmap_error_set(err, st, "%s", why.text);
-    if (!orphaned && st != RMAP_FORMAT)
-        return RMAP_OK;
-    st = RMAP_OK;
-    char *path = rmap_history_path(removal->self->path, &info);
-    if (!path)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (rmap_shard_unlink(path) != 0)
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
-    else
-        st = rmap_findings_note(removal->done, path + strlen(removal->self->path) + 1,
-                                orphaned ? "removed: its piece is gone"
-                                         : "removed: it was damaged; raymap index makes it again",
-                                err);
-    rmap_free(path);
-    return st;
-}
-
-static enum rmap_status remove_histories(const struct removal *removal, const struct rmap_map *map,
-                                         struct rmap_error *err)
-{
-    struct rmap_piece_name *name = NULL;
-    size_t n = 0;
-    enum rmap_status st = rmap_map_list_histories(removal->self->path, &name, &n, err);
-    for (size_t i = 0; i < n && st == RMAP_OK; i++)
-        st = remove_history(removal, map, &name[i], err);
-    rmap_free(name);
-    return st;
-}
-
 enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
                                     struct rmap_findings *done, struct rmap_error *err)
 {
@@ -411,11 +364,34 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
     RMAP_TRY(rmap_rays_held(removal.now, &removal.rays, err));
     for (size_t i = 0; i < n; i++)
         RMAP_TRY(remove_piece(&removal, &name[i], err));
-    RMAP_TRY(remove_histories(&removal, map, err));
     RMAP_TRY(rmap_remove_bad_columns(map, done, err));
 out:
     rmap_ray_set_fini(&removal.rays);
     rmap_map_close(map);
+    rmap_free(name);
+    return st;
+}
+
+enum rmap_status rmap_repair_remove_histories(const char *map_path, struct rmap_findings *done,
+                                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    RMAP_TRY(rmap_map_list_histories(map_path, &name, &n, err));
+    for (size_t i = 0; i < n && st == RMAP_OK; i++) {
+        char *path = rmap_history_path(map_path, &name[i]);
+        if (!path)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        else if (rmap_shard_unlink(path) != 0)
+            st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path,
+                                strerror(errno));
+        else
+            st = rmap_findings_note(done, path + strlen(map_path) + 1,
+                                    "removed: history indexes are no longer used", err);
+        rmap_free(path);
+    }
+out:
     rmap_free(name);
     return st;
 }

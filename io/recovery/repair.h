@@ -39,6 +39,10 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *verification
                                     struct rmap_findings *done,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* Removes history indexes, which earlier versions made. */
+enum rmap_status rmap_repair_remove_histories(const char *map_path, struct rmap_findings *done,
+                                              struct rmap_error *err) RMAP_MUST_USE;
+
 /* Removes a leftover that nothing can be read of. */
 enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
                                              struct rmap_findings *done,

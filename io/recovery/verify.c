@@ -22,7 +22,6 @@
 #include "io/map/provenance.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_columns.h"
-#include "io/recovery/verify_history.h"
 #include "io/recovery/verify_named.h"
 
 static enum rmap_status verify_extra_pieces(struct rmap_verification *self,
@@ -356,7 +355,6 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
     RMAP_TRY(add_trouble(self, findings, err));
     RMAP_TRY(verify_missing_shards(self, findings, err));
     RMAP_TRY(verify_extra_pieces(self, name, n, findings, err));
-    RMAP_TRY(rmap_verify_stray_histories(self, name, n, findings, err));
     RMAP_TRY(rmap_verify_stray_columns(self, name, n, findings, err));
     if (self->map)
         RMAP_TRY(rmap_verify_named_rays(self->map, findings, err));

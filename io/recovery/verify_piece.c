@@ -19,7 +19,6 @@
 #include "io/map/piece_file.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_columns.h"
-#include "io/recovery/verify_history.h"
 #include "io/recovery/verify_paths.h"
 #include "io/recovery/verify_piece.h"
 #include "io/recovery/verify_tables.h"
@@ -381,8 +380,6 @@ enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
     RMAP_TRY(compare_info(&check, err));
     RMAP_TRY(compare_portions(&check, err));
     RMAP_TRY(compare_chunks(&check, err));
-    if (self->map)
-        RMAP_TRY(rmap_verify_history_file(self, piece, findings, err));
     if (self->map)
         RMAP_TRY(rmap_verify_columns_file(self, piece, findings, err));
     if (self->map)

@@ -15,7 +15,6 @@
 #include "io/map/map_rays.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_columns.h"
-#include "io/recovery/verify_history.h"
 #include "io/recovery/verify_paths.h"
 #include "io/recovery/verify_piece.h"
 #include "io/recovery/verify_rays.h"
@@ -391,9 +390,7 @@ enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap
             *err = why;
         return st;
     }
-    st = rmap_verify_history(self, portion, rays, findings, err);
-    if (st == RMAP_OK)
-        st = rmap_verify_path_bounds(self, cursor, portion, rays, findings, err);
+    st = rmap_verify_path_bounds(self, cursor, portion, rays, findings, err);
     if (st == RMAP_OK)
         st = rmap_verify_columns(self, cursor, portion, findings, err);
     if (st != RMAP_OK || self->portion_flag[portion] & RMAP_PORTION_UNSURE)

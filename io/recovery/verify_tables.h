@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tables of a piece, or of its history index, against those of the index of the map
- * (verify_piece.c).
+ * Tables of a piece against those of the index of the map (verify_piece.c).
  */
 #ifndef RMAP_VERIFY_TABLES_H
 #define RMAP_VERIFY_TABLES_H

@@ -14,7 +14,7 @@
 #include "io/export/json_memory.h"
 #include "io/export/polydata.h"
 #include "io/file/whole_file.h"
-#include "io/map/map_history.h"
+#include "io/map/history_file.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/query_rays_out.h"
 #include "mpi/command/balance.h"
@@ -212,13 +212,15 @@ void rmap_rays_out_destroy(struct rmap_rays_out *self)
     rmap_free(self);
 }
 
-/* What a query would read: portions, what of the history index, columns and bytes. */
+/* What a query would read: portions, columns and bytes. */
 
 static json_t *explain_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
                             const struct rmap_query_plan *plan,
-                            const struct rmap_history_survey *indexed)
+                            const struct rmap_history_files *indexes)
 {
     size_t n_portion = rmap_map_n_portion(map);
+    const json_int_t n_read = (json_int_t)(n_portion - plan->n_skipped);
+    const json_int_t none = 0; /* of what history indexes told */
     json_t *names = json_array();
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (plan->columns & RMAP_COLUMN_BIT(c))
@@ -228,40 +230,22 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
         "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, "
         "s:{s:I, s:I, s:I, s:I}, s:I}",
         "criterion", rmap_criterion_text(criterion), "columns", names, "portions", "total",
-        (json_int_t)n_portion, "read", (json_int_t)(n_portion - plan->n_skipped), "skipped",
-        (json_int_t)plan->n_skipped, "index", "by_paths", (json_int_t)plan->n_by_path, "by_rows",
-        (json_int_t)plan->n_by_row, "without", (json_int_t)plan->n_by_column, "rays",
-        (json_int_t)plan->n_index_ray, "undecided_rays", (json_int_t)plan->n_open_ray,
-        "undecided_portions", (json_int_t)plan->n_open_portion, "bytes",
-        (json_int_t)plan->index_nbytes, "unused_pieces", (json_int_t)indexed->n_unused, "why",
-        indexed->why.text, "compact", "portions", (json_int_t)plan->n_compact, "traced_again",
-        (json_int_t)plan->n_retraced, "rays", (json_int_t)plan->n_told_ray, "undecided_rays",
-        (json_int_t)plan->n_left_ray, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
+        (json_int_t)n_portion, "read", n_read, "skipped", (json_int_t)plan->n_skipped, "index",
+        "by_paths", none, "by_rows", none, "without", n_read, "rays", none, "undecided_rays", none,
+        "undecided_portions", none, "bytes", none, "unused_pieces", (json_int_t)indexes->n, "why",
+        indexes->n > 0 ? "history indexes are no longer used" : "", "compact", "portions",
+        (json_int_t)plan->n_compact, "traced_again", (json_int_t)plan->n_retraced, "rays",
+        (json_int_t)plan->n_told_ray, "undecided_rays", (json_int_t)plan->n_left_ray,
+        "bytes_decoded", (json_int_t)plan->decoded_nbytes);
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                       const struct rmap_query_plan *plan,
-                       const struct rmap_history_survey *indexed)
+                       const struct rmap_query_plan *plan)
 {
     size_t n_portion = rmap_map_n_portion(map);
     printf("%s\n  portions %llu of %zu to read, %llu skipped\n", rmap_criterion_text(criterion),
            (unsigned long long)(n_portion - plan->n_skipped), n_portion,
            (unsigned long long)plan->n_skipped);
-    if (plan->n_by_path + plan->n_by_row > 0)
-        printf("  index    %s by paths, %llu by rows, %.1f MB; leaves %.3g %% of their "
-               "rays undecided, in %s\n",
-               rmap_counted(plan->n_by_path, "portion").text, (unsigned long long)plan->n_by_row,
-               1e-6 * (double)plan->index_nbytes,
-               plan->n_index_ray ? 100.0 * (double)plan->n_open_ray / (double)plan->n_index_ray
-                                 : 0.0,
-               rmap_counted(plan->n_open_portion, "portion").text);
-    if (plan->n_by_column > 0)
-        printf("  index    none for %s: %scolumns answer\n",
-               rmap_counted(plan->n_by_column, "portion").text,
-               plan->n_told_ray > 0 ? "paths and " : "");
-    if (indexed->n_unused > 0)
-        printf("  index    of %s cannot be used: raymap index makes it again (%s)\n",
-               rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
     if (plan->n_told_ray > 0)
         printf("  paths    of %s leave %s undecided (%.3g %%)\n",
                rmap_counted(plan->n_told_ray, "ray").text,
@@ -284,17 +268,17 @@ enum rmap_status rmap_query_explain(const struct rmap_context *context, const st
                                     bool rays_wanted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_history_survey indexed;
+    struct rmap_history_files indexes;
     json_t *list = json_array();
-    RMAP_TRY(rmap_map_history_survey(map, &indexed, err));
+    RMAP_TRY(rmap_history_files_measure(map, &indexes, err));
     for (size_t c = 0; c < n_criterion; c++) {
         struct rmap_query_plan plan;
         RMAP_TRY(rmap_query_plan(map, criterion[c], rays_wanted, &plan, err));
         if (context->json)
             (void)json_array_append_new(
-                list, rmap_json_of_map(explain_json(map, criterion[c], &plan, &indexed), map));
+                list, rmap_json_of_map(explain_json(map, criterion[c], &plan, &indexes), map));
         else
-            print_text(map, criterion[c], &plan, &indexed);
+            print_text(map, criterion[c], &plan);
     }
     if (context->json) {
         st = rmap_json_print(list, stdout, err);

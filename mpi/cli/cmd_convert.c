@@ -6,7 +6,6 @@
 
 #include "base/grouped.h"
 #include "io/map/map_directory.h"
-#include "io/map/map_history.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
 #include "io/map/map_reader.h"
@@ -19,7 +18,6 @@
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/copy_run.h"
-#include "mpi/scan/index_run.h"
 
 static const struct rmap_option options[] = {
     {"output", 'o', "MAP2", "directory of the ray map to make, by custom NAME.raymap"},
@@ -160,31 +158,6 @@ out:
     return st;
 }
 
-/* Collective. A map that was prepared for fast questions stays so. */
-static enum rmap_status index_again(const struct rmap_context *context,
-                                    const struct request *request, const struct rmap_map *map,
-                                    struct rmap_error *err)
-{
-    struct rmap_index_result result;
-    size_t n_indexed = 0;
-    uint64_t nbytes;
-    char line[256];
-    enum rmap_status st = RMAP_OK;
-    if (context->rank == 0)
-        st = rmap_map_history_measure(map, &n_indexed, &nbytes, err);
-    int any = n_indexed > 0;
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(RMAP_MPI(MPI_Bcast(&any, 1, MPI_INT, 0, context->comm)));
-    if (any)
-        RMAP_TRY(rmap_index_run(context, request->to, 0, &result, err));
-    if (any && context->rank == 0 && !context->quiet && result.n_large > 0) {
-        rmap_index_tell_large(&result, line, sizeof line);
-        fprintf(stderr, "history indexes: %s\n", line);
-    }
-out:
-    return st;
-}
-
 static enum rmap_status run_convert(const struct rmap_context *context,
                                     const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -202,7 +175,6 @@ static enum rmap_status run_convert(const struct rmap_context *context,
     if (context->rank == 0)
         st = conclude(context, &request, &self, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(index_again(context, &request, self.map, err));
 out:
     if (st != RMAP_OK && self.begins)
         rmap_discard_map(request.to, err);

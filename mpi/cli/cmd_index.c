@@ -1,87 +1,59 @@
 /* SPDX-License-Identifier: MIT
  *
- * raymap index: what the rays of a map met, in a form that questions are answered from at once.
+ * raymap index: what earlier versions made for fast questions. Maps answer them by themselves.
  */
-#include "base/grouped.h"
-#include "io/map/map_directory.h"
-#include "io/map/map_json.h"
-#include "io/map/map_lock.h"
-#include "io/map/map_reader.h"
-#include "mpi/command/json_out.h"
-#include "mpi/parallel/agree.h"
-#include "mpi/scan/index_run.h"
+#include <stdio.h>
 
-static const struct rmap_option options[] = {
-    {"force", 'f', NULL, "make also those again that are there and good"},
-    {"large", 0, NULL, "make also those that take more than a tenth of the map"},
-    {NULL}};
+#include "io/map/map_json.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/load.h"
+#include "mpi/parallel/agree.h"
+
+static const struct rmap_option options[] = {{"force", 'f', NULL, "accepted, without effect"},
+                                             {"large", 0, NULL, "accepted, without effect"},
+                                             {NULL}};
 
 static enum rmap_status tell(const struct rmap_context *context, const char *path,
-                             const struct rmap_index_result *result, struct rmap_error *err)
+                             const struct rmap_map *map, struct rmap_error *err)
 {
-    char line[256];
-    double share =
-        result->map_nbytes > 0 ? (double)result->nbytes / (double)result->map_nbytes : 0.0;
-    if (context->json) {
-        struct rmap_map *map = NULL;
-        enum rmap_status st = rmap_map_open(path, &map, err);
-        if (st != RMAP_OK)
-            return st;
-        json_t *document = rmap_json_of_map(
-            json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:f, s:f}", "map", path, "pieces",
-                      (json_int_t)result->n_piece, "made", (json_int_t)result->n_made, "left",
-                      (json_int_t)result->n_large, "left_bytes", (json_int_t)result->large_nbytes,
-                      "bytes", (json_int_t)result->nbytes, "map_bytes",
-                      (json_int_t)result->map_nbytes, "share", share, "seconds", result->seconds),
-            map);
-        rmap_map_close(map);
-        return rmap_json_print(document, stdout, err);
+    struct rmap_map_summary summary;
+    const json_int_t none = 0;
+    rmap_map_summarise(map, &summary);
+    if (!context->json) {
+        if (!context->quiet)
+            printf("%s: nothing to do: maps need no index\n", path);
+        return RMAP_OK;
     }
-    if (!context->quiet)
-        printf("%s: history indexes of %s, %llu of them made now: %.1f MB, %.1f %% of the "
-               "map\n",
-               path, rmap_counted(result->n_piece, "piece").text,
-               (unsigned long long)result->n_made, 1e-6 * (double)result->nbytes, 100.0 * share);
-    rmap_index_tell_large(result, line, sizeof line);
-    if (!context->quiet && line[0])
-        printf("%s: %s\n", path, line);
-    return RMAP_OK;
+    return rmap_json_print(
+        rmap_json_of_map(json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:f, s:f}", "map", path,
+                                   "pieces", (json_int_t)rmap_map_n_piece(map), "made", none,
+                                   "left", none, "left_bytes", none, "bytes", none, "map_bytes",
+                                   (json_int_t)summary.nbytes, "share", 0.0, "seconds", 0.0),
+                         map),
+        stdout, err);
 }
 
 static enum rmap_status run_index(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct rmap_index_result result;
-    int flags = (rmap_argument(given, "force") ? RMAP_INDEX_REMAKE : 0) |
-                (rmap_argument(given, "large") ? RMAP_INDEX_LARGE : 0);
-    enum rmap_status st = RMAP_OK;
-    struct rmap_map_lock lock = {0};
-    if (context->rank == 0)
-        st = rmap_map_lock_take(given->operand[0], "index", &lock, err);
-    if (st == RMAP_OK && lock.path)
-        st = rmap_map_remove_half_indexes(given->operand[0], err);
-    RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(rmap_index_run(context, given->operand[0], flags, &result, err));
-    if (context->rank == 0)
-        st = tell(context, given->operand[0], &result, err);
+    struct rmap_map *map = NULL;
+    enum rmap_status st = rmap_load_map(context, given->operand[0], &map, err);
+    if (st == RMAP_OK && context->rank == 0)
+        st = tell(context, given->operand[0], map, err);
     st = rmap_agree(context, st, err);
-out:
-    rmap_map_lock_release(&lock);
+    rmap_map_close(map);
     return st;
 }
 
 const struct rmap_command rmap_command_index = {
     .name = "index",
-    .summary = "prepare a map for fast questions",
+    .summary = "nothing to do: maps need no index",
     .operands = "MAP",
     .help =
-        "Writes beside each piece of a map what its rays met and where they were registered,\n"
-        "without positions, in a form that questions are answered from many times faster than\n"
-        "from the columns. It takes some per cent of a plain map. Where it would take more than\n"
-        "a tenth of the map, as in compact ones, --large makes it all the same. Answers are the\n"
-        "same with and without; what is deleted of it can be made again. Pieces that have one\n"
-        "are passed over. Runs on all ranks and threads. `raymap trace --index` does the same\n"
-        "at the end of a trace.",
+        "Earlier versions wrote beside the pieces of a map what fast questions needed. The pieces\n"
+        "themselves hold that now: the command is accepted and does nothing, as is --index of\n"
+        "`raymap trace`. Files of old indexes are not read; `raymap info` names them, `raymap\n"
+        "repair` removes them.",
     .options = options,
     .min_operands = 1,
     .max_operands = 1,

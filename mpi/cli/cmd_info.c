@@ -8,10 +8,10 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map/history_file.h"
 #include "io/map/map_chunks.h"
 #include "io/map/map_content.h"
 #include "io/map/map_directory.h"
-#include "io/map/map_history.h"
 #include "io/map/map_rays.h"
 #include "io/map/map_reader.h"
 #include "io/map/selection.h"
@@ -144,7 +144,7 @@ static json_t *selection_json(const struct rmap_selection *selection)
 }
 
 static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                         const struct rmap_history_survey *indexed,
+                         const struct rmap_history_files *indexes,
                          const struct rmap_columns_survey *kept,
                          const struct rmap_named_rays_list *named)
 {
@@ -157,20 +157,20 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                                  summary->program_version, "git", summary->git_revision, "hdf5",
                                  summary->hdf5_version, "embree", summary->embree_version, "isa",
                                  summary->isa, "tracer", (int)summary->tracer_revision);
-    json_t *info =
-        json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
-                  "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
-                  "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
-                  (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
-                  (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
-                  (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
-                  (json_int_t)summary->seed, "digest", digest, "units", rmap_map_scene(map)->unit,
-                  "sources", sources, "objects", objects_json(rmap_map_scene(map)), "detectors",
-                  detectors_json(map), "shards", shards_json(map), "ranks", summary->n_rank,
-                  "versions", versions, "spaces", spaces_json(map), "trouble", trouble_json(map),
-                  "index", "pieces", (json_int_t)indexed->n_piece, "bytes",
-                  (json_int_t)indexed->nbytes, "unused", (json_int_t)indexed->n_unused, "why",
-                  indexed->why.text, "selection", selection_json(rmap_map_selection(map)));
+    json_t *info = json_pack(
+        "{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
+        "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
+        "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
+        (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
+        (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes", (json_int_t)summary->nbytes,
+        "complete", (int)summary->complete, "seed", (json_int_t)summary->seed, "digest", digest,
+        "units", rmap_map_scene(map)->unit, "sources", sources, "objects",
+        objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
+        shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
+        spaces_json(map), "trouble", trouble_json(map), "index", "pieces", (json_int_t)indexes->n,
+        "bytes", (json_int_t)indexes->nbytes, "unused", (json_int_t)indexes->n, "why",
+        indexes->n > 0 ? "history indexes are no longer used" : "", "selection",
+        selection_json(rmap_map_selection(map)));
     uint64_t asked = 0;
     const bool is_known = rmap_rays_asked(map, &asked);
     if (info)
@@ -232,7 +232,7 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
 
 static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_map_summary *summary,
-                       const struct rmap_history_survey *indexed,
+                       const struct rmap_history_files *indexes,
                        const struct rmap_columns_survey *kept,
                        const struct rmap_named_rays_list *named, bool damaged, FILE *out)
 {
@@ -260,14 +260,11 @@ static void print_info(const char *path, const struct rmap_map *map,
         fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);
     fprintf(out, ", %s, %s%s%s\n", rmap_counted((uint64_t)summary->n_shard, "shard").text,
             rmap_counted(rmap_map_n_piece(map), "piece").text, *encodings ? ", " : "", encodings);
-    if (indexed->n_piece > 0)
-        fprintf(out, "  history indexes of %s: %.1f MB beside that\n",
-                rmap_counted(indexed->n_piece, "piece").text, 1e-6 * (double)indexed->nbytes);
-    if (indexed->n_unused > 0)
+    if (indexes->n > 0)
         fprintf(out,
-                "  history indexes of %s cannot be used: raymap index makes them "
-                "again (%s)\n",
-                rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
+                "  history indexes of %s, %.1f MB beside that, are no longer used: raymap repair "
+                "removes them\n",
+                rmap_counted(indexes->n, "piece").text, 1e-6 * (double)indexes->nbytes);
     rmap_kept_columns_print(kept, out);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
@@ -309,10 +306,10 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     for (size_t i = 0; i < rmap_map_n_trouble(map); i++)
         fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
-    struct rmap_history_survey indexed;
+    struct rmap_history_files indexes;
     struct rmap_columns_survey kept;
     struct rmap_named_rays_list named;
-    st = rmap_map_history_survey(map, &indexed, err);
+    st = rmap_history_files_measure(map, &indexes, err);
     if (st == RMAP_OK)
         st = rmap_map_columns_survey(map, &kept, err);
     if (st == RMAP_OK)
@@ -320,9 +317,9 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     if (st != RMAP_OK)
         return st;
     if (context->json)
-        st = rmap_json_print(info_json(map, &summary, &indexed, &kept, &named), stdout, err);
+        st = rmap_json_print(info_json(map, &summary, &indexes, &kept, &named), stdout, err);
     else
-        print_info(path, map, &summary, &indexed, &kept, &named, pieces != RMAP_OK, stdout);
+        print_info(path, map, &summary, &indexes, &kept, &named, pieces != RMAP_OK, stdout);
     rmap_named_rays_list_fini(&named);
     return st == RMAP_OK ? pieces : st;
 }

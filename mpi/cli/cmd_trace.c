@@ -5,23 +5,7 @@
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
-#include "mpi/scan/index_run.h"
 #include "mpi/trace/trace_session.h"
-
-/* Collective. */
-static enum rmap_status make_index(const struct rmap_context *context, const char *path,
-                                   struct rmap_error *err)
-{
-    struct rmap_index_result result;
-    char line[256];
-    enum rmap_status st = rmap_index_run(context, path, 0, &result, err);
-    if (st != RMAP_OK || context->rank != 0 || context->quiet)
-        return st;
-    rmap_index_tell_large(&result, line, sizeof line);
-    fprintf(stderr, "history indexes: %.1f MB, in %.2f s%s%s\n", 1e-6 * (double)result.nbytes,
-            result.seconds, line[0] ? "; " : "", line);
-    return st;
-}
 
 /* -o was given, but the simulation that was picked keeps no rays. */
 static void tell_unrecorded(const struct rmap_context *context, const struct rmap_arguments *given,
@@ -47,8 +31,8 @@ static enum rmap_status run_trace(const struct rmap_context *context,
     RMAP_TRY(rmap_trace_session_begin(&session, err));
     RMAP_TRY(rmap_trace_session_run(&session, err));
     RMAP_TRY(rmap_trace_session_conclude(&session, err));
-    if (rmap_argument(given, "index") && session.request.map_path)
-        RMAP_TRY(make_index(context, session.request.map_path, err));
+    if (rmap_argument(given, "index") && context->rank == 0 && !context->quiet)
+        fprintf(stderr, "raymap: --index: nothing to do: maps need no index\n");
 out:
     rmap_trace_session_fini(&session);
     return st;

@@ -201,7 +201,6 @@ enum rmap_status rmap_fold_run(const struct rmap_context *context, const struct 
         rmap_progress_fini(&run.progress);
     }
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(rmap_scan_tell(context, fold->map, err));
     RMAP_TRY(gather(context, fold, run.worker[0].state, err));
     if (fold->nbytes_ret)
         RMAP_TRY(tell_nbytes(context, &run, err));

@@ -263,7 +263,6 @@ enum rmap_status rmap_pick_run(const struct rmap_context *context,
     if (st == RMAP_OK)
         st = pick_share(&self, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(rmap_scan_tell(context, plan->map, err));
     for (size_t i = 0; i < self.n_space; i++) {
         const struct rmap_shard_writer *writer = self.space[i].writer;
         RMAP_TRY(rmap_gather_content(context, writer ? rmap_shard_writer_content(writer) : NULL,

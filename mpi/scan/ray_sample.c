@@ -183,7 +183,6 @@ enum rmap_status rmap_ray_sample(const struct rmap_context *context, const struc
     if (st == RMAP_OK)
         st = search_share(&search, context, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(rmap_scan_tell(context, map, err));
     RMAP_TRY(join_samples(&search, context, id_ret, n_ret, err));
 out:
     rmap_sample_fini(&search.sample);

@@ -327,7 +327,6 @@ enum rmap_status rmap_ray_stream(const struct rmap_context *context, const struc
                               err);
     st = context->rank == 0 ? collect(&self, st, err) : serve(&self, st, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(rmap_scan_tell(context, map, err));
     *n_ret = self.order.n;
 out:
     stream_fini(&self);

@@ -4,11 +4,8 @@
  */
 #include "mpi/scan/scan.h"
 
-#include <stdio.h>
-
 #include "analysis/query/query_pieces.h"
 #include "base/alloc.h"
-#include "io/map/map_history.h"
 #include "io/map/map_memory.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/parts.h"
@@ -61,23 +58,6 @@ void rmap_scan_range(const struct rmap_map *map, size_t first, size_t last, int 
     }
     if (*first_ret > *last_ret)
         *first_ret = *last_ret;
-}
-
-enum rmap_status rmap_scan_tell(const struct rmap_context *context, const struct rmap_map *map,
-                                struct rmap_error *err)
-{
-    struct rmap_error why = {0};
-    enum rmap_status st = RMAP_OK;
-    int who = rmap_map_history_damage(map, &why) ? context->rank : context->size;
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &who, 1, MPI_INT, MPI_MIN, context->comm)));
-    if (who == context->size)
-        goto out;
-    RMAP_TRY(RMAP_MPI(MPI_Bcast(why.text, sizeof why.text, MPI_CHAR, who, context->comm)));
-    if (context->rank == 0)
-        fprintf(stderr, "raymap: %s\n", why.text);
-    rmap_map_history_told(map);
-out:
-    return st;
 }
 
 /* Portions that follow each other are scanned in one go. */
@@ -240,7 +220,6 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
     choose_step(&scan);
     st = scan_share(&scan, mine, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_tell(context, map, err));
     for (size_t c = 0; c < n_criterion; c++) {
         RMAP_TRY(reduce_count(&scan, &mine[c], err));
         rmap_count_add(&count[c], &mine[c], scan.n_source);

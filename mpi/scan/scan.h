@@ -15,11 +15,6 @@
 void rmap_scan_range(const struct rmap_map *map, size_t first, size_t last, int part, int n_part,
                      size_t *first_ret, size_t *last_ret);
 
-/* Collective, behind every scan: rank 0 tells of a history index that is damaged and was not used
- * on some rank, once per open map. */
-enum rmap_status rmap_scan_tell(const struct rmap_context *context, const struct rmap_map *map,
-                                struct rmap_error *err) RMAP_MUST_USE;
-
 /* Collective. count: [n_criterion], initialised by the caller; added to, the same on every rank.
  * How the portions are dealt changes no answer. */
 enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct rmap_map *map,

@@ -12,8 +12,8 @@
 #include "analysis/report/ray_report_print.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/map/map_history.h"
 #include "io/map/map_json.h"
+#include "io/map/map_keep.h"
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_rays_out.h"
 #include "mpi/command/argument_numbers.h"
@@ -24,7 +24,6 @@
 #include "mpi/session/session_define.h"
 #include "mpi/session/session_refresh.h"
 #include "mpi/session/session_status.h"
-#include "mpi/session/session_warm.h"
 #include "mpi/session/session_words.h"
 
 static const char help[] =
@@ -45,32 +44,21 @@ static const char *after_word(const char *line, const char *word)
     return line + len + strspn(line + len, " \t\r");
 }
 
-/* Collective. The first question pays for what makes the next ones fast: indexes made for it take
- * half of the memory at most, what it opens and decodes the rest. Where the machine has no memory,
- * less is kept. */
+/* Collective. What questions decode stays for the next ones; where the machine has no memory, less
+ * is kept. */
 static enum rmap_status prepare(struct rmap_session *session, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = session->context;
-    struct rmap_warmth warmth = {0};
     struct rmap_error why = {0};
     if (session->warm)
         return RMAP_OK;
     session->warm = true;
-    RMAP_TRY(rmap_session_warm(context, session->map, session->memory / 2, &warmth, err));
     st = rmap_map_keep(session->map, (size_t)session->memory, &why);
     if (st != RMAP_OK && st != RMAP_SYSTEM)
         *err = why;
     st = st == RMAP_SYSTEM ? RMAP_OK : st;
-    if (context->rank == 0 && !context->quiet && warmth.n_piece > 0)
-        fprintf(stderr,
-                "made history indexes of %s in memory, %.1f MB; `raymap index%s` keeps "
-                "them on disk\n",
-                rmap_counted(warmth.n_piece, "piece").text, 1e-6 * (double)warmth.nbytes,
-                warmth.n_large > 0 ? " --large" : "");
-    RMAP_TRY(rmap_agree(context, st, err));
-out:
-    return st;
+    return rmap_agree(context, st, err);
 }
 
 /* Collective. */

@@ -7,17 +7,17 @@
 
 #include <stdio.h>
 
-#include "io/map/map_history.h"
+#include "io/map/map_keep.h"
 #include "mpi/command/json_out.h"
 #include "mpi/parallel/agree.h"
 
-enum { BUDGET, TAKEN, INDEXES, VIEWS, COLUMNS, KINDS };
+enum { BUDGET, TAKEN, COLUMNS, KINDS };
 
 static json_t *as_json(const uint64_t *sum)
 {
-    return json_pack("{s:{s:I, s:I, s:I, s:I, s:I}}", "memory", "budget", (json_int_t)sum[BUDGET],
-                     "taken", (json_int_t)sum[TAKEN], "indexes", (json_int_t)sum[INDEXES], "opened",
-                     (json_int_t)sum[VIEWS], "columns", (json_int_t)sum[COLUMNS]);
+    return json_pack("{s:{s:I, s:I, s:i, s:i, s:I}}", "memory", "budget", (json_int_t)sum[BUDGET],
+                     "taken", (json_int_t)sum[TAKEN], "indexes", 0, "opened", 0, "columns",
+                     (json_int_t)sum[COLUMNS]);
 }
 
 enum rmap_status rmap_session_status(const struct rmap_context *context, const struct rmap_map *map,
@@ -26,16 +26,14 @@ enum rmap_status rmap_session_status(const struct rmap_context *context, const s
     enum rmap_status st = RMAP_OK;
     struct rmap_map_kept kept;
     rmap_map_kept(map, &kept);
-    uint64_t sum[KINDS] = {memory, kept.taken, kept.indexes, kept.views, kept.columns};
+    uint64_t sum[KINDS] = {memory, kept.taken, kept.columns};
     RMAP_TRY(
         RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, KINDS, MPI_UINT64_T, MPI_SUM, context->comm)));
     if (context->rank == 0 && context->json)
         st = rmap_json_line(rmap_json_of_map(as_json(sum), map), stdout, err);
     else if (context->rank == 0)
-        printf("in memory: %.1f MB of at most %.0f MB: history indexes %.1f, their portions opened "
-               "%.1f, columns %.1f\n",
-               1e-6 * (double)sum[TAKEN], 1e-6 * (double)sum[BUDGET], 1e-6 * (double)sum[INDEXES],
-               1e-6 * (double)sum[VIEWS], 1e-6 * (double)sum[COLUMNS]);
+        printf("in memory: %.1f MB of at most %.0f MB: columns %.1f\n", 1e-6 * (double)sum[TAKEN],
+               1e-6 * (double)sum[BUDGET], 1e-6 * (double)sum[COLUMNS]);
     st = rmap_agree(context, st, err);
 out:
     return st;

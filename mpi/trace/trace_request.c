@@ -19,9 +19,7 @@ const struct rmap_option rmap_trace_options[] = {
     {"force", 'f', NULL, "replace a ray map that stands there", "output"},
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
-    {"index", 0, NULL,
-     "prepare the map for fast questions at the end, as raymap index does (compact maps: later, by "
-     "raymap index --large)"},
+    {"index", 0, NULL, "accepted, without effect: maps need no index"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME",
      "plain or compact: how the map is stored (default compact; plain has columns for h5py)",
@@ -76,10 +74,6 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
         if (rmap_argument(given, "no-record") && rmap_argument(given, for_maps[i]))
             return rmap_error_set(err, RMAP_USAGE, "--no-record makes no map; leave out --%s",
                                   for_maps[i]);
-    if (request->shard_dir && rmap_argument(given, "index"))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--index reads the map, which --shard-dir leaves in parts: collect "
-                              "its shards, then raymap index");
     if (rmap_argument(given, "piece-size") && request->piece_nbytes == 0)
         return rmap_error_set(err, RMAP_USAGE, "--piece-size must be at least 1");
     if (rmap_argument(given, "flush-portions") && request->flush_portions == 0)

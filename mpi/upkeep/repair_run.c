@@ -303,6 +303,7 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     }
     if (mode == RMAP_REPAIR_SAY)
         goto out;
+    RMAP_TRY(rmap_repair_remove_histories(self->path, &self->result->done, err));
     RMAP_TRY(tell_gained(self, &gained, err));
     RMAP_TRY(rmap_findings_append(&self->result->left, findings->row, findings->n, err));
     if (self->changed || complete != self->result->summary.complete)

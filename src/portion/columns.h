@@ -64,7 +64,7 @@ enum rmap_table {
     RMAP_TABLE_COUNT
 };
 
-/* The first tables, which say what a ray met: criteria and history indexes are about these. */
+/* The first tables, which say what a ray met: criteria are about these. */
 #define RMAP_TABLE_HISTORY_COUNT ((int)RMAP_TABLE_CURVE)
 
 enum rmap_element { RMAP_U8, RMAP_U16, RMAP_I16, RMAP_U32, RMAP_I32, RMAP_U64, RMAP_F32, RMAP_F64 };

@@ -13,13 +13,9 @@
 #include "io/map/map_reader.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
-#include "mpi/scan/index_run.h"
 #include "mpi/scan/scan.h"
 
 enum { QUESTION_MAX = 8 };
-
-const struct rmap_bench_stored rmap_bench_stored[RMAP_BENCH_STORED] = {
-    {0, false}, {0, true}, {1, false}, {1, true}};
 
 static enum rmap_status prepare(struct rmap_bench_search *search, struct rmap_error *err)
 {
@@ -30,18 +26,13 @@ static enum rmap_status prepare(struct rmap_bench_search *search, struct rmap_er
     struct rmap_seed_result seed;
     double seconds, n_segment;
     search->n_question = rmap_bench_questions(scene->name, &search->question);
-    for (size_t k = 0; k < RMAP_BENCH_STORED; k++) {
-        const struct rmap_bench_encoding *encoding =
-            &rmap_bench_encoding[rmap_bench_stored[k].encoding];
-        struct rmap_index_result index;
+    for (size_t k = 0; k < RMAP_BENCH_ENCODINGS; k++) {
         (void)snprintf(search->map[k], sizeof search->map[k], "%s/query-%s-%zu.raymap",
                        bench->folder, scene->name, k);
         const struct rmap_bench_store store = {.path = search->map[k],
-                                               .encoding = encoding->encoding};
+                                               .encoding = rmap_bench_encoding[k].encoding};
         RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store,
                                   &seconds, &n_segment, err));
-        if (rmap_bench_stored[k].indexed)
-            RMAP_TRY(rmap_index_run(&bench->alone, search->map[k], RMAP_INDEX_LARGE, &index, err));
     }
     (void)snprintf(search->seed, sizeof search->seed, "%s/query-%s.seed", bench->folder,
                    scene->name);
@@ -81,26 +72,23 @@ out:
 }
 
 /* To a map opened for them. */
-static enum rmap_status ask_map(const struct rmap_bench_search *search, size_t store,
+static enum rmap_status ask_map(const struct rmap_bench_search *search, size_t encoding,
                                 const struct rmap_bench_question *question, size_t n_question,
                                 struct rmap_bench_answer *answer, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open(search->map[store], &map, err);
+    enum rmap_status st = rmap_map_open(search->map[encoding], &map, err);
     if (st == RMAP_OK)
         st = ask(search, map, question, n_question, answer, err);
     rmap_map_close(map);
     return st;
 }
 
-void rmap_bench_search_report(const struct rmap_bench_search *search, size_t store,
+void rmap_bench_search_report(const struct rmap_bench_search *search, size_t encoding,
                               const char *name, const struct rmap_bench_series *series,
                               const char *unit, json_t *extra)
 {
-    const struct rmap_bench_stored *stored = &rmap_bench_stored[store];
-    (void)json_object_set_new(extra, "encoding",
-                              json_string(rmap_bench_encoding[stored->encoding].name));
-    (void)json_object_set_new(extra, "index", json_boolean(stored->indexed));
+    (void)json_object_set_new(extra, "encoding", json_string(rmap_bench_encoding[encoding].name));
     rmap_bench_report(search->bench, name, search->scene, series, unit, extra);
 }
 
@@ -126,7 +114,7 @@ static enum rmap_status measure_class(const struct rmap_bench_search *search,
     enum rmap_status st = RMAP_OK;
     struct rmap_bench *bench = search->bench;
     struct rmap_seed_question asked;
-    struct rmap_bench_series series[RMAP_BENCH_STORED] = {{0}};
+    struct rmap_bench_series series[RMAP_BENCH_ENCODINGS] = {{0}};
     struct rmap_bench_answer answer = {0};
     bool *in_set = NULL;
     RMAP_TRY(rmap_bench_question_pose(question, search->scene->scene, &asked, &in_set, err));
@@ -136,7 +124,7 @@ static enum rmap_status measure_class(const struct rmap_bench_search *search,
         RMAP_TRY(
             rmap_seed_query(search->seed, &asked, bench->alone.n_thread, &n_seed, &seed_s, err));
         cpu = rmap_bench_cpu() - cpu;
-        for (size_t k = 0; k < RMAP_BENCH_STORED; k++) {
+        for (size_t k = 0; k < RMAP_BENCH_ENCODINGS; k++) {
             RMAP_TRY(ask_map(search, k, question, 1, &answer, err));
             RMAP_TRY(check_answer(question, &answer, n_seed, err));
             if (i < 0)
@@ -146,7 +134,7 @@ static enum rmap_status measure_class(const struct rmap_bench_search *search,
             rmap_bench_add_cpu(&series[k], answer.cpu, cpu);
         }
     }
-    for (size_t k = 0; k < RMAP_BENCH_STORED; k++)
+    for (size_t k = 0; k < RMAP_BENCH_ENCODINGS; k++)
         rmap_bench_search_report(search, k, "query_vs_seed", &series[k], "million segments/s",
                                  json_pack("{s:s, s:s, s:I}", "class", question->class, "criterion",
                                            question->text, "matched", (json_int_t)answer.n_ray));
@@ -156,23 +144,23 @@ out:
 }
 
 /* All questions in one scan against the slowest of them alone. */
-static enum rmap_status measure_several(const struct rmap_bench_search *search, size_t store,
+static enum rmap_status measure_several(const struct rmap_bench_search *search, size_t encoding,
                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench_series series = {0};
     for (int i = 0; i < search->bench->n_repeat; i++) {
         struct rmap_bench_answer together = {0}, alone = {0}, slowest = {0};
-        RMAP_TRY(ask_map(search, store, search->question, search->n_question, &together, err));
+        RMAP_TRY(ask_map(search, encoding, search->question, search->n_question, &together, err));
         for (size_t q = 0; q < search->n_question; q++) {
-            RMAP_TRY(ask_map(search, store, &search->question[q], 1, &alone, err));
+            RMAP_TRY(ask_map(search, encoding, &search->question[q], 1, &alone, err));
             if (alone.seconds > slowest.seconds)
                 slowest = alone;
         }
         rmap_bench_add(&series, 1e3 * together.seconds, 1e3 * slowest.seconds);
         rmap_bench_add_cpu(&series, slowest.cpu, together.cpu); /* as the times: together / alone */
     }
-    rmap_bench_search_report(search, store, "query_several_vs_slowest", &series, "ms",
+    rmap_bench_search_report(search, encoding, "query_several_vs_slowest", &series, "ms",
                              json_pack("{s:I}", "criteria", (json_int_t)search->n_question));
 out:
     return st;
@@ -188,11 +176,11 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
         if (search.question[q].class)
             RMAP_TRY(measure_class(&search, &search.question[q], err));
     if (rmap_bench_wanted(bench, "query_several_vs_slowest"))
-        for (size_t k = 0; k < RMAP_BENCH_STORED; k++)
+        for (size_t k = 0; k < RMAP_BENCH_ENCODINGS; k++)
             RMAP_TRY(measure_several(&search, k, err));
     for (size_t q = 0; q < search.n_question; q++)
         for (size_t k = 0;
-             k < RMAP_BENCH_STORED && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
+             k < RMAP_BENCH_ENCODINGS && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
             if (search.question[q].class)
                 RMAP_TRY(rmap_bench_session(&search, k, &search.question[q], err));
 out:

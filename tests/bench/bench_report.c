@@ -99,8 +99,6 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
     if (!bench->context->json) {
         printf("%-18s %-13s", name, scene->name);
         print_text(extra, "encoding");
-        if (json_is_true(json_object_get(extra, "index")))
-            printf(" indexed");
         print_text(extra, "class");
         print_text(extra, "against");
         print_text(extra, "after");

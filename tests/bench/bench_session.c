@@ -4,11 +4,10 @@
  */
 #include "base/alloc.h"
 #include "bench_search.h"
-#include "io/map/map_history.h"
+#include "io/map/map_keep.h"
 #include "io/map/map_reader.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_memo.h"
-#include "mpi/session/session_warm.h"
 
 enum { SESSION_NBYTES = 1 << 30 };
 
@@ -40,7 +39,7 @@ static void end(struct session *session)
     *session = (struct session){0};
 }
 
-static enum rmap_status begin(const struct rmap_bench_search *search, size_t store,
+static enum rmap_status begin(const struct rmap_bench_search *search, size_t encoding,
                               struct session *session, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -48,7 +47,7 @@ static enum rmap_status begin(const struct rmap_bench_search *search, size_t sto
     *session = (struct session){.search = search, .memo = rmap_alloc(1, sizeof *session->memo)};
     if (!session->memo)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a session");
-    RMAP_TRY(rmap_map_open(search->map[store], &session->map, err));
+    RMAP_TRY(rmap_map_open(search->map[encoding], &session->map, err));
     stop(&begun, &session->opening);
 out:
     return st;
@@ -63,17 +62,14 @@ static enum rmap_status ask(struct session *session, const char *text,
     const struct rmap_scene *scene = rmap_map_scene(session->map);
     const struct rmap_bench_answer begun = start();
     struct rmap_map_kept kept;
-    struct rmap_warmth warmth = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_count count = {0};
     const struct rmap_registered_list *registered;
     rmap_map_kept(session->map, &kept);
     RMAP_TRY(rmap_criterion_compile(text, scene, &criterion, err));
     RMAP_TRY(rmap_count_init(&count, scene->n_source, err));
-    if (kept.budget == 0) {
-        RMAP_TRY(rmap_session_warm(alone, session->map, SESSION_NBYTES / 2, &warmth, err));
+    if (kept.budget == 0)
         RMAP_TRY(rmap_map_keep(session->map, SESSION_NBYTES, err));
-    }
     RMAP_TRY(rmap_session_count(alone, session->memo, session->map, criterion, &count, &registered,
                                 err));
     stop(&begun, answer);
@@ -85,14 +81,14 @@ out:
 }
 
 /* A session that is asked `first` and then `second`. */
-static enum rmap_status ask_twice(const struct rmap_bench_search *search, size_t store,
+static enum rmap_status ask_twice(const struct rmap_bench_search *search, size_t encoding,
                                   const char *first, const char *second,
                                   struct rmap_bench_answer answer[2],
                                   struct rmap_bench_answer *opening, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct session session = {0};
-    RMAP_TRY(begin(search, store, &session, err));
+    RMAP_TRY(begin(search, encoding, &session, err));
     RMAP_TRY(ask(&session, first, &answer[0], err));
     RMAP_TRY(ask(&session, second, &answer[1], err));
     *opening = session.opening;
@@ -108,7 +104,7 @@ struct before {
     double unopened[RMAP_BENCH_REPEAT_MAX]; /* ratios with the first question alone */
 };
 
-enum rmap_status rmap_bench_session(const struct rmap_bench_search *search, size_t store,
+enum rmap_status rmap_bench_session(const struct rmap_bench_search *search, size_t encoding,
                                     const struct rmap_bench_question *question,
                                     struct rmap_error *err)
 {
@@ -123,7 +119,7 @@ enum rmap_status rmap_bench_session(const struct rmap_bench_search *search, size
         for (size_t k = 0; k < N; k++) {
             struct rmap_bench_answer answer[2] = {{0}}, opening = {0};
             RMAP_TRY(
-                ask_twice(search, store, before[k].text, question->text, answer, &opening, err));
+                ask_twice(search, encoding, before[k].text, question->text, answer, &opening, err));
             if (k == 0) { /* the question asked first */
                 alone = answer[0];
                 first.seconds = opening.seconds + alone.seconds;
@@ -139,7 +135,7 @@ enum rmap_status rmap_bench_session(const struct rmap_bench_search *search, size
     }
     for (size_t k = 0; k < N; k++)
         rmap_bench_search_report(
-            search, store, "session_second_vs_first", &before[k].series, "million segments/s",
+            search, encoding, "session_second_vs_first", &before[k].series, "million segments/s",
             json_pack("{s:s, s:s, s:s, s:f}", "class", question->class, "criterion", question->text,
                       "after", before[k].name, "without_opening",
                       rmap_bench_median(before[k].unopened, search->bench->n_repeat)));

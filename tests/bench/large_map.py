@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """How long counting takes in a large map: large_map.py RAYMAP [RAYS [FOLDER]]
 
-Traces the double Gauss (61 million rays: 450 million segments) into a compact map with history
-indexes, unless the folder has it already, and asks each question five times on two threads.
+Traces the double Gauss (61 million rays: 450 million segments) into a compact map, unless the
+folder has it already, and asks each question five times on two threads.
 """
 import json
 import pathlib
@@ -28,7 +28,6 @@ def main(program, n_ray="61e6", folder="large-map"):
     if not target.exists():
         subprocess.run([program, "trace", scene, "-o", target, "-n", n_ray, "--encoding", "compact",
                         "--quiet"], check=True)
-        subprocess.run([program, "index", target, "--large", "--quiet"], check=True)
     for question in QUESTIONS:
         seconds = []
         for _ in range(REPEATS + 1):

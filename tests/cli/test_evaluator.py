@@ -214,7 +214,6 @@ def judge_scene_in(name, scene, n_ray, k):
             kept = (("path_length", "angle(*)"), ("optical_path", "wavelength"), ("path_length", "time(*)"))[k]
             program("keep", target, "--quiet", *(word for one in kept for word in ("--of", one)))
             verdicts.compare(target, "--threads", "2")
-        program("index", target, "--large", "--quiet")
         verdicts.compare(target, ranks=ranks)
         if EVERYTHING or number != k:
             verdicts.compare_session(target, *(("--memory", "1Mi") if number == 2 else ()))

@@ -61,7 +61,6 @@ expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n 10 --first-ray
 expect 2 "'plain' or 'compact'" "$RAYMAP" trace scene.yaml -o x.raymap --encoding zip
 expect 2 'leave out --encoding' "$RAYMAP" trace scene.yaml --no-record --encoding plain
 expect 2 'leave out --index' "$RAYMAP" trace scene.yaml --no-record --index
-expect 2 'collect its shards' "$RAYMAP" trace scene.yaml -o x.raymap --index --shard-dir .
 expect 0 'a.raymap is complete' "$RAYMAP" trace scene.yaml -o a.raymap --resume
 expect 2 'was asked for 2,000 rays.*--append' "$RAYMAP" trace scene.yaml -o a.raymap --resume -n 10
 expect 2 'does not begin with ray 5' "$RAYMAP" trace scene.yaml -o a.raymap --resume --first-ray 5

@@ -38,22 +38,19 @@ for front in ("air", "water"):  # where media do not tell the side geometry does
     for encoding in ("plain", "compact"):
         file = f"{front}-{encoding}.raymap"
         ask("trace", "two.yaml", "-o", file, "-n", 2000, "--encoding", encoding, "--force")
-        for indexed in (False, True):
-            if indexed:
-                ask("index", file, "--large")
-            mirrored = count(file, "source(behind) and hit(two, reflect_specular)")
-            glossy = count(file, "source(before) and hit(two, reflect_specular)")
-            assert mirrored == 1000 and 200 < glossy < 400, (mirrored, glossy)
-            assert count(file, "source(behind) and ghost_order >= 1") == 0
-            assert count(file, "source(before) and ghost_order == 1") == glossy
-            assert count(file, "ghost_order == 1") == glossy == count(file, "registered(far where ghost_order == 1)")
-            values = ask("stats", file, "--of", "ghost_order", "--bins", "-0.5,0.5,1.5")
-            assert abs(values["mean"]["value"] - glossy / 2000) < 1e-12, values["mean"]
-            values = ask("stats", file, "--of", "ghost_order(far)")
-            assert values["values"] > 0 and abs(values["mean"]["value"] * values["values"] - glossy) < 1e-6, values["mean"]
-            orders = ask("paths", file, "--matrix", "orders", "--detector", "far", "--top", "all")["orders"]
-            rays = {}
-            for row in orders:
-                rays[row["ghost_order"]] = rays.get(row["ghost_order"], 0) + row["rays"]
-                assert count(file, row["criterion"]) == row["rays"], row
-            assert rays[1] == glossy and rays[0] >= mirrored, rays
+        mirrored = count(file, "source(behind) and hit(two, reflect_specular)")
+        glossy = count(file, "source(before) and hit(two, reflect_specular)")
+        assert mirrored == 1000 and 200 < glossy < 400, (mirrored, glossy)
+        assert count(file, "source(behind) and ghost_order >= 1") == 0
+        assert count(file, "source(before) and ghost_order == 1") == glossy
+        assert count(file, "ghost_order == 1") == glossy == count(file, "registered(far where ghost_order == 1)")
+        values = ask("stats", file, "--of", "ghost_order", "--bins", "-0.5,0.5,1.5")
+        assert abs(values["mean"]["value"] - glossy / 2000) < 1e-12, values["mean"]
+        values = ask("stats", file, "--of", "ghost_order(far)")
+        assert values["values"] > 0 and abs(values["mean"]["value"] * values["values"] - glossy) < 1e-6, values["mean"]
+        orders = ask("paths", file, "--matrix", "orders", "--detector", "far", "--top", "all")["orders"]
+        rays = {}
+        for row in orders:
+            rays[row["ghost_order"]] = rays.get(row["ghost_order"], 0) + row["rays"]
+            assert count(file, row["criterion"]) == row["rays"], row
+        assert rays[1] == glossy and rays[0] >= mirrored, rays

@@ -41,7 +41,7 @@ COMMANDS = [
     ["verify"], ["repair", "--dry-run"],
 ]
 # They write to the map: on copies of their own.
-CHANGING = [["repair"], ["index", "--large"], ["convert", "-o", "other.raymap", "--force"],
+CHANGING = [["repair"], ["convert", "-o", "other.raymap", "--force"],
             ["trace", "--append", "-n", "100"], ["trace", "--resume", "--time-limit", "1s"]]
 failures = []
 
@@ -110,8 +110,6 @@ def main():
         whole = f"{encoding}.raymap"
         subprocess.run([PROGRAM, "trace", "scene.yaml", "-o", whole, "-n", "9000", "--quiet",
                         "--encoding", encoding], check=True)
-        if encoding == "compact":
-            subprocess.run([PROGRAM, "index", whole, "--large", "--quiet"], check=True)
         for i, (what, path, row, value) in enumerate(cases):
             if path != "portion/sources" and (i + k) % 2:
                 continue  # the other encoding has it

@@ -50,9 +50,6 @@ def test_pipe():
     assert [without_cost(a) for a in got] == want
     ranks = lines(MAP, text=text, launch=("mpirun", "-np", "3"))
     assert [without_cost(a) for a in ranks] == want
-    code, _, err = run("index", MAP, "--quiet")
-    assert code == 0, err
-    assert [without_cost(a) for a in lines(MAP, text=text)] == want
 
 
 ALIKE = [("hit(barrel)", "not hit(*, reflect_specular)"),
@@ -66,34 +63,14 @@ ALIKE = [("hit(barrel)", "not hit(*, reflect_specular)"),
 def test_second_reads_nothing():
     """Nothing of the map is left on disk but its index when the second question of a kind comes."""
     for name, options in (("plain", ["--encoding", "plain"]), ("compact", [])):
-        for indexed in (False, True):
-            path = f"hot-{name}-{indexed}.raymap"
-            shutil.rmtree(path, ignore_errors=True)
-            code, _, err = run("trace", SCENE, "-o", path, "-n", "20000", "--quiet", *options)
-            assert code == 0, err
-            if indexed:
-                code, _, err = run("index", path, "--large", "--quiet")
-                assert code == 0, err
-            want = [json.loads(run("query", path, second, "--count", "--json", "--quiet")[1])
-                    for _, second in ALIKE]
-            for launch in ((), ("mpirun", "-np", "2")):
-                asked_twice(path, want, launch)
-
-
-def test_told_index_can_be_made():
-    """The command that a session names for keeping its indexes makes them, of either encoding."""
-    for encoding in ("plain", "compact"):
-        path = f"told-{encoding}.raymap"
+        path = f"hot-{name}.raymap"
         shutil.rmtree(path, ignore_errors=True)
-        code, _, err = run("trace", SCENE, "-o", path, "-n", "20000", "--quiet", "--encoding", encoding)
+        code, _, err = run("trace", SCENE, "-o", path, "-n", "20000", "--quiet", *options)
         assert code == 0, err
-        code, _, err = run("session", path, text="hit(barrel)\n")
-        told = re.search(r"`raymap (index[^`]*)` keeps them", err)
-        assert code == 0 and told, err
-        code, _, err = run(*told[1].split(), path, "--quiet")
-        assert code == 0, err
-        code, out, err = run("session", path, text="hit(barrel)\n")
-        assert code == 0 and "made history indexes" not in err, err
+        want = [json.loads(run("query", path, second, "--count", "--json", "--quiet")[1])
+                for _, second in ALIKE]
+        for launch in ((), ("mpirun", "-np", "2")):
+            asked_twice(path, want, launch)
 
 
 def asked_twice(path, want, launch):
@@ -108,7 +85,7 @@ def asked_twice(path, want, launch):
     for first, _ in ALIKE:
         ask(first)
     before = ask("status")["memory"]
-    assert 0 < before["taken"] <= before["budget"] and before["opened"] > 0, before
+    assert 0 < before["taken"] <= before["budget"], before
     shards = [entry for entry in os.listdir(path) if entry.startswith("shard-")]
     assert shards
     for shard in shards:
@@ -280,7 +257,7 @@ def main():
     shutil.rmtree(MAP, ignore_errors=True)
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
-    for test in (test_pipe, test_second_reads_nothing, test_told_index_can_be_made, test_budgets,
+    for test in (test_pipe, test_second_reads_nothing, test_budgets,
                  test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal,
                  test_terminal_keeps_letters, test_interrupts):
         test()

@@ -197,8 +197,6 @@ def main():
                   ["all", "source(star) or bounces > 20"], 2 if encoding == "plain" else 1)
         images.append(cells(file, "sensor", "--which", "ghost_order >= 1"))
     assert images[0] == images[1]
-    call("index", file, "--large", "--quiet")
-    assert cells(file, "sensor", "--which", "ghost_order >= 1") == images[0]
     check_columns("double-gauss-plain.raymap")
     check_rule(file)
     check_refused(file)

@@ -51,19 +51,17 @@ suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 6 repair m.raymap
 suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 4 repair m.raymap
 
 # What cannot be looked at just now is neither missing, nor damaged, nor under its own name: a piece that is replaced, one
-# that nobody lists, one that stands under another's name, a damaged index, the folder that is to take the new piece.
+# that nobody lists, one that stands under another's name, the folder that is to take the new piece.
 for more in '' --append; do
-    expect 0 '' "$RAYMAP" trace scene.yaml -o few.raymap -n 4000 --encoding plain --threads 1 --quiet --index $more
+    expect 0 '' "$RAYMAP" trace scene.yaml -o few.raymap -n 4000 --encoding plain --threads 1 --quiet $more
 done
 (
     cd few.raymap/shard-00000 || exit
     cp piece-00001.h5 piece-00007.h5
     cp piece-00000.h5 piece-00001.h5
-    for name in piece-00000.h5 piece-00001.history.h5; do
-        printf '\377' | dd of=$name bs=1 seek=$(($(stat -c %s $name) / 2)) conv=notrunc status=none
-    done
+    printf '\377' | dd of=piece-00000.h5 bs=1 seek=$(($(stat -c %s piece-00000.h5) / 2)) conv=notrunc status=none
 )
-for call in 'read:stat */piece-0000[07].h5' 'read:stat *.history.h5' 'read:stat */shard-00001' 'read:open *piece-00001.h5'; do
+for call in 'read:stat */piece-0000[07].h5' 'read:stat */shard-00001' 'read:open *piece-00001.h5'; do
     faults=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" "FAULTS_CALLS=${call%% *}" "FAULTS_PATH=${call#* }")
     rm -rf m.raymap log.0 && cp -r few.raymap m.raymap
     "${faults[@]}" "FAULTS_LOG=$PWD/log" "$RAYMAP" repair m.raymap --threads 1 >out.txt 2>&1

@@ -5,7 +5,7 @@
  */
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
-#include "io/map/map_history.h"
+#include "io/map/map_keep.h"
 #include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "map_fixture.h"

@@ -3,7 +3,7 @@
  * The promise: of a map one bit of which is not what it was, anywhere in any of its files, every
  * reader says what it says of the whole map, or tells that the map is damaged. Nothing crashes,
  * hangs, or asks for memory that a small map does not warrant. Seeded flips; with arguments K and M
- * each K-th byte of every file of map M: plain, compact, and both with history indexes.
+ * each K-th byte of every file of map M: plain, compact.
  */
 #include <fcntl.h>
 #include <limits.h>
@@ -21,11 +21,9 @@
 #include "analysis/report/ray_report.h"
 #include "analysis/report/ray_report_print.h"
 #include "base/rng.h"
-#include "io/map/history_file.h"
 #include "io/map/map_chunks.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
-#include "io/map/map_history.h"
 #include "io/map/map_reader.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_piece.h"
@@ -33,14 +31,7 @@
 #include "io/write/index_writer.h"
 #include "tests/format/map_fixture.h"
 
-enum {
-    FLIPS = 2000,
-    BLOCK = 20,
-    N_SHARD = 2,
-    BLOCKS = 2,
-    FILES = 5,
-    MAPS = 2 * RMAP_ENCODING_COUNT
-};
+enum { FLIPS = 2000, BLOCK = 20, N_SHARD = 2, BLOCKS = 2, FILES = 3, MAPS = RMAP_ENCODING_COUNT };
 
 struct made {
     struct fixture fixture;
@@ -108,7 +99,7 @@ static void draw(const struct rmap_map *map, const struct rmap_portion *rays, st
     rmap_ray_paint_destroy(paint);
 }
 
-/* Of what the index answers, and of what it does not. */
+/* Of what paths answer, and of what they do not. */
 static void query(const struct rmap_map *map, struct answer *self)
 {
     static const char *const text[] = {"registered(film) and hit(lens, reflect_specular) >= 1",
@@ -281,28 +272,10 @@ static struct answer ask(const char *path)
 
 /* ---- maps and flips ---- */
 
-static void index_pieces(const char *path)
-{
-    struct rmap_map *map = NULL;
-    struct rmap_error err = {0};
-    uint64_t nbytes = 0;
-    fixture_must(rmap_map_open(path, &map, &err), &err);
-    for (size_t i = 0; i < rmap_map_n_piece(map); i++) {
-        struct rmap_history_bytes bytes = {0};
-        fixture_must(rmap_map_history_make(map, i, SIZE_MAX, NULL, NULL, &bytes, &err), &err);
-        fixture_must(rmap_history_file_write(path, rmap_map_piece(map, i), &bytes, &nbytes, &err),
-                     &err);
-        rmap_free(bytes.head);
-        rmap_free(bytes.body);
-    }
-    rmap_map_close(map);
-}
-
 static void list_files(struct made *self)
 {
-    static const char *const name[FILES] = {
-        "map.h5", "shard-00000/piece-00000.h5", "shard-00001/piece-00000.h5",
-        "shard-00000/piece-00000.history.h5", "shard-00001/piece-00000.history.h5"};
+    static const char *const name[FILES] = {"map.h5", "shard-00000/piece-00000.h5",
+                                            "shard-00001/piece-00000.h5"};
     struct stat info;
     for (int k = 0; k < FILES; k++) {
         char *path = self->file[self->n_file];
@@ -312,7 +285,7 @@ static void list_files(struct made *self)
     }
 }
 
-/* Rays of few histories, as of a real map: pieces and indexes have them once each. */
+/* Rays of few histories, as of a real map: compact pieces have them once each. */
 static struct rmap_portion *repeating(struct fixture *f, uint64_t block, uint64_t rays)
 {
     struct rmap_portion *portion = NULL;
@@ -329,7 +302,7 @@ static struct rmap_portion *repeating(struct fixture *f, uint64_t block, uint64_
     return portion;
 }
 
-static void make(struct made *self, enum rmap_encoding encoding, bool indexed)
+static void make(struct made *self, enum rmap_encoding encoding)
 {
     struct fixture *f = &self->fixture;
     struct rmap_error err = {0};
@@ -341,10 +314,8 @@ static void make(struct made *self, enum rmap_encoding encoding, bool indexed)
                                           BLOCK, &err),
                      &err);
     fixture_must(rmap_index_write(f->map, &f->run, f->tally, true, &err), &err);
-    if (indexed)
-        index_pieces(f->map);
     list_files(self);
-    assert_int_equal(self->n_file, indexed ? FILES : FILES - N_SHARD);
+    assert_int_equal(self->n_file, FILES);
     struct answer whole = ask(f->map), again = ask(f->map);
     assert_false(whole.damaged);
     assert_false(finds(f->map));
@@ -408,7 +379,7 @@ static void readers_say_the_same_or_tell(void **state)
     assert_int_equal(setrlimit(RLIMIT_AS, &room), 0);
 #endif
     for (int k = 0; k < MAPS; k++)
-        make(&maps[k], (enum rmap_encoding)(k % RMAP_ENCODING_COUNT), k >= RMAP_ENCODING_COUNT);
+        make(&maps[k], (enum rmap_encoding)k);
     if (every == 0)
         flip_seeded(maps);
     else

@@ -13,7 +13,7 @@ export TSAN_OPTIONS="suppressions=$SOURCE_DIR/tests/tsan.supp exitcode=66"
 raymap=build/raymap
 for encoding in plain compact; do
     map=$encoding.raymap
-    expect 0 '' $raymap trace scene.yaml -o $map -n 200000 --encoding $encoding --threads 3 --index --flush 100ms --quiet
+    expect 0 '' $raymap trace scene.yaml -o $map -n 200000 --encoding $encoding --threads 3 --flush 100ms --quiet
     expect 0 'rays' $raymap query $map 'registered(sensor) and hit(*, transmit_specular) >= 2' 'x(sensor) > 0' --threads 3
     expect 0 'rays' $raymap paths $map --threads 3
     printf '%s\n' 'registered(sensor)' 'x(sensor) > 0' 'registered(sensor)' 'hit(lens) >= 2' >asked.txt

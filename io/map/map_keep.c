@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What of an open map stays in memory from one question to the next: decoded columns.
+ */
+#include "io/map/map_keep.h"
+
+#include "io/map/map_internal.h"
+
+enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (map->arena)
+        return rmap_error_set(err, RMAP_USAGE, "%s: columns are kept already", map->path);
+    RMAP_TRY(rmap_arena_create(budget_nbytes, &map->arena, err));
+    RMAP_TRY(rmap_column_store_create(map->content.n_portion, map->arena, &map->store, err));
+out:
+    return st;
+}
+
+void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept)
+{
+    *kept = (struct rmap_map_kept){0};
+    if (!map->arena)
+        return;
+    kept->budget = rmap_arena_limit(map->arena);
+    kept->taken = rmap_arena_nbytes(map->arena);
+    kept->columns = map->store ? rmap_column_store_nbytes(map->store) : 0;
+}
+
+bool rmap_map_keeps(const struct rmap_map *map, rmap_column_set columns)
+{
+    uint64_t nbytes = 0;
+    struct rmap_map_kept kept;
+    struct rmap_map_summary summary;
+    rmap_map_kept(map, &kept);
+    rmap_map_summarise(map, &summary);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        const struct rmap_column_info *column = rmap_column_info((enum rmap_column)c);
+        const int width = c == RMAP_SEGMENT_colour ? rmap_map_n_channel(map) : column->width;
+        if (columns & RMAP_COLUMN_BIT(c))
+            nbytes += summary.n_row[column->table] * (uint64_t)width *
+                      rmap_element_nbytes(column->element);
+    }
+    return nbytes <= kept.budget;
+}
+
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows)
+{
+    rmap_column_set found = 0;
+    for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++) {
+        void *kept = columns & RMAP_COLUMN_BIT(c)
+                         ? rmap_column_store_get(map->store, portion, (enum rmap_column)c)
+                         : NULL;
+        if (!kept)
+            continue;
+        *rmap_portion_column_address(rows, (enum rmap_column)c) = kept;
+        found |= RMAP_COLUMN_BIT(c);
+    }
+    return found;
+}
+
+void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
+                           const struct rmap_portion *rows)
+{
+    for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++)
+        if (columns & RMAP_COLUMN_BIT(c))
+            rmap_column_store_offer(map->store, portion, (enum rmap_column)c,
+                                    rmap_portion_column(rows, (enum rmap_column)c),
+                                    rows->n_row[rmap_column_info((enum rmap_column)c)->table] *
+                                        rmap_portion_row_nbytes(rows, (enum rmap_column)c));
+}
