@@ -299,8 +299,7 @@ static void mark_steps(const struct rmap_query_known *self, const struct rmap_ow
     const uint32_t *class = steps->class;
     self->bits[rmap_bit_words(n)] = 0;
     if (steps->codes.n_code > 0) {
-        rmap_step_codes_mark(&steps->codes, pass, n_class, self->bits,
-                             self->bits + rmap_bit_words(n) + 1);
+        rmap_step_codes_mark(&steps->codes, pass, n_class, self->bits);
         return;
     }
     for (size_t i = 0; i < n; i += 64) {
@@ -331,8 +330,8 @@ static enum rmap_status mark_own(void *context, int32_t index,
     self->classes = summary->classes;
     self->classes_piece = self->piece;
     RMAP_TRY(rmap_class_tests_answer(self->tests, self->c, index, node, &pass, err));
-    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap,
-                          2 * rmap_bit_words(summary->n_own_segment) + 1, err));
+    RMAP_TRY(
+        RMAP_RESERVE(self->bits, self->bits_cap, rmap_bit_words(summary->n_own_segment) + 1, err));
     RMAP_TRY(rmap_cursor_own_steps(self->cursor, &steps, err));
     mark_steps(self, &steps, pass);
     *marks = (struct rmap_marks){self->bits, self->own->ray.segment_count};

@@ -131,23 +131,18 @@ static inline uint32_t rare_class(const struct rmap_step_codes *codes, size_t k)
 }
 
 void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pass, size_t n_class,
-                          uint64_t *bits, uint64_t *rare)
+                          uint64_t *bits)
 {
-    static const uint8_t is_rare[256] = {[RMAP_STEP_RARE] = 1};
     uint8_t member[256] = {0};
-    size_t k = 0;
     for (size_t i = 0; i < codes->n_code; i++)
         member[i] = codes->class_of[i] < n_class && pass[codes->class_of[i]];
     rmap_byte_set_bits(codes->code, codes->n, member, bits);
-    if (codes->n_rare_word == 0)
-        return;
-    rmap_byte_set_bits(codes->code, codes->n, is_rare, rare);
-    for (size_t w = 0; w < rmap_bit_words(codes->n); w++)
-        for (uint64_t left = rare[w]; left; left &= left - 1, k++) {
-            const uint32_t class = rare_class(codes, k);
-            const uint64_t its = left & (0 - left);
-            bits[w] |= class < n_class && pass[class] ? its : 0;
-        }
+    const uint8_t *end = codes->code + codes->n, *at = codes->code;
+    for (size_t k = 0; (at = memchr(at, RMAP_STEP_RARE, (size_t)(end - at))); k++, at++) {
+        const size_t i = (size_t)(at - codes->code);
+        const uint32_t class = rare_class(codes, k);
+        bits[i / 64] |= (uint64_t)(class < n_class && pass[class]) << i % 64;
+    }
 }
 
 enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows, size_t n_code,

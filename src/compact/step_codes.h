@@ -51,10 +51,9 @@ enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, size_t n_cod
                                       struct rmap_step_codes *codes,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* A bit for each segment whose class passes: pass [n_class]. bits, rare: [rmap_bit_words(n)], the
- * latter of use to this alone. */
+/* A bit for each segment whose class passes: pass [n_class]. bits: [rmap_bit_words(n)]. */
 void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pass, size_t n_class,
-                          uint64_t *bits, uint64_t *rare);
+                          uint64_t *bits);
 
 /* Zero it at first; rmap_free(class). */
 struct rmap_step_buffer {

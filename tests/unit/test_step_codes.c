@@ -70,14 +70,14 @@ static void check_classes(struct coded *self)
 
 static void check_marks(struct coded *self, uint32_t n_class)
 {
-    static uint64_t bits[MOST / 64 + 2], rare[MOST / 64 + 2];
+    static uint64_t bits[MOST / 64 + 2];
     struct rmap_step_codes codes;
     uint8_t *pass = rmap_alloc(n_class, 1);
     for (uint32_t k = 0; k < n_class; k++)
         pass[k] = k % 3 == 1;
     assert_int_equal(rmap_step_codes_open(&self->rows, self->n_code, &codes, NULL), RMAP_OK);
     assert_true(codes.n_code > 0 && codes.n == self->n);
-    rmap_step_codes_mark(&codes, pass, n_class, bits, rare);
+    rmap_step_codes_mark(&codes, pass, n_class, bits);
     for (size_t i = 0; i < self->n; i++)
         assert_int_equal(bits[i / 64] >> i % 64 & 1, pass[self->class[i]]);
     rmap_free(pass);
