@@ -52,16 +52,20 @@ struct rmap_query_known {
     size_t bits_cap;
 };
 
-/* Whether paths of the map can tell more than a reader keeps anyway. */
-static bool is_useful(const struct rmap_map *map, const struct rmap_criterion *const *criterion,
-                      size_t n_criterion)
+/* Where columns are kept, numbers are decoded once and for all: paths would leave out portions that
+ * the next question asks for. */
+bool rmap_query_known_tells(const struct rmap_map *map,
+                            const struct rmap_criterion *const *criterion, size_t n_criterion)
 {
+    struct rmap_map_kept kept;
+    rmap_column_set columns = 0;
     bool any = false;
-    if (rmap_map_keeps(map, rmap_query_columns(criterion, n_criterion)))
-        return false;
+    rmap_map_kept(map, &kept);
+    for (size_t c = 0; c < n_criterion; c++)
+        columns |= rmap_criterion_columns(criterion[c]);
     for (size_t p = 0; p < rmap_map_n_piece(map); p++)
         any |= rmap_map_piece(map, p)->encoding == RMAP_ENCODING_COMPACT;
-    return any;
+    return any && n_criterion > 0 && (kept.budget == 0 || !(columns & ~RMAP_COLUMNS_DISCRETE));
 }
 
 enum rmap_status rmap_query_known_create(const struct rmap_map *map,
@@ -70,7 +74,7 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          struct rmap_error *err)
 {
     *known_ret = NULL;
-    if (n_criterion == 0 || !is_useful(map, criterion, n_criterion))
+    if (!rmap_query_known_tells(map, criterion, n_criterion))
         return RMAP_OK;
     struct rmap_query_known *self = rmap_alloc(1, sizeof *self);
     if (self)

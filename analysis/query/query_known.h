@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Criteria on compact pieces without an index: what paths decide is decided once for each path of a
+ * Criteria on compact pieces: what paths decide is decided once for each path of a
  * piece's dictionary; rays that share one look it up, and those with paths of their own are
  * evaluated by themselves. No other ray is decoded.
  */
@@ -12,8 +12,11 @@
 
 struct rmap_query_known;
 
-/* All borrowed. One thread. *known_ret NULL: no piece is compact, or the map keeps columns from one
- * question to the next, which then are read once and for all. */
+/* Whether criteria of one scan are put to paths at all. */
+bool rmap_query_known_tells(const struct rmap_map *map,
+                            const struct rmap_criterion *const *criterion, size_t n_criterion);
+
+/* All borrowed. One thread. *known_ret NULL: paths tell nothing. */
 enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          const struct rmap_criterion *const *criterion,
                                          size_t n_criterion, struct rmap_query_known **known_ret,

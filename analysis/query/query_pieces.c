@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_evaluate.h"
+#include "analysis/query/query_known.h"
 #include "base/alloc.h"
-#include "io/map/map_keep.h"
 #include "io/map/piece_paths.h"
 
 struct pieces {
@@ -29,13 +29,13 @@ static bool is_discrete(const struct rmap_criterion *criterion)
 static bool is_useful(const struct pieces *self)
 {
     bool any = false;
-    rmap_column_set columns = 0;
     for (size_t c = 0; c < self->n_criterion; c++) {
         const struct rmap_criterion *one = self->criterion[c];
-        columns |= rmap_query_columns(&one, 1);
+        if (!rmap_query_known_tells(self->map, &one, 1)) /* who scans portions must know paths */
+            return false;
         any |= is_discrete(one);
     }
-    return any && !rmap_map_keeps(self->map, columns);
+    return any;
 }
 
 static void add(struct rmap_count *count, const struct rmap_piece_paths *piece,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Decoded columns of a map's portions that stay in memory for later questions, as many as fit in a
- * budget: those that were asked for first.
+ * Rows of a map's portions that stay in memory for later questions, as many as fit in a budget:
+ * those that were asked for first.
  */
 #include "io/map/column_store.h"
 
@@ -12,10 +12,10 @@
 #include "base/alloc.h"
 
 struct rmap_column_store {
-    _Atomic(void *) *rows; /* [n_portion][RMAP_COLUMN_COUNT] */
+    _Atomic(void *) *rows; /* [n_portion][RMAP_STORE_SLOTS] */
     size_t n_portion;
     struct rmap_arena *arena;
-    _Atomic size_t nbytes;
+    _Atomic size_t nbytes[2]; /* of columns, of streams */
 };
 
 enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *arena,
@@ -26,15 +26,15 @@ enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *a
     if (self) {
         self->n_portion = n_portion;
         self->arena = arena;
-        if (n_portion <= SIZE_MAX / RMAP_COLUMN_COUNT)
-            self->rows = rmap_alloc(n_portion * RMAP_COLUMN_COUNT, sizeof *self->rows);
+        if (n_portion <= SIZE_MAX / RMAP_STORE_SLOTS)
+            self->rows = rmap_alloc(n_portion * RMAP_STORE_SLOTS, sizeof *self->rows);
     }
     if (!self || !self->rows) {
         rmap_column_store_destroy(self);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a store of %zu portions",
                               n_portion);
     }
-    for (size_t i = 0; i < n_portion * RMAP_COLUMN_COUNT; i++)
+    for (size_t i = 0; i < n_portion * RMAP_STORE_SLOTS; i++)
         atomic_init(&self->rows[i], NULL);
     *store_ret = self;
     return RMAP_OK;
@@ -48,31 +48,30 @@ void rmap_column_store_destroy(struct rmap_column_store *self)
     rmap_free(self);
 }
 
-void *rmap_column_store_get(const struct rmap_column_store *self, size_t portion,
-                            enum rmap_column column)
+void *rmap_column_store_get(const struct rmap_column_store *self, size_t portion, int slot)
 {
-    return atomic_load_explicit(&self->rows[portion * RMAP_COLUMN_COUNT + column],
+    return atomic_load_explicit(&self->rows[portion * RMAP_STORE_SLOTS + (size_t)slot],
                                 memory_order_acquire);
 }
 
-void rmap_column_store_offer(struct rmap_column_store *self, size_t portion,
-                             enum rmap_column column, const void *rows, size_t nbytes)
+void rmap_column_store_offer(struct rmap_column_store *self, size_t portion, int slot,
+                             const void *rows, size_t nbytes)
 {
-    _Atomic(void *) *slot = &self->rows[portion * RMAP_COLUMN_COUNT + column];
+    _Atomic(void *) *its = &self->rows[portion * RMAP_STORE_SLOTS + (size_t)slot];
     void *none = NULL;
-    if (atomic_load_explicit(slot, memory_order_relaxed))
+    if (atomic_load_explicit(its, memory_order_relaxed))
         return;
     void *copy = rmap_arena_room(self->arena, nbytes > 0 ? nbytes : 1);
     if (!copy)
         return; /* it is decoded again, then */
     if (nbytes > 0)
         memcpy(copy, rows, nbytes);
-    if (atomic_compare_exchange_strong_explicit(slot, &none, copy, memory_order_release,
+    if (atomic_compare_exchange_strong_explicit(its, &none, copy, memory_order_release,
                                                 memory_order_relaxed))
-        atomic_fetch_add(&self->nbytes, nbytes);
+        atomic_fetch_add(&self->nbytes[slot >= RMAP_STORE_STREAM], nbytes);
 }
 
-size_t rmap_column_store_nbytes(const struct rmap_column_store *self)
+size_t rmap_column_store_nbytes(const struct rmap_column_store *self, bool of_streams)
 {
-    return atomic_load(&self->nbytes);
+    return atomic_load(&self->nbytes[of_streams]);
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
- * Decoded columns of a map's portions that stay in memory for later questions, as many as fit in a
- * budget: those that were asked for first. Nothing is ever let go, so that a question that reads
- * more than fits still finds what the last one left.
+ * Rows of a map's portions that stay in memory for later questions, as many as fit in a budget:
+ * those that were asked for first. They are of decoded columns, or of what compact pieces store.
+ * Nothing is ever let go, so that a question that reads more than fits still finds what the last
+ * one left.
  */
 #ifndef RMAP_COLUMN_STORE_H
 #define RMAP_COLUMN_STORE_H
@@ -10,6 +11,7 @@
 #include <stddef.h>
 
 #include "base/status.h"
+#include "compact/layout.h"
 #include "io/map/arena.h"
 #include "portion/portion.h"
 
@@ -21,14 +23,20 @@ enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *a
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_column_store_destroy(struct rmap_column_store *store);
 
-/* The rows of a column, borrowed until destroy, or NULL. Thread-safe. */
-void *rmap_column_store_get(const struct rmap_column_store *store, size_t portion,
-                            enum rmap_column column);
+/* What rows are of: column c is slot c, stream s of a compact piece RMAP_STORE_STREAM + s. */
+enum {
+    RMAP_STORE_STREAM = RMAP_COLUMN_COUNT,
+    RMAP_STORE_SLOTS = RMAP_STORE_STREAM + RMAP_STREAM_MAX
+};
+
+/* The rows of a slot, borrowed until destroy, or NULL. Thread-safe. */
+void *rmap_column_store_get(const struct rmap_column_store *store, size_t portion, int slot);
 
 /* Copies the rows if there is room. Thread-safe; of two threads that offer the same, one wins. */
-void rmap_column_store_offer(struct rmap_column_store *store, size_t portion,
-                             enum rmap_column column, const void *rows, size_t nbytes);
+void rmap_column_store_offer(struct rmap_column_store *store, size_t portion, int slot,
+                             const void *rows, size_t nbytes);
 
-size_t rmap_column_store_nbytes(const struct rmap_column_store *store);
+/* Of columns, or of streams. */
+size_t rmap_column_store_nbytes(const struct rmap_column_store *store, bool of_streams);
 
 #endif

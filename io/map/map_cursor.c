@@ -65,7 +65,19 @@ static enum rmap_status cursor_check_limits(const struct rmap_cursor *cursor,
 
 /* Portions of compact pieces. */
 
-/* Rows of the streams that are wanted, into the cursor's own buffers. */
+static enum rmap_status read_stream(struct rmap_cursor *self, const struct rmap_portion_info *info,
+                                    int stream, size_t n, size_t row_nbytes, struct rmap_error *err)
+{
+    const int table = rmap_map_piece_layout(self->map, (size_t)info->piece)->stream[stream].table;
+    void *rows = self->buffer[stream].data;
+    const enum rmap_status st = rmap_chunk_reader_rows(self->reader, (size_t)info->piece, stream,
+                                                       info->stored_first[table], n, rows, err);
+    if (st == RMAP_OK)
+        rmap_map_keep_stream(self->map, self->in_hand, stream, rows, n * row_nbytes);
+    return st;
+}
+
+/* Rows of the streams that are wanted, kept ones or into the cursor's own buffers. */
 static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_portion_info *info,
                                   uint64_t wanted, struct rmap_rows *rows, struct rmap_error *err)
 {
@@ -83,11 +95,10 @@ static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_po
                                   self->map->path);
         st =
             rmap_reserve(&buffer->data, &buffer->cap, rows->n_row[stream->table] * row + 1, 1, err);
-        if (st == RMAP_OK && !(self->streams & (UINT64_C(1) << s)))
-            st = rmap_chunk_reader_rows(self->reader, (size_t)info->piece, s,
-                                        info->stored_first[stream->table],
-                                        rows->n_row[stream->table], buffer->data, err);
-        rows->data[s] = buffer->data;
+        void *kept = rmap_map_borrow_stream(self->map, self->in_hand, s);
+        if (st == RMAP_OK && !kept && !(self->streams & (UINT64_C(1) << s)))
+            st = read_stream(self, info, s, rows->n_row[stream->table], row, err);
+        rows->data[s] = kept ? kept : buffer->data;
     }
     if (st == RMAP_OK)
         self->streams |= wanted;
@@ -137,7 +148,7 @@ static enum rmap_status enter_rows(struct rmap_cursor *self, const struct rmap_p
     if (!self->paths)
         RMAP_TRY(rmap_map_paths(self->map, piece, self->reader, &self->paths, err));
     self->paths_piece = piece;
-    if (!self->streams)
+    if (!self->streams && !rmap_map_borrow_stream(self->map, self->in_hand, RMAP_STREAM_pool64))
         count_paths(self, info);
     st = read_rows(self, info, streams, &in_hand->rows, err);
 out:

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT
  *
- * What of an open map stays in memory from one question to the next: decoded columns.
+ * What of an open map stays in memory from one question to the next: decoded columns, and what
+ * compact pieces store of paths.
  */
 #include "io/map/map_keep.h"
 
+#include "compact/streams.h"
 #include "io/map/map_internal.h"
 
 enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
@@ -24,24 +26,8 @@ void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept)
         return;
     kept->budget = rmap_arena_limit(map->arena);
     kept->taken = rmap_arena_nbytes(map->arena);
-    kept->columns = map->store ? rmap_column_store_nbytes(map->store) : 0;
-}
-
-bool rmap_map_keeps(const struct rmap_map *map, rmap_column_set columns)
-{
-    uint64_t nbytes = 0;
-    struct rmap_map_kept kept;
-    struct rmap_map_summary summary;
-    rmap_map_kept(map, &kept);
-    rmap_map_summarise(map, &summary);
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        const struct rmap_column_info *column = rmap_column_info((enum rmap_column)c);
-        const int width = c == RMAP_SEGMENT_colour ? rmap_map_n_channel(map) : column->width;
-        if (columns & RMAP_COLUMN_BIT(c))
-            nbytes += summary.n_row[column->table] * (uint64_t)width *
-                      rmap_element_nbytes(column->element);
-    }
-    return nbytes <= kept.budget;
+    kept->columns = map->store ? rmap_column_store_nbytes(map->store, false) : 0;
+    kept->paths = map->store ? rmap_column_store_nbytes(map->store, true) : 0;
 }
 
 rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
@@ -49,9 +35,8 @@ rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t porti
 {
     rmap_column_set found = 0;
     for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++) {
-        void *kept = columns & RMAP_COLUMN_BIT(c)
-                         ? rmap_column_store_get(map->store, portion, (enum rmap_column)c)
-                         : NULL;
+        void *kept =
+            columns & RMAP_COLUMN_BIT(c) ? rmap_column_store_get(map->store, portion, c) : NULL;
         if (!kept)
             continue;
         *rmap_portion_column_address(rows, (enum rmap_column)c) = kept;
@@ -65,8 +50,28 @@ void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_colu
 {
     for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++)
         if (columns & RMAP_COLUMN_BIT(c))
-            rmap_column_store_offer(map->store, portion, (enum rmap_column)c,
+            rmap_column_store_offer(map->store, portion, c,
                                     rmap_portion_column(rows, (enum rmap_column)c),
                                     rows->n_row[rmap_column_info((enum rmap_column)c)->table] *
                                         rmap_portion_row_nbytes(rows, (enum rmap_column)c));
+}
+
+static bool tells_paths(int stream)
+{
+    return stream == RMAP_STREAM_ray_path || stream == RMAP_STREAM_pool64 ||
+           (stream >= RMAP_STREAM_OWN_source && stream <= RMAP_STREAM_OWN_registered);
+}
+
+void *rmap_map_borrow_stream(const struct rmap_map *map, size_t portion, int stream)
+{
+    return map->store && tells_paths(stream)
+               ? rmap_column_store_get(map->store, portion, RMAP_STORE_STREAM + stream)
+               : NULL;
+}
+
+void rmap_map_keep_stream(const struct rmap_map *map, size_t portion, int stream, const void *rows,
+                          size_t nbytes)
+{
+    if (map->store && tells_paths(stream))
+        rmap_column_store_offer(map->store, portion, RMAP_STORE_STREAM + stream, rows, nbytes);
 }

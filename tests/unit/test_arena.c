@@ -91,7 +91,7 @@ static void test_without_memory_less_is_kept(void **state)
     rmap_alloc_fail_at(0);
     assert_null(rmap_column_store_get(store, 0, RMAP_RAY_id));
     assert_int_equal(rmap_arena_nbytes(arena), 0);
-    assert_int_equal(rmap_column_store_nbytes(store), 0);
+    assert_int_equal(rmap_column_store_nbytes(store, false), 0);
     rmap_column_store_offer(store, 0, RMAP_RAY_id, rows, sizeof rows);
     assert_memory_equal(rmap_column_store_get(store, 0, RMAP_RAY_id), rows, sizeof rows);
     assert_null(rmap_column_store_get(store, 1, RMAP_RAY_id));
