@@ -170,16 +170,18 @@ void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *c
     self->own = NULL;
 }
 
+/* Of these, paths tell bounds. */
+static const rmap_column_set bounded_columns =
+    RMAP_COLUMN_BIT(RMAP_RAY_path_length) | RMAP_COLUMN_BIT(RMAP_RAY_optical_path);
+
 /* Outcomes of a criterion on the paths of the dictionary in hand. */
 static enum rmap_status evaluate_dictionary(struct rmap_query_known *self, size_t c,
                                             uint8_t *outcome, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set bounded =
-        RMAP_COLUMN_BIT(RMAP_RAY_path_length) | RMAP_COLUMN_BIT(RMAP_RAY_optical_path);
     struct rmap_criterion_input input = {.portion = self->summary.paths,
                                          .columns = RMAP_COLUMNS_DISCRETE};
-    if (rmap_criterion_columns(self->criterion[c]) & bounded)
+    if (rmap_criterion_columns(self->criterion[c]) & bounded_columns)
         RMAP_TRY(rmap_cursor_path_sums(self->cursor, &input.bounds, err));
     st = rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
 out:
@@ -346,14 +348,19 @@ out:
 static enum rmap_status evaluate_own(struct rmap_query_known *self, size_t c,
                                      struct rmap_error *err)
 {
-    const struct rmap_criterion_input input = {.portion = self->own,
-                                               .columns = RMAP_COLUMNS_DISCRETE,
-                                               .context = self,
-                                               .fetch = fetch_own,
-                                               .mark = mark_own};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_input input = {.portion = self->own,
+                                         .columns = RMAP_COLUMNS_DISCRETE,
+                                         .context = self,
+                                         .fetch = fetch_own,
+                                         .mark = mark_own};
     self->c = c;
-    return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->own_outcome,
-                                 err);
+    if (rmap_criterion_columns(self->criterion[c]) & bounded_columns)
+        RMAP_TRY(rmap_cursor_own_lengths(self->cursor, &input.bounds, err));
+    st =
+        rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->own_outcome, err);
+out:
+    return st;
 }
 
 /* Theirs take their places. */

@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "compact/decode_paths.h"
+#include "compact/own_lengths.h"
 #include "compact/paths.h"
 #include "compact/ray_selection.h"
 #include "compact/streams.h"
@@ -55,6 +56,8 @@ struct rmap_cursor {
     rmap_column_set own_columns;         /* with these columns, */
     bool own_has_ids;                    /* and ids */
     struct rmap_step_buffer steps;       /* classes of their segments */
+    struct rmap_path_sum *own_sum;       /* their bounds */
+    size_t own_sum_cap;
 };
 
 static enum rmap_status cursor_check_limits(const struct rmap_cursor *cursor,
@@ -327,6 +330,29 @@ out:
     return st;
 }
 
+enum rmap_status rmap_cursor_own_lengths(struct rmap_cursor *self,
+                                         const struct rmap_path_sum **sum_ret,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct compact_rows in_hand;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    *sum_ret = NULL;
+    RMAP_TRY(know_header(self, err));
+    if (!self->header.measured)
+        goto out;
+    RMAP_TRY(enter_rows(self, info, UINT64_C(1) << RMAP_STREAM_pool16, &in_hand, err));
+    RMAP_TRY(RMAP_RESERVE(self->own_sum, self->own_sum_cap,
+                          in_hand.rows.n_row[RMAP_COMPACT_OWN] + 1, err));
+    st = rmap_own_lengths_read(&in_hand.rows, self->own_sum, err);
+    if (st != RMAP_OK)
+        say_where(self, info, err);
+    else
+        *sum_ret = self->own_sum;
+out:
+    return st;
+}
+
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
                                     struct rmap_cursor **cursor_ret, struct rmap_error *err)
 {
@@ -368,6 +394,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     rmap_free(self->space);
     rmap_free(self->beside.data);
     rmap_free(self->some);
+    rmap_free(self->own_sum);
     rmap_free(self);
 }
 

@@ -94,6 +94,12 @@ struct rmap_own_steps {
 enum rmap_status rmap_cursor_own_steps(struct rmap_cursor *cursor, struct rmap_own_steps *steps,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of one that was summed up so and says about how long these rays are: between which lengths each
+ * lies, [n_own]; else NULL. Valid while the portion is in hand. */
+enum rmap_status rmap_cursor_own_lengths(struct rmap_cursor *cursor,
+                                         const struct rmap_path_sum **sum_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
 

@@ -33,6 +33,8 @@
 #define RMAP_FEATURE_CLASSES                                                                       \
     "classes" /* compact portions may have classes of steps for segments of own paths */
 #define RMAP_FEATURE_CODES "codes" /* and these in a byte each */
+#define RMAP_FEATURE_LENGTHS                                                                       \
+    "lengths" /* rays with paths of their own say about how long they are */
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

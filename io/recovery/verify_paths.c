@@ -88,6 +88,17 @@ static bool is_outside(const float bound[2], double x)
     return x < (double)bound[0] || x > (double)bound[1];
 }
 
+static enum rmap_status tell_beyond(const struct rmap_verification *self,
+                                    const struct rmap_portion_info *info, const char *dataset,
+                                    struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, self->content->piece[info->piece].name, dataset,
+                     "has bounds that rays with these paths are beyond");
+    rmap_finding_add_rays(&finding, info->first_ray, info->n_row[RMAP_TABLE_RAY]);
+    return rmap_findings_add(findings, &finding, err);
+}
+
 enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct rmap_cursor *cursor,
                                          size_t portion, const struct rmap_portion *rays,
                                          struct rmap_findings *findings, struct rmap_error *err)
@@ -112,9 +123,29 @@ enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct 
     }
     if (st != RMAP_OK || n_outside == 0)
         return st;
-    struct rmap_finding finding;
-    rmap_finding_set(&finding, self->content->piece[info->piece].name, "/tally/path_length",
-                     "has bounds that rays with these paths are beyond");
-    rmap_finding_add_rays(&finding, info->first_ray, info->n_row[RMAP_TABLE_RAY]);
-    return rmap_findings_add(findings, &finding, err);
+    return tell_beyond(self, info, "/tally/path_length", findings, err);
+}
+
+enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                         size_t portion, const struct rmap_portion *rays,
+                                         struct rmap_findings *findings, struct rmap_error *err)
+{
+    const struct rmap_portion_info *info = &self->content->portion[portion];
+    const struct rmap_path_sum *own = NULL;
+    struct rmap_path_summary summary;
+    struct rmap_error why = {0};
+    bool beyond = false;
+    enum rmap_status st = rmap_cursor_path_summary(cursor, false, &summary, &why);
+    if (st == RMAP_OK && summary.paths)
+        st = rmap_cursor_own_lengths(cursor, &own, &why);
+    for (size_t i = 0, k = 0; own && i < rays->n_row[RMAP_TABLE_RAY]; i++)
+        if (summary.path[i] == 0)
+            beyond |= is_outside(own[k++].path_length, rays->ray.path_length[i]);
+    if (st != RMAP_OK && st != RMAP_FORMAT) {
+        if (err)
+            *err = why;
+        return st;
+    }
+    return beyond || st == RMAP_FORMAT ? tell_beyond(self, info, "/pool16/value", findings, err)
+                                       : RMAP_OK;
 }

@@ -21,4 +21,10 @@ enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct 
                                          struct rmap_findings *findings,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* What it says of the lengths of those with paths of their own. Likewise. */
+enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                         size_t portion, const struct rmap_portion *rays,
+                                         struct rmap_findings *findings,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

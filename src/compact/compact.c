@@ -55,6 +55,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->step);
     rmap_free(encoder->class_of);
     rmap_free(encoder->own_class);
+    rmap_free(encoder->own_length);
     rmap_step_coder_fini(&encoder->coder);
     rmap_free(encoder->triangle);
     rmap_free(encoder->medium);

@@ -8,6 +8,7 @@
 #include "base/alloc.h"
 #include "compact/detect.h"
 #include "compact/encoder.h"
+#include "compact/own_lengths.h"
 
 /* What a part is encoded to without a look at where its segments go. */
 
@@ -309,6 +310,26 @@ static enum rmap_status store_classes(struct rmap_compact_encoder *encoder, size
     return RMAP_OK;
 }
 
+/* Behind the lanes, lengths of the rays with paths of their own. */
+static enum rmap_status store_lengths(struct rmap_compact_encoder *encoder, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_lane_store *store = &encoder->store;
+    const size_t n_own = encoder->own.n, n_row = rmap_own_length_rows(n_own);
+    size_t n = 0;
+    RMAP_TRY(RMAP_RESERVE(encoder->own_length, encoder->cap_own_length, n_own + 1, err));
+    RMAP_TRY(RMAP_RESERVE(store->pool16, store->cap16, store->n16 + n_row, err));
+    for (size_t i = 0; i < encoder->n_ray; i++)
+        if (encoder->path[i] == 0)
+            encoder->own_length[n++] = encoder->length[i][0];
+    if (!rmap_own_lengths_make(encoder->own_length, n, store->pool16 + store->n16))
+        goto out;
+    store->n16 += n_row;
+    rmap_lane_header_set_measured(store->pool64);
+out:
+    return st;
+}
+
 enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
                                       struct rmap_path_book *book, struct rmap_rows *rows,
                                       struct rmap_error *err)
@@ -331,6 +352,7 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
     hand_out_paths(&encoder->own, RMAP_COMPACT_OWN, RMAP_STREAM_OWN_source, rows);
     if (classed)
         RMAP_TRY(store_classes(encoder, rmap_path_book_classes(book)->n, rows, err));
+    RMAP_TRY(store_lengths(encoder, err));
     hand_out_paths(&encoder->entered, RMAP_COMPACT_PATH, RMAP_STREAM_PATH_source, rows);
     rows->n_row[RMAP_COMPACT_RAY] = encoder->n_ray;
     rows->data[RMAP_STREAM_ray_path] = encoder->path;

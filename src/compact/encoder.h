@@ -31,7 +31,8 @@ struct rmap_compact_encoder {
     uint32_t *step;                 /* class of each segment, [n_segment], by these numbers; */
     uint32_t *class_of;             /* [steps.n] and by those of the piece in hand, where known; */
     uint32_t *own_class;            /* of the segments of own paths, by those of the piece */
-    size_t cap_step, cap_class_of, cap_own_class;
+    double *own_length;             /* of the rays with own paths */
+    size_t cap_step, cap_class_of, cap_own_class, cap_own_length;
     struct rmap_step_coder coder;
     enum rmap_status status; /* RMAP_SYSTEM once memory ran short for them */
     uint32_t *triangle;

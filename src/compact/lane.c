@@ -7,6 +7,7 @@
 #include "base/alloc.h"
 #include "compact/damaged.h"
 #include "compact/lane.h"
+#include "compact/own_lengths.h"
 #include "compact/streams.h"
 
 static const struct {
@@ -373,7 +374,9 @@ struct rmap_lane_store rmap_lane_store_of(const struct rmap_rows *rows)
                                     .n16 = rows->n_row[RMAP_COMPACT_POOL16],
                                     .n32 = rows->n_row[RMAP_COMPACT_POOL32],
                                     .n64 = rows->n_row[RMAP_COMPACT_POOL64],
-                                    .n_patch = rows->n_row[RMAP_COMPACT_PATCH]};
+                                    .n_patch = rows->n_row[RMAP_COMPACT_PATCH],
+                                    .n16_behind =
+                                        rmap_own_length_rows(rows->n_row[RMAP_COMPACT_OWN])};
 }
 
 /* What has been taken of the store so far. */
@@ -451,8 +454,8 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
         else if (l->mode != RMAP_LANE_PREDICTED)
             RMAP_TRY(load_dense(l, store, is_used, &taken, err));
     }
-    if (taken.n16 != store->n16 || taken.n32 != store->n32 || taken.n64 != store->n64 ||
-        taken.n_patch != store->n_patch)
+    if (taken.n16 + (header->measured ? store->n16_behind : 0) != store->n16 ||
+        taken.n32 != store->n32 || taken.n64 != store->n64 || taken.n_patch != store->n_patch)
         return rmap_portion_damaged("it has more rows than its header says", err);
 out:
     return st;

@@ -113,6 +113,7 @@ struct rmap_lane_store {
     uint32_t *skip;
     uint64_t *value;
     size_t n16, n32, n64, n_patch;
+    size_t n16_behind; /* rows of pool16 that lengths of own paths take, where there are any */
     size_t cap16, cap32, cap64, cap_skip, cap_value;
 };
 

@@ -12,6 +12,7 @@
 #define ONE_BY_ONE     UINT64_C(1)
 #define PLACED         UINT64_C(2)
 #define CLASSED        UINT64_C(4)
+#define MEASURED       UINT64_C(8)
 #define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT))
 
@@ -44,18 +45,24 @@ void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_
     row[ROW_FLAGS] |= CLASSED | (uint64_t)n_code << CODES_AT;
 }
 
+void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS])
+{
+    row[ROW_FLAGS] |= MEASURED;
+}
+
 static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_lane_header *header,
                                    size_t *n_used_ret, struct rmap_error *err)
 {
     const uint64_t flags = row[ROW_FLAGS];
     if (n < RMAP_LANE_HEADER_ROWS)
         return rmap_portion_damaged("its header is cut off", err);
-    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | CODES)) ||
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | CODES)) ||
         ((flags & CODES) && !(flags & CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
+    header->measured = flags & MEASURED;
     header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
     *n_used_ret = RMAP_LANE_HEADER_ROWS;
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {

@@ -64,6 +64,7 @@ struct rmap_lane_header {
     bool one_by_one; /* every ray is to be followed by itself */
     bool placed;     /* lanes of that role stand by themselves */
     bool classed;    /* segments of own paths are stored as classes of steps, */
+    bool measured;   /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
@@ -77,6 +78,9 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
 
 /* Says afterwards that segments of own paths are stored as classes of steps, with so many codes. */
 void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_code);
+
+/* Says afterwards that lengths of own paths stand behind the lanes. */
+void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS]);
 
 /* row: [n] the portion's rows of pool64. *n_used_ret: those of the header. RMAP_FORMAT where there
  * is none, or one of lanes that this program does not know. */

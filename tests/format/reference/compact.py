@@ -95,7 +95,7 @@ def _bits(numbers):
     return np.ascontiguousarray(numbers).view(f"<u{numbers.dtype.itemsize}").astype(np.uint64)
 
 
-TABLE, PLACES, CLASSES = 1 << 63, 2, 4  # flags
+TABLE, PLACES, CLASSES, LENGTHS = 1 << 63, 2, 4, 8  # flags
 CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are
 
 
@@ -189,6 +189,16 @@ class Decoder:
         classes[code == RARE] = rare[:np.count_nonzero(code == RARE)]
         return classes
 
+    @staticmethod
+    def _check_own_lengths(pool, own, length):
+        """What stands behind the lanes of pool16 of the rays with paths of their own says about how long they are."""
+        least, most, shift = int(pool[0]) | int(pool[1]) << 16, 0x7f800000, int(pool[2])
+        code = pool[3:].astype("<u2").view(np.uint8)[:len(own)].astype(np.uint64)
+        edges = [np.minimum(least + (k << shift), most).astype("<u4").view("<f4").astype(np.float64)
+                 for k in (code, code + np.uint64(1))]
+        if np.any(edges[0] > length[own]) or np.any(edges[1] < length[own]):
+            raise ValueError("lengths of own paths are beyond what the portion says of them")
+
     def portion(self, stored_first, stored_rows, n_row, names):
         """The columns of a portion, by name: `names`, and others that need no ray traced again."""
         rows = {}
@@ -227,6 +237,9 @@ class Decoder:
                 width = {"registration/cell": 2, "registration/relative": 2,
                          "segment/colour": self.model.n_channel}.get(name, 3)
             columns[name] = lane.out.reshape(-1, width) if wide else lane.out
+        if flags & TABLE and flags & LENGTHS and again:
+            own = np.flatnonzero(rows["ray/path"] == 0)
+            self._check_own_lengths(rows["pool16/value"][-(3 + (len(own) + 1) // 2):], own, columns["ray/path_length"])
         columns.update((name, rows[name]) for name in rows if name.startswith("curve/"))
         return columns
 
