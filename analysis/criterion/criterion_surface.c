@@ -75,12 +75,13 @@ static bool is_parameter(const struct rmap_parser *parser, const struct rmap_tok
     return false;
 }
 
-/* Mean over the channels; NaN where it depends on the angle (bare glass, metal). */
+/* Mean over the channels; NaN where it depends on the angle (bare glass, films, metal). */
 static double surface_parameter(const struct rmap_scene *scene, const struct rmap_surface *surface,
                                 enum parameter parameter)
 {
     bool fresnel = rmap_surface_look(surface) == RMAP_LOOK_REFRACTING;
-    bool bare = fresnel && surface->coat == RMAP_COAT_NONE;
+    bool film = fresnel && surface->coat == RMAP_COAT_FILM;
+    bool bare = film || (fresnel && surface->coat == RMAP_COAT_NONE);
     bool metal = surface->is_metal;
     double reflect = channel_mean(scene, surface->reflect_specular);
     double diffuse = channel_mean(scene, surface->reflect_diffuse);
@@ -106,7 +107,7 @@ static double surface_parameter(const struct rmap_scene *scene, const struct rma
     case PARAMETER_TRANSMIT_DIFFUSE:
         return transmit_diffuse;
     case PARAMETER_ABSORB:
-        return fresnel ? 0.0 : 1.0 - reflect - diffuse - transmit - transmit_diffuse;
+        return fresnel && !film ? 0.0 : 1.0 - reflect - diffuse - transmit - transmit_diffuse;
     }
     return (double)NAN;
 }

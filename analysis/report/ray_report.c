@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "io/map/map_cursor.h"
 #include "optics/fresnel.h"
+#include "scene/coat.h"
 #include "trace/interact.h"
 
 enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
@@ -212,6 +213,10 @@ static double reflectance_on(const struct rmap_scene *scene, const struct rmap_r
                                   surface->metal_k[channel], cosine);
     if (surface->type != RMAP_SURFACE_FRESNEL || !far || far->field)
         return (double)NAN;
+    if (surface->coat == RMAP_COAT_FILM)
+        return rmap_thin_film_coat(scene, object, front, channel, near->n[channel], far->n[channel],
+                                   cosine)
+            .reflected;
     return rmap_coated_reflectance(surface, channel, near->n[channel], far->n[channel], cosine,
                                    &total);
 }

@@ -177,6 +177,8 @@ static void add_part(struct expansion *e, const char *name, int32_t parent, int3
     part.geometry = geometry;
     part.to_world = frame_at(e, z);
     part.derived = true;
+    part.in_lens = true;
+    part.outside = e->outside;
     rmap_reader_add_object(e->reader, &part);
 }
 

@@ -49,7 +49,7 @@ static const struct rmap_h5_field geometry_field[] = {
 static const struct rmap_h5_field surface_field[] = {
     NUMBER("surface", rmap_surface, type, I32, 1,
            "0 fresnel, 1 mirror, 2 lambert, 3 absorber, 4 mixture"),
-    NUMBER("surface", rmap_surface, coat, I32, 1, "0 none, 1 reflectance, 2 ideal"),
+    NUMBER("surface", rmap_surface, coat, I32, 1, "0 none, 1 reflectance, 2 ideal, 3 film"),
     NUMBER("surface", rmap_surface, is_metal, U8, 1, "1: a mirror with metal_n and metal_k"),
     NUMBER("surface", rmap_surface, reflect_specular, F64, 0, "share per channel"),
     NUMBER("surface", rmap_surface, reflect_diffuse, F64, 0, "share per channel"),
@@ -124,6 +124,14 @@ static const struct rmap_h5_field profile_field[] = {
      "share of the flux at smaller angles"},
 };
 
+static const struct rmap_h5_field film_field[] = {
+    NUMBER("film", rmap_thin_film_layer, n, F64, 1,
+           "index of the layers of films: film after film, channel after channel"),
+    NUMBER("film", rmap_thin_film_layer, k, F64, 1, "their extinction coefficient"),
+    NUMBER("film", rmap_thin_film_layer, thickness, F64, 1,
+           "in wavelengths of the channel in vacuum"),
+};
+
 struct turn {
     int32_t source;
     uint64_t rank;
@@ -147,7 +155,7 @@ struct table {
     bool optional; /* not in maps where it has no rows */
 };
 
-enum { N_TABLE = 11, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 12, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -155,12 +163,18 @@ struct copies {
     struct number *cdf;
     struct kept_knot *knot;
     struct turn *turn;
-    size_t n_list, n_cdf, n_knot;
+    struct rmap_thin_film_layer *layer;
+    size_t n_list, n_cdf, n_knot, n_layer;
 };
 
 static size_t n_triangle_of(const struct rmap_scene *scene, const struct rmap_source *source)
 {
     return source->triangle_cdf ? scene->geometry[source->shape_geometry].mesh->n_triangle : 0;
+}
+
+static size_t n_layer_of(const struct rmap_scene *scene, const struct rmap_thin_film *film)
+{
+    return (size_t)scene->channels.n * film->n_layer;
 }
 
 static void copies_fini(struct copies *copies)
@@ -169,6 +183,7 @@ static void copies_fini(struct copies *copies)
     rmap_free(copies->cdf);
     rmap_free(copies->knot);
     rmap_free(copies->turn);
+    rmap_free(copies->layer);
 }
 
 static enum rmap_status copies_init(const struct rmap_scene *scene, struct copies *copies,
@@ -180,15 +195,24 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
         copies->n_cdf += n_triangle_of(scene, &scene->source[s]);
         copies->n_knot += scene->source[s].profile.n;
     }
+    for (size_t f = 0; f < scene->n_film; f++)
+        copies->n_layer += n_layer_of(scene, &scene->film[f]);
+    copies->layer = rmap_alloc(copies->n_layer, sizeof *copies->layer);
     copies->list = rmap_alloc(copies->n_list, sizeof *copies->list);
     copies->cdf = rmap_alloc(copies->n_cdf, sizeof *copies->cdf);
     copies->knot = rmap_alloc(copies->n_knot, sizeof *copies->knot);
     copies->turn = rmap_alloc(scene->schedule_len, sizeof *copies->turn);
-    if (!copies->list || !copies->cdf || !copies->knot || !copies->turn) {
+    if (!copies->list || !copies->cdf || !copies->knot || !copies->turn || !copies->layer) {
         copies_fini(copies);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's numbers");
     }
-    size_t list = 0, cdf = 0, knot = 0;
+    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    for (size_t f = 0; f < scene->n_film; f++) {
+        const size_t n = n_layer_of(scene, &scene->film[f]);
+        if (n > 0)
+            memcpy(copies->layer + layer, scene->film[f].layer, n * sizeof *copies->layer);
+        layer += n;
+    }
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct rmap_source *source = &scene->source[s];
         size_t n_triangle = n_triangle_of(scene, source);
@@ -208,7 +232,13 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
 
 static void copies_back(const struct copies *copies, struct rmap_scene *scene)
 {
-    size_t list = 0, cdf = 0, knot = 0;
+    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    for (size_t f = 0; f < scene->n_film; f++) {
+        const size_t n = n_layer_of(scene, &scene->film[f]);
+        if (n > 0)
+            memcpy(scene->film[f].layer, copies->layer + layer, n * sizeof *copies->layer);
+        layer += n;
+    }
     for (size_t s = 0; s < scene->n_source; s++) {
         struct rmap_source *source = &scene->source[s];
         size_t n_triangle = n_triangle_of(scene, source);
@@ -246,6 +276,8 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
         {"schedule", turn_field, 2, copies->turn, scene->schedule_len, sizeof *copies->turn},
         {"profile", profile_field, COUNT(profile_field), copies->knot, copies->n_knot,
          sizeof *copies->knot, .optional = true},
+        {"film", film_field, COUNT(film_field), copies->layer, copies->n_layer,
+         sizeof *copies->layer, .optional = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);

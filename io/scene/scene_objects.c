@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "io/scene/scene_bodies.h"
 #include "io/scene/scene_field_frames.h"
+#include "io/scene/scene_films.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
 #include "io/scene/scene_media.h"
@@ -217,12 +218,14 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
         .surface_back = plan->surface_back,
         .medium_front = plan->medium_front,
         .medium_back = plan->medium_back,
+        .medium_outside = plan->in_lens ? plan->outside : plan->medium_front,
         .line = plan->node->line,
         .column = plan->node->column,
     };
     if (!object->name)
         return;
     place_sides(reader, plan, (int32_t)(scene->n_object - 1));
+    rmap_reader_check_films(reader, plan->node, object);
     rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT, (int32_t)(scene->n_object - 1),
                            plan->node);
 }

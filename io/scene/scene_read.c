@@ -13,6 +13,7 @@
 #include "io/scene/scene_detectors.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_field_probe.h"
+#include "io/scene/scene_films.h"
 #include "io/scene/scene_geometries.h"
 #include "io/scene/scene_include.h"
 #include "io/scene/scene_keys.h"
@@ -40,9 +41,9 @@ static void check_version(struct rmap_reader *reader)
 const struct rmap_mapping rmap_root_keys = {
     "The scene file",
     NULL,
-    {{"a scene",
-      "raymap include units spectrum limits media surfaces geometries objects sources detectors "
-      "cameras background simulations"}}};
+    {{"a scene", "raymap include units spectrum limits media films surfaces geometries objects "
+                 "sources detectors "
+                 "cameras background simulations"}}};
 
 static void read_sections(struct rmap_reader *reader)
 {
@@ -52,6 +53,7 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_limits,
                                                             rmap_reader_read_channels,
                                                             rmap_reader_read_media,
+                                                            rmap_reader_read_films,
                                                             rmap_reader_read_surfaces,
                                                             rmap_reader_read_geometries,
                                                             rmap_reader_read_objects,
@@ -91,6 +93,7 @@ static void fini(struct rmap_reader *reader)
 {
     rmap_yaml_destroy(reader->root);
     rmap_names_fini(&reader->media);
+    rmap_names_fini(&reader->films);
     rmap_names_fini(&reader->surfaces);
     rmap_names_fini(&reader->geometries);
     rmap_names_fini(&reader->members);

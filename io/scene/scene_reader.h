@@ -104,9 +104,9 @@ struct rmap_reader {
     enum rmap_status status;                 /* RMAP_SYSTEM once memory ran short; *err says it */
     struct rmap_error failure;               /* of the library call in hand */
     const struct rmap_yaml_node *simulation; /* the one chosen, or NULL */
-    size_t cap_medium, cap_surface, cap_geometry, cap_object, cap_group, cap_source, cap_detector,
-        cap_camera;
-    struct rmap_names media, surfaces, geometries, members;
+    size_t cap_medium, cap_film, cap_surface, cap_geometry, cap_object, cap_group, cap_source,
+        cap_detector, cap_camera;
+    struct rmap_names media, films, surfaces, geometries, members;
     struct rmap_names meshes, grids; /* of the bundle, as it was given */
     struct rmap_geometry_entry *entry;
     size_t n_entry, cap_entry;
@@ -222,6 +222,8 @@ struct rmap_object_plan {
     int32_t parent, geometry;
     struct rmap_affine to_world;
     int32_t surface_front, surface_back, medium_front, medium_back;
+    bool in_lens; /* around which is: */
+    int32_t outside;
     /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
     const struct rmap_affine *element_front, *element_back;
 };

@@ -36,8 +36,18 @@ static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *n
         surface->coat = choice == 0 ? RMAP_COAT_IDEAL : RMAP_COAT_NONE;
         return;
     }
-    if (!rmap_reader_check_map(reader, coat, "a coat", "reflectance"))
+    if (!rmap_reader_check_map(reader, coat, "a coat", "reflectance film"))
         return;
+    if (rmap_yaml_get(coat, "film")) {
+        const char *name = rmap_reader_text(reader, coat, "film", RMAP_REQUIRED);
+        surface->coat = RMAP_COAT_FILM;
+        if (rmap_yaml_get(coat, "reflectance"))
+            rmap_reader_error(reader, coat, "a coat has a reflectance or is a film, not both");
+        if (name)
+            surface->film =
+                rmap_reader_find(reader, &reader->films, "film", rmap_yaml_get(coat, "film"), name);
+        return;
+    }
     surface->coat = RMAP_COAT_REFLECTANCE;
     rmap_reader_quantity(reader, coat, "reflectance", RMAP_REQUIRED, &rmap_range_share,
                          surface->reflect_specular);

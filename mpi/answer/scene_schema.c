@@ -17,11 +17,17 @@ static const struct section {
     const struct rmap_mapping *mapping;
     enum holder holder;
 } sections[] = {
-    {"spectrum", &rmap_spectrum_keys, ALONE},       {"limits", &rmap_limits_keys, ALONE},
-    {"background", &rmap_background_keys, ALONE},   {"media", &rmap_medium_keys, NAMED},
-    {"surfaces", &rmap_surface_keys, NAMED},        {"geometries", &rmap_geometry_keys, NAMED},
-    {"objects", &rmap_object_keys, LISTED},         {"sources", &rmap_source_keys, LISTED},
-    {"detectors", &rmap_detector_keys, LISTED},     {"cameras", &rmap_camera_keys, LISTED},
+    {"spectrum", &rmap_spectrum_keys, ALONE},
+    {"limits", &rmap_limits_keys, ALONE},
+    {"background", &rmap_background_keys, ALONE},
+    {"media", &rmap_medium_keys, NAMED},
+    {"films", &rmap_film_keys, NAMED},
+    {"surfaces", &rmap_surface_keys, NAMED},
+    {"geometries", &rmap_geometry_keys, NAMED},
+    {"objects", &rmap_object_keys, LISTED},
+    {"sources", &rmap_source_keys, LISTED},
+    {"detectors", &rmap_detector_keys, LISTED},
+    {"cameras", &rmap_camera_keys, LISTED},
     {"simulations", &rmap_simulation_keys, LISTED},
 };
 

@@ -8,6 +8,7 @@
 
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
 #include "scene/paraxial.h"
@@ -81,6 +82,7 @@ static void print_names(FILE *out, const char *what, size_t n,
         return ((const struct rmap_scene *)scene)->field[i].name;                                  \
     }
 NAME_OF(medium)
+NAME_OF(film)
 NAME_OF(surface)
 NAME_OF(geometry)
 NAME_OF(object)
@@ -195,6 +197,8 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
                 channels->wavelength_nm[channels->n - 1]);
     fputc('\n', out);
     print_names(out, "media", scene->n_medium, name_medium, scene);
+    if (scene->n_film > 0)
+        print_names(out, "films", scene->n_film, name_film, scene);
     print_names(out, "surfaces", scene->n_surface, name_surface, scene);
     print_names(out, "geometries", scene->n_geometry, name_geometry, scene);
     print_names(out, "objects", scene->n_object, name_object, scene);
@@ -205,6 +209,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
         print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
     print_absorption(scene, out);
+    rmap_films_print(scene, out);
     print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
@@ -282,10 +287,10 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}",
                      "units", scene->unit, "light", light_json(scene), "media",
                      names_json(scene, scene->n_medium, name_medium), "gradients",
-                     gradients_json(scene), "surfaces",
+                     gradients_json(scene), "films", rmap_films_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
                      names_json(scene, scene->n_geometry, name_geometry), "objects",
                      names_json(scene, scene->n_object, name_object), "groups",

@@ -6,11 +6,13 @@
 
 #include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
+#include "mpi/answer/surface_out.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/body_check.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/mismatch.h"
+#include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 
 /* Rays that look for media that do not match; enough to meet every surface that light meets
@@ -22,13 +24,18 @@ static const double probe_s = 10.0;
 
 static const struct rmap_option options[] = {
     {"seed", 's', "S", "of the probing rays (default 1)"},
+    {"surface", 0, "NAME", "show what a surface makes of light, over angle and wavelength"},
+    {"plot", 0, "OUT", "draw that: .svg or .png", "surface"},
+    {"force", 'f', NULL, "replace OUT", "plot"},
     {"schema", 0, NULL,
      "print the JSON Schema of scene files, by which editors complete their keys"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 
+static const char *const pictures[] = {".svg", ".png", NULL};
+
 struct checked {
-    const char *path;
+    const char *path, *surface, *plot;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_diagnostics diagnostics;
@@ -74,7 +81,9 @@ static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
 }
 
 static enum rmap_status print_result(const struct rmap_context *context,
-                                     const struct checked *checked, struct rmap_error *err)
+                                     const struct checked *checked,
+                                     const struct rmap_surface_question *asked,
+                                     struct rmap_error *err)
 {
     rmap_diagnostics_print(&checked->diagnostics, stderr);
     if (context->json) {
@@ -88,12 +97,16 @@ static enum rmap_status print_result(const struct rmap_context *context,
                                             (int)effort->cut));
         if (checked->scene)
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
+        if (asked)
+            (void)json_object_set_new(document, "surface", rmap_surface_json(asked));
         return rmap_json_print(document, stdout, err);
     }
     if (checked->scene && !context->quiet) {
         printf("%s\n", checked->path);
         rmap_scene_summary_print(checked->scene, stdout);
     }
+    if (asked)
+        rmap_surface_print(asked, stdout);
     return RMAP_OK;
 }
 
@@ -103,6 +116,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
                                     struct checked *checked, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_surface_question question, *asked = NULL;
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
     if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
@@ -116,7 +130,13 @@ static enum rmap_status check_scene(const struct rmap_context *context,
         st = probe(context, checked, seed, err);
     if (st != RMAP_OK && (st != RMAP_INPUT || checked->diagnostics.n_error == 0))
         goto out;
-    RMAP_TRY(print_result(context, checked, err));
+    if (st == RMAP_OK && checked->surface) {
+        RMAP_TRY(rmap_surface_ask(checked->scene, checked->surface, &question, err));
+        asked = &question;
+    }
+    if (asked && checked->plot)
+        RMAP_TRY(rmap_surface_draw(asked, checked->plot, err));
+    RMAP_TRY(print_result(context, checked, asked, err));
     if (checked->diagnostics.n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s: %zu error%s", checked->path,
                             checked->diagnostics.n_error,
@@ -140,7 +160,9 @@ static enum rmap_status run_check(const struct rmap_context *context,
 {
     uint64_t seed = 1;
     struct rmap_scene_options scene_options = {0};
-    struct checked checked = {.path = given->operand[0]};
+    struct checked checked = {.path = given->operand[0],
+                              .surface = rmap_argument(given, "surface"),
+                              .plot = rmap_argument(given, "plot")};
     rmap_diagnostics_init(&checked.diagnostics, checked.path);
     enum rmap_status st = RMAP_OK;
     const bool schema = rmap_argument(given, "schema") != NULL;
@@ -153,6 +175,9 @@ static enum rmap_status run_check(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     if (schema)
         goto out;
+    if (checked.plot)
+        st = rmap_output_check(checked.plot, pictures, rmap_argument(given, "force") != NULL, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     st = rmap_argument_count(given, "seed", &seed, err);
     if (st == RMAP_OK)
         st = rmap_scene_options_read(given, &scene_options, err);
@@ -174,7 +199,8 @@ const struct rmap_command rmap_command_check = {
     .operands = "SCENE | --schema",
     .help = "Reads a scene with all its files, lists every mistake with file:line:column and the\n"
             "remedy, and sends some thousand rays through it to find touching surfaces whose\n"
-            "media do not match. Exit status 3 when there is an error.",
+            "media do not match. Exit status 3 when there is an error. --surface shows what a\n"
+            "surface reflects, transmits and absorbs over angle and wavelength, --plot draws it.",
     .options = options,
     .min_operands = 0,
     .max_operands = 1,

@@ -74,6 +74,8 @@ static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_lig
         collapse(light, e->channel);
         return;
     }
+    if (e->surface->coat == RMAP_COAT_FILM) /* of a library's sines: the tracer marks its colours */
+        return;
     for (int i = light->colour.begin; i < light->colour.end; i++) {
         bool total;
         r[i] =

@@ -48,6 +48,11 @@ static void destroy_optics(struct rmap_scene *scene)
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)
         rmap_free(scene->surface[i].name);
     rmap_free(scene->surface);
+    for (size_t i = 0; scene->film && i < scene->n_film; i++) {
+        rmap_free(scene->film[i].name);
+        rmap_free(scene->film[i].layer);
+    }
+    rmap_free(scene->film);
 }
 
 static void destroy_bodies(struct rmap_scene *scene)

@@ -63,6 +63,7 @@ struct rmap_object {
     struct rmap_affine to_world, to_local;
     int32_t surface_front, surface_back;
     int32_t medium_front, medium_back;     /* or RMAP_MEDIUM_ANY */
+    int32_t medium_outside;                /* what is around it, or around the lens it is of */
     int32_t gradient_front, gradient_back; /* 1 + index of the gradient medium in place on that
                                               side; 0: uniform, or any */
     int32_t line, column;                  /* in the scene file */
@@ -181,8 +182,9 @@ struct rmap_scene {
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
 
-    size_t n_medium, n_surface, n_geometry, n_object, n_group, n_source, n_detector;
+    size_t n_medium, n_film, n_surface, n_geometry, n_object, n_group, n_source, n_detector;
     struct rmap_medium *medium;
+    struct rmap_thin_film *film;
     struct rmap_surface *surface;
     struct rmap_geometry *geometry;
     struct rmap_object *object;

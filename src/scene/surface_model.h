@@ -8,8 +8,10 @@
 #define RMAP_SURFACE_MODEL_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "optics/spectrum.h"
+#include "optics/thin_film.h"
 
 /* How a surface looks where it is drawn. REFRACTING: it lets light through by Fresnel's laws, so
  * that its shares depend on the angle. */
@@ -45,7 +47,19 @@ static const struct rmap_surface_model rmap_surface_model[] = {
 #undef RMAP_SURFACE_ROW
 };
 
-enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL };
+enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL, RMAP_COAT_FILM };
+
+/* On which side of an object a film's last layer lies: on that whose medium is not the one around
+ * the object, or as said. */
+enum rmap_substrate { RMAP_SUBSTRATE_INSIDE, RMAP_SUBSTRATE_FRONT, RMAP_SUBSTRATE_BACK };
+
+/* Thin films from the outside towards the substrate. */
+struct rmap_thin_film {
+    char *name;
+    enum rmap_substrate substrate;
+    size_t n_layer;
+    struct rmap_thin_film_layer *layer; /* [channels][n_layer] */
+};
 
 /* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
  * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse. */
@@ -54,6 +68,7 @@ struct rmap_surface {
     enum rmap_surface_type type;
     enum rmap_coat coat;
     bool is_metal;
+    int32_t film; /* FILM: row of the scene's */
     double reflect_specular[RMAP_CHANNEL_MAX];
     double reflect_diffuse[RMAP_CHANNEL_MAX];
     double transmit_specular[RMAP_CHANNEL_MAX];

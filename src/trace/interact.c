@@ -6,13 +6,17 @@
 #include "trace/interact.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/rng.h"
 #include "formula/turn.h"
 #include "portion/event.h"
+#include "scene/coat.h"
 
 /* The side of a surface that light meets. */
 struct side {
+    const struct rmap_object *object;
+    bool front; /* light comes from there */
     const struct rmap_surface *surface;
     int32_t far;             /* medium beyond; the light's own where none is stated */
     int32_t far_gradient;    /* its place, as struct rmap_ray has it */
@@ -35,6 +39,8 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
     int32_t far = front ? object->medium_back : object->medium_front;
     if (near != RMAP_MEDIUM_ANY && near != ray->medium)
         return false;
+    side->object = object;
+    side->front = front;
     side->surface = &scene->surface[front ? object->surface_front : object->surface_back];
     side->far = ray->medium;
     side->far_gradient = ray->gradient;
@@ -119,12 +125,50 @@ static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
         pass_specular(ray, side, channel, decision);
 }
 
+/* Thin films absorb, too. */
+static void decide_film(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                        const struct side *side, const struct rmap_colour *colour,
+                        const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    double passed[RMAP_CHANNEL_MAX], *share = decision->scratch, u[4];
+    bool all_total = true;
+    for (int i = colour->begin; i < colour->end; i++) {
+        const struct rmap_coat_shares its = rmap_thin_film_coat(
+            scene, side->object, side->front, i, side->n1[i], side->n2[i], side->cos_i);
+        share[i] = its.reflected;
+        passed[i] = its.passed;
+        all_total = all_total && (its.total || !(colour->share[i] > 0.0));
+    }
+    draw_numbers(draw, u);
+    const double reflected = rmap_colour_sum(colour, share);
+    decision->predicted = decision->predicted && rmap_colour_single(colour);
+    decision->weigh = rmap_colour_single(colour) ? NULL : share;
+    if (u[0] < reflected) {
+        turn(decision, all_total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
+             rmap_reflected(ray->direction, side->normal));
+        return;
+    }
+    if (u[0] >= reflected + rmap_colour_sum(colour, passed)) {
+        decision->weigh = NULL;
+        decision->events = RMAP_EVENT_ABSORB;
+        return;
+    }
+    memcpy(share + colour->begin, passed + colour->begin,
+           (size_t)(colour->end - colour->begin) * sizeof *share);
+    pass_specular(ray, side, refracting_channel(scene, ray, side, colour, share, u[1], decision),
+                  decision);
+}
+
 static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray *ray,
                            const struct side *side, const struct rmap_colour *colour,
                            const struct rmap_draw *draw, struct rmap_decision *decision)
 {
     const struct rmap_medium *near = &scene->medium[ray->medium], *far = &scene->medium[side->far];
     bool dispersive = near->dispersive || far->dispersive;
+    if (side->surface->coat == RMAP_COAT_FILM) {
+        decide_film(scene, ray, side, colour, draw, decision);
+        return;
+    }
     if (rmap_colour_single(colour) ||
         (!dispersive && side->surface->coat != RMAP_COAT_REFLECTANCE)) {
         fresnel_alike(ray, side, colour, draw, decision);

@@ -37,8 +37,8 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
                    const struct rmap_hit *hit, const struct rmap_colour *colour,
                    const struct rmap_draw *draw, struct rmap_decision *decision);
 
-/* Reflectance of a FRESNEL surface on a channel, unpolarised, from index n1 into n2 at cos_i in [0,
- * 1]; *total: total internal reflection. */
+/* Reflectance of a FRESNEL surface without thin films on a channel, unpolarised, from index n1 into
+ * n2 at cos_i in [0, 1]; *total: total internal reflection. */
 static inline double rmap_coated_reflectance(const struct rmap_surface *surface, int channel,
                                              double n1, double n2, double cos_i, bool *total)
 {
@@ -52,6 +52,7 @@ static inline double rmap_coated_reflectance(const struct rmap_surface *surface,
     case RMAP_COAT_IDEAL:
         return 0.0;
     case RMAP_COAT_NONE:
+    case RMAP_COAT_FILM: /* scene/coat.h */
         break;
     }
     return 0.5 * (f.rs + f.rp);

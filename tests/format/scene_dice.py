@@ -127,7 +127,8 @@ class Dice:
         if kind == "fresnel":
             return {"type": "fresnel"}
         if kind == "coat":
-            coat = "ideal" if self.chance(0.3) else {"reflectance": self.quantity()}
+            coat = self.dice.choice(("ideal", {"reflectance": self.quantity()}, {"reflectance": self.quantity()}, {"film": "ar"},
+                                     {"film": "dark"}))
             return {"type": "fresnel", "coat": coat}
         if kind == "mirror":
             return {"type": "mirror", "reflectance": self.quantity(1, 0.5)}
@@ -389,7 +390,9 @@ class Dice:
         objects = self.objects()
         self.names = [item["name"] for item in objects]
         sources = [self.source(f"lamp{k}", objects) for k in range(self.dice.choice((1, 2, 3)))]
-        scene = {"raymap": 1, "units": "mm", "media": self.media(), "surfaces": self.surfaces,
+        films = {"ar": {"reference": 550, "substrate": "back", "layers": [{"n": 1.38, "quarter": 1}]},
+                 "dark": {"substrate": "front", "layers": [{"n": 2.4, "k": 3.3, "thickness": "8 nm"}, {"material": "MgF2", "thickness": "90 nm"}]}}
+        scene = {"raymap": 1, "units": "mm", "media": self.media(), "films": films, "surfaces": self.surfaces,
                  "geometries": self.geometries, "objects": objects, "sources": sources,
                  "detectors": self.detectors(objects),
                  "limits": {"steps": self.dice.choice((60, 200, 3)),

@@ -687,7 +687,7 @@ class Light:
         dispersive = (m["dispersive"][near] | m["dispersive"][far]) != 0
         one = (event == TRANSMIT_SPECULAR) & dispersive & (channel >= 0)
         self.collapse(i[one], channel[one])
-        go = (dispersive | (coat == 1)) & ~one
+        go = (dispersive | (coat == 1)) & ~one & (coat != 3)  # of films nothing is predicted
         i, surface, near, far, cosine, event, coat = (
             x[go] for x in (i, surface, near, far, cosine, event, coat))
         if not len(i):

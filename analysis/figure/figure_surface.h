@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a surface: which shares of the light it reflects, lets through and absorbs, over
+ * the angle and, where the scene has light of several, over wavelength.
+ */
+#ifndef RMAP_FIGURE_SURFACE_H
+#define RMAP_FIGURE_SURFACE_H
+
+#include "io/export/svg.h"
+#include "scene/scene.h"
+
+/* A side of an object that light meets. */
+struct rmap_surface_side {
+    const struct rmap_object *object;
+    bool front; /* light comes from there */
+};
+
+enum { RMAP_SURFACE_SIDES_MAX = 2 };
+
+/* side: [n] 1 or 2, of one surface. channel: of the curves over the angle. */
+enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
+                                     const struct rmap_surface_side *side, size_t n, int channel,
+                                     const char *title, struct rmap_svg **svg_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

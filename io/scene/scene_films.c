@@ -1,0 +1,233 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Thin films: stacks of layers that coats of surfaces name.
+ */
+#include "io/scene/scene_films.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_channels.h"
+#include "io/scene/scene_glass.h"
+#include "io/scene/scene_keys.h"
+
+enum { LAYER_MAX = 1000 };
+
+const struct rmap_mapping rmap_film_keys = {
+    "films", NULL, {{"a film", "reference substrate layers"}}};
+const struct rmap_mapping rmap_film_layer_keys = {
+    "films", NULL, {{"a layer", "material n k table quarter thickness"}}};
+
+/* Of a layer, as it is written. */
+struct constants {
+    struct rmap_glass glass; /* with a name: of the catalogue */
+    struct rmap_table1 n, k; /* with rows: of a table of the scene */
+    double index, loss;
+    bool has_glass;
+};
+
+static double index_at(const struct constants *its, double wavelength_nm)
+{
+    return its->has_glass ? rmap_glass_index(&its->glass, wavelength_nm)
+           : its->n.n > 0 ? rmap_table1_at(&its->n, wavelength_nm)
+                          : its->index;
+}
+
+static double loss_at(const struct constants *its, double wavelength_nm)
+{
+    return its->has_glass ? rmap_glass_extinction(&its->glass, wavelength_nm)
+           : its->k.n > 0 ? rmap_table1_at(&its->k, wavelength_nm)
+                          : its->loss;
+}
+
+static bool read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *film, struct constants *its)
+{
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "material");
+    if (!rmap_reader_material(reader, node, "material", &its->glass))
+        return false;
+    its->has_glass = true;
+    rmap_reader_warn_outside(reader, at, "film", film, its->glass.from_nm, its->glass.to_nm,
+                             its->glass.formula ? "its formula is extrapolated"
+                                                : "its ends stand for the rest");
+    return true;
+}
+
+static bool read_table(struct rmap_reader *reader, const struct rmap_yaml_node *table,
+                       const char *film, struct constants *its)
+{
+    double *column[3];
+    size_t n = 0;
+    rmap_reader_table(reader, table, "wavelength n k", 2, &rmap_range_nonnegative, &n, column);
+    if (n == 0)
+        return false;
+    its->n = (struct rmap_table1){n, column[0], column[1]};
+    if (column[2])
+        its->k = (struct rmap_table1){n, column[0], column[2]};
+    rmap_reader_warn_outside(reader, table, "film", film, column[0][0], column[0][n - 1],
+                             "its ends stand for the rest");
+    return true;
+}
+
+static bool read_constants(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *film, struct constants *its)
+{
+    static const struct rmap_range index = {1e-3, 1e3, "a refractive index, 0.001 to 1000",
+                                            RMAP_DIMENSION_NONE};
+    const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
+    const bool material = rmap_yaml_get(node, "material"), number = rmap_yaml_get(node, "n");
+    if (material + (table != NULL) + number != 1) {
+        rmap_reader_error(reader, node, "a layer has one of material, n (and k), table");
+        return false;
+    }
+    if (material)
+        return read_glass(reader, node, film, its);
+    if (table)
+        return read_table(reader, table, film, its);
+    return rmap_reader_number(reader, node, "n", RMAP_REQUIRED, &index, &its->index) &&
+           rmap_reader_number(reader, node, "k", RMAP_OPTIONAL, &rmap_range_nonnegative,
+                              &its->loss);
+}
+
+/* Thickness in nm: as written, or so many quarters of the reference wavelength. */
+static bool read_thickness(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const struct constants *its, double reference_nm, double *nm_ret)
+{
+    const bool quarters = rmap_yaml_get(node, "quarter"), length = rmap_yaml_get(node, "thickness");
+    double value = 0.0;
+    if (quarters == length) {
+        rmap_reader_error(reader, node,
+                          "a layer has a thickness, as in 'thickness: 130 nm', or it is so many "
+                          "quarters of the film's reference wavelength, as in 'quarter: 1'");
+        return false;
+    }
+    if (length) {
+        if (!rmap_reader_number(reader, node, "thickness", RMAP_REQUIRED,
+                                &rmap_range_nonnegative_length, &value))
+            return false;
+        *nm_ret = value * reader->scene->unit_m * 1e9;
+        if (*nm_ret <= 1e6)
+            return true;
+        rmap_reader_error(reader, rmap_yaml_get(node, "thickness"),
+                          "a film of %g mm is none: write the unit of its thickness, as in 130 nm",
+                          1e-6 * *nm_ret);
+        return false;
+    }
+    if (!rmap_reader_number(reader, node, "quarter", RMAP_REQUIRED, &rmap_range_nonnegative,
+                            &value))
+        return false;
+    if (!(reference_nm > 0.0)) {
+        rmap_reader_error(reader, rmap_yaml_get(node, "quarter"),
+                          "quarters of which wavelength? Say it in the film, as in 'reference: "
+                          "550'");
+        return false;
+    }
+    *nm_ret = value * reference_nm / (4.0 * index_at(its, reference_nm));
+    return true;
+}
+
+static void read_layer(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       double reference_nm, size_t k, struct rmap_thin_film *film)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    struct constants its = {.has_glass = false};
+    double nm = 0.0;
+    if (!rmap_reader_known(reader, node, &rmap_film_layer_keys, 0) ||
+        !read_constants(reader, node, film->name, &its) ||
+        !read_thickness(reader, node, &its, reference_nm, &nm))
+        return;
+    for (int i = 0; i < channels->n; i++) {
+        const double wavelength = channels->wavelength_nm[i];
+        film->layer[(size_t)i * film->n_layer + k] = (struct rmap_thin_film_layer){
+            index_at(&its, wavelength), loss_at(&its, wavelength), nm / wavelength};
+    }
+}
+
+static void read_film(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      struct rmap_thin_film *film)
+{
+    const struct rmap_yaml_node *layers = rmap_yaml_get(node, "layers");
+    double reference_nm = 0.0;
+    int substrate = -1;
+    if (!rmap_reader_known(reader, node, &rmap_film_keys, 0))
+        return;
+    (void)rmap_reader_number(reader, node, "reference", RMAP_OPTIONAL, &rmap_range_wavelength,
+                             &reference_nm);
+    (void)rmap_reader_choice(reader, node, "substrate", RMAP_OPTIONAL, "front back", &substrate);
+    film->substrate = substrate == 0   ? RMAP_SUBSTRATE_FRONT
+                      : substrate == 1 ? RMAP_SUBSTRATE_BACK
+                                       : RMAP_SUBSTRATE_INSIDE;
+    if (!layers) {
+        rmap_reader_error(reader, node, "'layers' is missing: list them from the outside on");
+        return;
+    }
+    if (!rmap_reader_check_list(reader, layers, "'layers'"))
+        return;
+    if (layers->n_item > LAYER_MAX) {
+        rmap_reader_error(reader, layers, "a film has %d layers at most", LAYER_MAX);
+        return;
+    }
+    film->layer =
+        rmap_alloc((size_t)reader->scene->channels.n * layers->n_item + 1, sizeof *film->layer);
+    if (!film->layer) {
+        rmap_reader_no_memory(reader);
+        return;
+    }
+    film->n_layer = layers->n_item;
+    for (size_t k = 0; k < layers->n_item; k++)
+        read_layer(reader, layers->item[k].value, reference_nm, k, film);
+}
+
+void rmap_reader_read_films(struct rmap_reader *reader)
+{
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *films = rmap_yaml_get(reader->root, "films");
+    if (!films)
+        return;
+    if (films->kind != RMAP_YAML_MAP) {
+        rmap_reader_error(reader, films, "films must be a mapping {name: film, ...}");
+        return;
+    }
+    for (size_t i = 0; i < films->n_item; i++) {
+        const struct rmap_yaml_item *item = &films->item[i];
+        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+        if (rmap_names_find(&reader->films, item->key) ||
+            !rmap_reader_check_name(reader, &place, item->key))
+            continue;
+        struct rmap_thin_film *film =
+            RMAP_READER_NEW(reader, scene->film, scene->n_film, reader->cap_film);
+        if (!film)
+            return;
+        *film = (struct rmap_thin_film){.name = rmap_reader_strdup(reader, item->key)};
+        rmap_reader_add_name(reader, &reader->films, film->name, 0, (int32_t)(scene->n_film - 1),
+                             item->line);
+        read_film(reader, item->value, film);
+    }
+}
+
+static void check_side(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                       const struct rmap_object *object, int32_t surface_index)
+{
+    const struct rmap_surface *surface =
+        surface_index < 0 ? NULL : &reader->scene->surface[surface_index];
+    if (!surface || surface->type != RMAP_SURFACE_FRESNEL || surface->coat != RMAP_COAT_FILM)
+        return;
+    const struct rmap_thin_film *film = &reader->scene->film[surface->film];
+    const bool front = object->medium_front == object->medium_outside,
+               back = object->medium_back == object->medium_outside;
+    if (film->substrate != RMAP_SUBSTRATE_INSIDE || front != back)
+        return;
+    rmap_reader_error(reader, at,
+                      "%s of '%.60s' %s the medium around it: say in film '%.60s' on which side "
+                      "its last layer lies, as in 'substrate: back'",
+                      front ? "both sides" : "neither side", object->name, front ? "are" : "is",
+                      film->name);
+}
+
+void rmap_reader_check_films(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                             const struct rmap_object *object)
+{
+    check_side(reader, at, object, object->surface_front);
+    if (object->surface_back != object->surface_front)
+        check_side(reader, at, object, object->surface_back);
+}

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a surface of a scene makes of light, for `raymap check --surface`.
+ */
+#include "mpi/answer/surface_out.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "analysis/figure/figure_detector.h"
+#include "base/grouped.h"
+#include "io/export/json_number.h"
+#include "io/export/raster.h"
+#include "trace/surface_shares.h"
+
+/* Degrees from one row to the next, and the last row. */
+enum { STEP_DEG = 5, LAST_DEG = 90 };
+
+static bool has(const struct rmap_scene *scene, const struct rmap_object *object, bool front,
+                const struct rmap_surface *surface)
+{
+    const int32_t its = front ? object->surface_front : object->surface_back;
+    return its >= 0 && &scene->surface[its] == surface;
+}
+
+/* Sides of the first object with the surface, the one outside first; how many. */
+static size_t find_sides(const struct rmap_scene *scene, const struct rmap_surface *surface,
+                         struct rmap_surface_side side[RMAP_SURFACE_SIDES_MAX])
+{
+    size_t n = 0;
+    for (size_t o = 0; o < scene->n_object && n == 0; o++) {
+        const struct rmap_object *object = &scene->object[o];
+        const bool first = object->medium_back != object->medium_outside ||
+                           object->medium_front == object->medium_outside;
+        if (has(scene, object, first, surface))
+            side[n++] = (struct rmap_surface_side){object, first};
+        if (has(scene, object, !first, surface) &&
+            (n == 0 || surface->type == RMAP_SURFACE_FRESNEL || surface->is_metal))
+            side[n++] = (struct rmap_surface_side){object, !first};
+    }
+    return n;
+}
+
+enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *name,
+                                  struct rmap_surface_question *question, struct rmap_error *err)
+{
+    const struct rmap_surface *surface = NULL;
+    for (size_t i = 0; i < scene->n_surface && !surface; i++)
+        if (strcmp(scene->surface[i].name, name) == 0)
+            surface = &scene->surface[i];
+    if (!surface)
+        return rmap_error_set(
+            err, RMAP_INPUT, "--surface %s: the scene has no such surface: raymap check lists them",
+            name);
+    *question = (struct rmap_surface_question){
+        .scene = scene, .surface = surface, .channel = scene->channels.n / 2};
+    question->n_side = find_sides(scene, surface, question->side);
+    return question->n_side > 0
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_INPUT,
+                                "--surface %s: no object has it, and what it does depends on the "
+                                "media beside it",
+                                name);
+}
+
+static const char *medium_name(const struct rmap_scene *scene, int32_t medium)
+{
+    return medium >= 0 ? scene->medium[medium].name : "any medium";
+}
+
+static const char *near_name(const struct rmap_scene *scene, const struct rmap_surface_side *side)
+{
+    return medium_name(scene, side->front ? side->object->medium_front : side->object->medium_back);
+}
+
+static const char *far_name(const struct rmap_scene *scene, const struct rmap_surface_side *side)
+{
+    return medium_name(scene, side->front ? side->object->medium_back : side->object->medium_front);
+}
+
+static struct rmap_surface_shares shares_at(const struct rmap_surface_question *self, size_t s,
+                                            int channel, int angle_deg)
+{
+    const double cos_i = angle_deg < LAST_DEG ? cos(angle_deg * RMAP_PI / 180.0) : 0.0;
+    return rmap_surface_shares(self->scene, self->side[s].object, self->side[s].front, channel,
+                               cos_i);
+}
+
+static void describe(const struct rmap_surface_question *self, char *text, size_t cap)
+{
+    const struct rmap_surface *surface = self->surface;
+    static const char *const coat[] = {", bare", ", coated", ", ideal coat", ", film "};
+    const bool is_fresnel = surface->type == RMAP_SURFACE_FRESNEL;
+    (void)snprintf(
+        text, cap, "surface %s: %s%s%s, on %s", surface->name,
+        rmap_surface_model[surface->type].name, is_fresnel ? coat[surface->coat] : "",
+        is_fresnel && surface->coat == RMAP_COAT_FILM ? self->scene->film[surface->film].name : "",
+        self->side[0].object->name);
+}
+
+void rmap_surface_print(const struct rmap_surface_question *self, FILE *out)
+{
+    char text[400];
+    describe(self, text, sizeof text);
+    fprintf(out, "%s, at %g nm\n", text, self->scene->channels.wavelength_nm[self->channel]);
+    for (size_t s = 0; s < self->n_side; s++) {
+        fprintf(out, "  from %s into %s\n  angle  reflected  transmitted    absorbed\n",
+                near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]));
+        for (int angle = 0; angle <= LAST_DEG; angle += STEP_DEG) {
+            const struct rmap_surface_shares its = shares_at(self, s, self->channel, angle);
+            fprintf(out, "  %5d %10.6f %12.6f %11.6f\n", angle,
+                    its.reflect_specular + its.reflect_diffuse,
+                    its.transmit_specular + its.transmit_diffuse, its.absorb);
+        }
+    }
+}
+
+/* One curve of numbers for each share. */
+static json_t *curves_json(const struct rmap_surface_question *self, size_t s, bool by_angle)
+{
+    json_t *list[5], *at = json_array();
+    const int n = by_angle ? LAST_DEG / STEP_DEG + 1 : self->scene->channels.n;
+    for (int k = 0; k < 5; k++)
+        list[k] = json_array();
+    for (int i = 0; i < n; i++) {
+        const struct rmap_surface_shares its =
+            shares_at(self, s, by_angle ? self->channel : i, by_angle ? i * STEP_DEG : 0);
+        const double share[5] = {its.reflect_specular, its.reflect_diffuse, its.transmit_specular,
+                                 its.transmit_diffuse, its.absorb};
+        (void)json_array_append_new(
+            at, json_real(by_angle ? i * STEP_DEG : self->scene->channels.wavelength_nm[i]));
+        for (int k = 0; k < 5; k++)
+            (void)json_array_append_new(list[k], rmap_json_number(share[k]));
+    }
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", by_angle ? "angle" : "wavelength", at,
+                     "reflect_specular", list[0], "reflect_diffuse", list[1], "transmit_specular",
+                     list[2], "transmit_diffuse", list[3], "absorb", list[4]);
+}
+
+json_t *rmap_surface_json(const struct rmap_surface_question *self)
+{
+    json_t *sides = json_array();
+    for (size_t s = 0; s < self->n_side; s++)
+        (void)json_array_append_new(sides, json_pack("{s:s, s:s, s:o, s:o}", "from",
+                                                     near_name(self->scene, &self->side[s]), "into",
+                                                     far_name(self->scene, &self->side[s]),
+                                                     "by_angle", curves_json(self, s, true),
+                                                     "by_wavelength", curves_json(self, s, false)));
+    return json_pack("{s:s, s:s, s:s, s:f, s:o}", "name", self->surface->name, "type",
+                     rmap_surface_model[self->surface->type].name, "object",
+                     self->side[0].object->name, "wavelength",
+                     self->scene->channels.wavelength_nm[self->channel], "sides", sides);
+}
+
+enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self, const char *path,
+                                   struct rmap_error *err)
+{
+    struct rmap_svg *svg = NULL;
+    char title[400];
+    describe(self, title, sizeof title);
+    enum rmap_status st =
+        rmap_figure_surface(self->scene, self->side, self->n_side, self->channel, title, &svg, err);
+    if (st == RMAP_OK)
+        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+/* The first surface with the film that an object has. */
+static bool is_used(const struct rmap_scene *scene, size_t film,
+                    struct rmap_surface_question *question)
+{
+    for (size_t i = 0; i < scene->n_surface; i++) {
+        const struct rmap_surface *surface = &scene->surface[i];
+        if (surface->type == RMAP_SURFACE_FRESNEL && surface->coat == RMAP_COAT_FILM &&
+            (size_t)surface->film == film &&
+            rmap_surface_ask(scene, surface->name, question, NULL) == RMAP_OK)
+            return true;
+    }
+    return false;
+}
+
+void rmap_films_print(const struct rmap_scene *scene, FILE *out)
+{
+    enum { SHOWN_MAX = 8 };
+    const int k = scene->channels.n / 2;
+    for (size_t f = 0; f < scene->n_film; f++) {
+        const struct rmap_thin_film *film = &scene->film[f];
+        const struct rmap_thin_film_layer *layer = film->layer + (size_t)k * film->n_layer;
+        struct rmap_surface_question question;
+        fprintf(out, "    film %s: %s", film->name,
+                rmap_counted((uint64_t)film->n_layer, "layer").text);
+        for (size_t i = 0; i < film->n_layer && i < SHOWN_MAX; i++)
+            fprintf(out, "%s %.4g nm of n %.4g%s", i ? "," : ":",
+                    layer[i].thickness * scene->channels.wavelength_nm[k], layer[i].n,
+                    layer[i].k > 0.0 ? " absorbing" : "");
+        fputs(film->n_layer > SHOWN_MAX ? ", ...\n" : "\n", out);
+        if (!is_used(scene, f, &question))
+            continue;
+        const struct rmap_surface_shares its = shares_at(&question, 0, k, 0);
+        fprintf(out,
+                "      from %s into %s, at %g nm straight on: reflects %.4g %%, absorbs %.4g %%\n",
+                near_name(scene, &question.side[0]), far_name(scene, &question.side[0]),
+                scene->channels.wavelength_nm[k], 100.0 * its.reflect_specular,
+                100.0 * fmax(its.absorb, 0.0));
+    }
+}
+
+json_t *rmap_films_json(const struct rmap_scene *scene)
+{
+    static const char *const substrate[] = {"inside", "front", "back"};
+    const int k = scene->channels.n / 2;
+    json_t *list = json_array();
+    for (size_t f = 0; f < scene->n_film; f++) {
+        const struct rmap_thin_film *film = &scene->film[f];
+        const struct rmap_thin_film_layer *layer = film->layer + (size_t)k * film->n_layer;
+        json_t *layers = json_array();
+        for (size_t i = 0; i < film->n_layer; i++)
+            (void)json_array_append_new(
+                layers, json_pack("{s:f, s:f, s:f}", "thickness_nm",
+                                  layer[i].thickness * scene->channels.wavelength_nm[k], "n",
+                                  layer[i].n, "k", layer[i].k));
+        (void)json_array_append_new(list,
+                                    json_pack("{s:s, s:s, s:f, s:o}", "name", film->name,
+                                              "substrate", substrate[film->substrate], "wavelength",
+                                              scene->channels.wavelength_nm[k], "layers", layers));
+    }
+    return list;
+}

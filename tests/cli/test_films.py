@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Films in scene files: what is wrong with one is told where it stands; maps of several colours keep their rays through
+films bit by bit in either encoding, on any number of ranks; `check` lists films and shows surfaces."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+
+PROGRAM = os.environ["RAYMAP"]
+SCENE = """raymap: 1
+units: mm
+spectrum: {{wavelengths: [450, 550, 650]}}
+media: {{air: {{index: 1}}, glass: {{glass: N-BK7}}, flint: {{glass: N-SF6}}}}
+films:
+  ar: {film}
+surfaces:
+  coated: {{type: fresnel, coat: {coat}}}
+  silver: {{type: mirror, metal: Ag}}
+  white: {{type: mixture, reflect_specular: 0.1, reflect_diffuse: 0.6}}
+geometries:
+  lens: {{type: lens, surface: coated, surfaces: [{{radius: 50, thickness: 6, medium: glass, aperture: 10}}, {{radius: -40, thickness: 3, medium: {second}, aperture: 10}}, {{radius: -90, medium: air, aperture: 10}}]}}
+  plate: {{type: rectangle, size: [30, 30]}}
+objects:
+  - {{name: lens, geometry: lens, outside: air, edge: absorber}}
+  - {{name: wall, geometry: plate, at: [0, 0, 40], rotate: [180, 0, 0], surface: white}}
+  - {{name: mirror, geometry: plate, at: [0, 0, -40], surface: silver}}
+sources:
+  - {{name: s, type: collimated, shape: {{disc: 9}}, at: [0, 0, -20], direction: [0, 0, 1], medium: air, flux: 1 W}}
+detectors:
+  - {{name: film, type: plane, on: wall, cells: [4, 4]}}
+"""
+GOOD = "{reference: 550, substrate: back, layers: [{material: MgF2, quarter: 1}, {n: 2.4, k: 0.4, thickness: 9 nm}]}"
+
+
+def run(*arguments, status=0, ranks=0):
+    start = ["mpirun", "-np", str(ranks)] if ranks else []
+    done = subprocess.run([*start, PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+    assert done.returncode == status, (arguments, done.returncode, done.stdout, done.stderr)
+    return done.stdout, done.stderr
+
+
+def scene(film=GOOD, coat="{film: ar}", second="flint"):
+    pathlib.Path("scene.yaml").write_text(SCENE.format(film=film, coat=coat, second=second), encoding="utf-8")
+    return "scene.yaml"
+
+
+for film, coat, said in (
+        ("{layers: [{quarter: 1}]}", "{film: ar}", "6:17: error: a layer has one of material, n (and k), table"),
+        ("{layers: [{n: 1.4, table: {wavelength: [400], n: [1]}, quarter: 1}]}", "{film: ar}", "a layer has one of"),
+        ("{layers: [{n: 1.4}]}", "{film: ar}", "as in 'thickness: 130 nm'"),
+        ("{layers: [{n: 1.4, quarter: 1}]}", "{film: ar}", "as in 'reference: 550'"),
+        ("{layers: [{n: 1.4, thickness: 130}]}", "{film: ar}", "a film of 130 mm is none"),
+        ("{layers: [{n: 1.4, thickness: -1 nm}]}", "{film: ar}", "'thickness' must be"),
+        ("{layers: [{n: -1.4, thickness: 1 nm}]}", "{film: ar}", "'n' must be a refractive index"),
+        ("{layers: [{material: MgF22, thickness: 1 nm}]}", "{film: ar}", "did you mean 'MgF2'?"),
+        ("{layers: {n: 1.4}}", "{film: ar}", "'layers' must be a list"),
+        ("{reference: 550}", "{film: ar}", "'layers' is missing"),
+        ("{layers: [], colour: 3}", "{film: ar}", "unknown key in a film: 'colour'"),
+        (GOOD, "{film: at}", "unknown film 'at' (did you mean 'ar'?)"),
+        (GOOD, "{film: ar, reflectance: 0.1}", "not both"),
+        (GOOD.replace("substrate: back, ", ""), "{film: ar}",
+         "neither side of 'lens.2' is the medium around it: say in film 'ar' on which side its last layer lies, as in 'substrate: back'"),
+        (GOOD.replace("[{", "[" + 1001 * "{n: 1.3, thickness: 1 nm}, " + "{"), "{film: ar}", "1000 layers at most")):
+    told = run("check", scene(film, coat), status=3)[1]
+    assert said in told, (film, coat, told)
+assert "both sides of 'lens.3' are the medium around it" in \
+    run("check", scene(GOOD.replace("substrate: back, ", ""), second="air"), status=3)[1]
+
+path = scene()
+told = json.loads(run("check", path, "--surface", "coated", "--json")[0])
+layers = told["scene"]["films"][0]["layers"]
+assert told["scene"]["films"][0]["substrate"] == "back" and len(layers) == 2 and layers[1]["k"] == 0.4, layers
+assert abs(layers[0]["thickness_nm"] * layers[0]["n"] - 137.5) < 1e-9, layers
+side = told["surface"]["sides"][0]
+assert (told["surface"]["object"], side["from"], side["into"]) == ("lens.1", "air", "glass"), told["surface"]
+for curves in (side["by_angle"], side["by_wavelength"]):
+    for numbers in zip(*(curves[key] for key in ("reflect_specular", "transmit_specular", "absorb"))):
+        assert abs(sum(numbers) - 1) < 1e-12 and min(numbers) >= 0, numbers
+text = run("check", path, "--surface", "silver", "--plot", "silver.svg", "--force")[0]
+assert "film ar: 2 layers: " in text and "surface silver: mirror, on mirror, at 550 nm" in text, text
+assert pathlib.Path("silver.svg").read_text(encoding="utf-8").startswith("<?xml")
+assert "no such surface" in run("check", path, "--surface", "gold", status=3)[1]
+assert "no object has it" in run("check", path, "--set", "surfaces.spare={type: fresnel}", "--surface", "spare", status=3)[1]
+
+for name in ("a", "b", "c"):
+    shutil.rmtree(f"{name}.raymap", ignore_errors=True)
+run("trace", path, "-o", "a.raymap", "-n", 30000, "--quiet")
+run("trace", path, "-o", "b.raymap", "-n", 30000, "--encoding", "plain", "--quiet", ranks=3)
+run("convert", "a.raymap", "-o", "c.raymap", "--encoding", "plain", "--quiet")
+digests = {json.loads(run("info", f"{name}.raymap", "--json")[0])["digest"] for name in ("a", "b", "c")}
+assert len(digests) == 1, digests
+counts = [[part["rays"]["matched"] for part in json.loads(run("query", f"{name}.raymap", "hit(lens.*, absorb)", "hit(lens.*, reflect_specular)",
+                                                             "registered(film)", "--count", "--json")[0])] for name in ("a", "b")]
+assert counts[0] == counts[1] and all(counts[0]), counts
+assert json.loads(run("verify", "a.raymap", "--json")[0])["ok"]
+step = json.loads(run("report", "a.raymap", 7, "--json")[0])["steps"][0]
+assert step["object"] == "lens.1" and 0.001 < step["reflectance"] < 0.2, step
