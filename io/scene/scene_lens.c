@@ -17,7 +17,7 @@
 const struct rmap_mapping rmap_lens_row_keys = {
     "lens",
     NULL,
-    {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop"}}};
+    {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop surface"}}};
 
 static const struct rmap_range thickness_range = {0, RMAP_OBJECTS_RADIUS_MAX, "0 or greater",
                                                   RMAP_DIMENSION_LENGTH};
@@ -27,7 +27,7 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
 {
     row->node = node;
     row->geometry = row->edge_geometry = row->stop_geometry = -1;
-    row->medium = -1;
+    row->medium = row->surface_front = row->surface_back = -1;
     *good = rmap_reader_known(reader, node, &rmap_lens_row_keys, 0);
     if (!*good)
         return;
@@ -38,6 +38,7 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
     if (!rmap_yaml_get(node, "medium"))
         rmap_reader_error(reader, node, "'medium' is missing: name the medium after the surface");
     rmap_reader_medium(reader, node, "medium", &row->medium);
+    rmap_reader_surface_pair(reader, node, "surface", &row->surface_front, &row->surface_back);
     *good &= row->medium >= 0;
 }
 
@@ -210,11 +211,12 @@ static void add_cap(struct expansion *e, size_t k)
             return;
         rmap_reader_add_shape(e->reader, shape_name, &row->shape, &row->geometry);
     }
+    const bool own = row->surface_front >= 0 && row->surface_back >= 0;
     const struct rmap_affine after = frame_at(e, row->z);
     const struct rmap_affine before = frame_at(e, element_z(e, k ? k - 1 : k));
     const struct rmap_object_plan sides = {
-        .surface_front = e->plan->surface_front,
-        .surface_back = e->plan->surface_back,
+        .surface_front = own ? row->surface_front : e->plan->surface_front,
+        .surface_back = own ? row->surface_back : e->plan->surface_back,
         .medium_front = row->medium,
         .medium_back = k ? e->lens->row[k - 1].medium : e->outside,
         .element_front = k + 1 < e->lens->n_row ? &after : NULL,

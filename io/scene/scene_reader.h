@@ -45,10 +45,11 @@ enum rmap_member {
 
 /* A row of a prescription. */
 struct rmap_lens_row {
-    struct rmap_shape shape; /* CONIC */
-    double z;                /* of its vertex */
-    double rim_z;            /* z + sag(aperture) */
-    int32_t medium;          /* after it */
+    struct rmap_shape shape;             /* CONIC */
+    double z;                            /* of its vertex */
+    double rim_z;                        /* z + sag(aperture) */
+    int32_t medium;                      /* after it */
+    int32_t surface_front, surface_back; /* -1: those of the lens */
     bool stop;
     int32_t geometry, edge_geometry, stop_geometry; /* made on first use; -1: not yet */
     const struct rmap_yaml_node *node;

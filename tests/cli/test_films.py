@@ -97,3 +97,13 @@ assert counts[0] == counts[1] and all(counts[0]), counts
 assert json.loads(run("verify", "a.raymap", "--json")[0])["ok"]
 step = json.loads(run("report", "a.raymap", 7, "--json")[0])["steps"][0]
 assert step["object"] == "lens.1" and 0.001 < step["reflectance"] < 0.2, step
+
+# A row of a lens has a coat of its own, or none.
+rows = SCENE.format(film=GOOD.replace("substrate: back, ", ""), coat="{film: ar}", second="flint").replace(
+    "medium: flint, aperture: 10", "medium: flint, aperture: 10, surface: fresnel")
+pathlib.Path("rows.yaml").write_text(rows, encoding="utf-8")
+run("check", "rows.yaml")
+run("trace", "rows.yaml", "-o", "rows.raymap", "-n", 20000, "--force", "--quiet")
+absorbed = [part["rays"]["matched"] for part in json.loads(
+    run("query", "rows.raymap", *(f"ended(absorbed, lens.{k})" for k in (1, 2, 3)), "--count", "--json")[0])]
+assert absorbed[0] > 0 and absorbed[1] == 0 and absorbed[2] > 0, absorbed

@@ -8,7 +8,7 @@ rm -rf ./*
 sed -n 's/^    //p' "$SOURCE_DIR/docs/tutorials.md" >tutorials.sh
 expect 0 '' bash -e tutorials.sh
 [ ! -e failed.log ] || { echo "FAILED: $(cat failed.log job.log)"; failures=$((failures + 1)); }
-for file in desks.png desks.csv one.png ghosts-0.png ghosts-1.png ghosts.csv ghosts.svg arrival.png scratch/ghosts.json; do
+for file in desks.png desks.csv one.png ghosts-0.png ghosts-1.png ghosts.csv ghosts.svg coat.svg arrival.png scratch/ghosts.json; do
     [ -s "$file" ] || { echo "FAILED: no $file"; failures=$((failures + 1)); }
 done
 expect 0 'EFL 100\.04[0-9]*, BFL 95\.97' "$RAYMAP" check doublet.yaml
