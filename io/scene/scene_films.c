@@ -178,31 +178,22 @@ static void read_film(struct rmap_reader *reader, const struct rmap_yaml_node *n
         read_layer(reader, layers->item[k].value, reference_nm, k, film);
 }
 
-void rmap_reader_read_films(struct rmap_reader *reader)
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
 {
     struct rmap_scene *scene = reader->scene;
-    const struct rmap_yaml_node *films = rmap_yaml_get(reader->root, "films");
-    if (!films)
+    struct rmap_thin_film *film =
+        RMAP_READER_NEW(reader, scene->film, scene->n_film, reader->cap_film);
+    if (!film)
         return;
-    if (films->kind != RMAP_YAML_MAP) {
-        rmap_reader_error(reader, films, "films must be a mapping {name: film, ...}");
-        return;
-    }
-    for (size_t i = 0; i < films->n_item; i++) {
-        const struct rmap_yaml_item *item = &films->item[i];
-        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        if (rmap_names_find(&reader->films, item->key) ||
-            !rmap_reader_check_name(reader, &place, item->key))
-            continue;
-        struct rmap_thin_film *film =
-            RMAP_READER_NEW(reader, scene->film, scene->n_film, reader->cap_film);
-        if (!film)
-            return;
-        *film = (struct rmap_thin_film){.name = rmap_reader_strdup(reader, item->key)};
-        rmap_reader_add_name(reader, &reader->films, film->name, 0, (int32_t)(scene->n_film - 1),
-                             item->line);
-        read_film(reader, item->value, film);
-    }
+    *film = (struct rmap_thin_film){.name = rmap_reader_strdup(reader, item->key)};
+    rmap_reader_add_name(reader, &reader->films, film->name, 0, (int32_t)(scene->n_film - 1),
+                         item->line);
+    read_film(reader, item->value, film);
+}
+
+void rmap_reader_read_films(struct rmap_reader *reader)
+{
+    rmap_reader_each_named(reader, "films", "film", &reader->films, read_named);
 }
 
 static void check_side(struct rmap_reader *reader, const struct rmap_yaml_node *at,

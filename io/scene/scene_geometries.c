@@ -297,31 +297,23 @@ static void read_geometry(struct rmap_reader *reader, const char *name,
         rmap_reader_add_caps(reader, &shape, entry);
 }
 
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
+{
+    const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+    struct rmap_geometry_entry *entry =
+        RMAP_READER_NEW(reader, reader->entry, reader->n_entry, reader->cap_entry);
+    if (!entry)
+        return;
+    *entry = (struct rmap_geometry_entry){.name = item->key, .broken = true, .geometry = -1};
+    rmap_reader_add_name(reader, &reader->geometries, item->key, 0, (int32_t)(reader->n_entry - 1),
+                         item->line);
+    if (item->value->kind == RMAP_YAML_MAP)
+        read_geometry(reader, item->key, item->value, entry);
+    else
+        rmap_reader_error(reader, &place, "geometry '%.60s' must be a mapping", item->key);
+}
+
 void rmap_reader_read_geometries(struct rmap_reader *reader)
 {
-    const struct rmap_yaml_node *geometries = rmap_yaml_get(reader->root, "geometries");
-    if (!geometries)
-        return;
-    if (geometries->kind != RMAP_YAML_MAP) {
-        rmap_reader_error(reader, geometries, "geometries must be a mapping {name: geometry, ...}");
-        return;
-    }
-    for (size_t i = 0; i < geometries->n_item; i++) {
-        const struct rmap_yaml_item *item = &geometries->item[i];
-        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        if (rmap_names_find(&reader->geometries, item->key) ||
-            !rmap_reader_check_name(reader, &place, item->key))
-            continue;
-        struct rmap_geometry_entry *entry =
-            RMAP_READER_NEW(reader, reader->entry, reader->n_entry, reader->cap_entry);
-        if (!entry)
-            return;
-        *entry = (struct rmap_geometry_entry){.name = item->key, .broken = true, .geometry = -1};
-        rmap_reader_add_name(reader, &reader->geometries, item->key, 0,
-                             (int32_t)(reader->n_entry - 1), item->line);
-        if (item->value->kind == RMAP_YAML_MAP)
-            read_geometry(reader, item->key, item->value, entry);
-        else
-            rmap_reader_error(reader, &place, "geometry '%.60s' must be a mapping", item->key);
-    }
+    rmap_reader_each_named(reader, "geometries", "geometry", &reader->geometries, read_named);
 }

@@ -253,25 +253,16 @@ static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
     check_scattering(reader, node, medium);
 }
 
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
+{
+    struct rmap_medium *medium = new_medium(reader, item->key, item->line);
+    if (medium)
+        read_medium(reader, item->value, medium);
+}
+
 void rmap_reader_read_media(struct rmap_reader *reader)
 {
-    const struct rmap_yaml_node *media = rmap_yaml_get(reader->root, "media");
-    if (!media)
-        return;
-    if (media->kind != RMAP_YAML_MAP) {
-        rmap_reader_error(reader, media, "media must be a mapping {name: medium, ...}");
-        return;
-    }
-    for (size_t i = 0; i < media->n_item; i++) {
-        const struct rmap_yaml_item *item = &media->item[i];
-        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        if (rmap_names_find(&reader->media, item->key) ||
-            !rmap_reader_check_name(reader, &place, item->key))
-            continue;
-        struct rmap_medium *medium = new_medium(reader, item->key, item->line);
-        if (medium)
-            read_medium(reader, item->value, medium);
-    }
+    rmap_reader_each_named(reader, "media", "medium", &reader->media, read_named);
 }
 
 void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,

@@ -331,3 +331,21 @@ int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *na
     rmap_free(word);
     return -1;
 }
+
+void rmap_reader_each_named(struct rmap_reader *reader, const char *section, const char *one,
+                            const struct rmap_names *names,
+                            void (*read)(struct rmap_reader *reader,
+                                         const struct rmap_yaml_item *item))
+{
+    const struct rmap_yaml_node *node = rmap_yaml_get(reader->root, section);
+    if (node && node->kind != RMAP_YAML_MAP)
+        rmap_reader_error(reader, node, "%s must be a mapping {name: %s, ...}", section, one);
+    else
+        for (size_t i = 0; node && i < node->n_item && reader->status == RMAP_OK; i++) {
+            const struct rmap_yaml_item *item = &node->item[i];
+            const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+            if (!rmap_names_find(names, item->key) &&
+                rmap_reader_check_name(reader, &place, item->key))
+                read(reader, item);
+        }
+}

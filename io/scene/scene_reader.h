@@ -181,6 +181,13 @@ void rmap_reader_add_name(struct rmap_reader *reader, struct rmap_names *names, 
                           int32_t kind, int32_t index, int32_t line);
 void rmap_names_fini(struct rmap_names *names);
 
+/* The items of a section {name: one, ...} whose name is good and not among `names`; `read` adds it
+ * there. */
+void rmap_reader_each_named(struct rmap_reader *reader, const char *section, const char *one,
+                            const struct rmap_names *names,
+                            void (*read)(struct rmap_reader *reader,
+                                         const struct rmap_yaml_item *item));
+
 /* Stands for a name that is missing or no name; entered nowhere. */
 #define RMAP_UNNAMED "\001"
 

@@ -176,30 +176,20 @@ static void read_surface(struct rmap_reader *reader, const struct rmap_yaml_node
         check_shares(reader, node, surface);
 }
 
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
+{
+    const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+    struct rmap_surface *surface = new_surface(reader, item->key, item->line);
+    if (surface && item->value->kind == RMAP_YAML_MAP)
+        read_surface(reader, item->value, surface);
+    else if (surface)
+        rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
+                          item->key, rmap_surface_model[0].name);
+}
+
 void rmap_reader_read_surfaces(struct rmap_reader *reader)
 {
-    const struct rmap_yaml_node *surfaces = rmap_yaml_get(reader->root, "surfaces");
-    if (!surfaces)
-        return;
-    if (surfaces->kind != RMAP_YAML_MAP) {
-        rmap_reader_error(reader, surfaces, "surfaces must be a mapping {name: surface, ...}");
-        return;
-    }
-    for (size_t i = 0; i < surfaces->n_item; i++) {
-        const struct rmap_yaml_item *item = &surfaces->item[i];
-        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        if (rmap_names_find(&reader->surfaces, item->key) ||
-            !rmap_reader_check_name(reader, &place, item->key))
-            continue;
-        struct rmap_surface *surface = new_surface(reader, item->key, item->line);
-        if (!surface)
-            return;
-        if (item->value->kind == RMAP_YAML_MAP)
-            read_surface(reader, item->value, surface);
-        else
-            rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
-                              item->key, rmap_surface_model[0].name);
-    }
+    rmap_reader_each_named(reader, "surfaces", "surface", &reader->surfaces, read_named);
 }
 
 void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
