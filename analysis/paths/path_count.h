@@ -61,7 +61,7 @@ struct rmap_path_counts {
     size_t step_cap, of_ray_cap;
 };
 
-/* The fold is to defer them all: an index may make them unnecessary. */
+/* The fold is to defer them all: paths may make them unnecessary. */
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context);
 extern const struct rmap_fold_kind rmap_path_count_kind;
 

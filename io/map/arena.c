@@ -75,14 +75,6 @@ void *rmap_arena_room(struct rmap_arena *self, size_t nbytes)
     return block ? (uint8_t *)block + own - (uintptr_t)((uint8_t *)block + own) % ALIGN : NULL;
 }
 
-bool rmap_arena_claim(struct rmap_arena *self, size_t nbytes)
-{
-    (void)pthread_mutex_lock(&self->lock);
-    bool is = claim(self, nbytes);
-    (void)pthread_mutex_unlock(&self->lock);
-    return is;
-}
-
 size_t rmap_arena_limit(const struct rmap_arena *self)
 {
     return self->limit;

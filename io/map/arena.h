@@ -21,9 +21,6 @@ void rmap_arena_destroy(struct rmap_arena *arena); /* and all blocks */
  * allow it. Thread-safe, as is all that follows. */
 void *rmap_arena_room(struct rmap_arena *arena, size_t nbytes);
 
-/* Counts memory that is kept elsewhere; false, with nothing counted: it is beyond the budget. */
-bool rmap_arena_claim(struct rmap_arena *arena, size_t nbytes);
-
 size_t rmap_arena_limit(const struct rmap_arena *arena);
 size_t rmap_arena_nbytes(const struct rmap_arena *arena); /* taken; never above the limit */
 

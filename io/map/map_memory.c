@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * What reading a map may take: with what a process takes without a map (some 80 MiB), the parts
- * below and in map_paths.h, map_history.c, query_history.c and ray_parts.c make up the 512 MiB
+ * below and in map_paths.h, query_known.c and ray_parts.c make up the 512 MiB
  * that a query is allowed per rank, however many threads it has.
  */
 #include "io/map/map_memory.h"
