@@ -201,7 +201,8 @@ static void check_side(struct rmap_reader *reader, const struct rmap_yaml_node *
 {
     const struct rmap_surface *surface =
         surface_index < 0 ? NULL : &reader->scene->surface[surface_index];
-    if (!surface || surface->type != RMAP_SURFACE_FRESNEL || surface->coat != RMAP_COAT_FILM)
+    if (!surface || surface->type != RMAP_SURFACE_FRESNEL || surface->coat != RMAP_COAT_FILM ||
+        surface->film < 0) /* of no name: complained of */
         return;
     const struct rmap_thin_film *film = &reader->scene->film[surface->film];
     const bool front = object->medium_front == object->medium_outside,
