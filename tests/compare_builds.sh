@@ -26,7 +26,7 @@ normalise() { # NAME < output
     case $1 in
     *.json) /usr/bin/python3 -c '
 import json, re, sys
-LEFT_OUT = "bytes|seconds|per_second|^versions$|^threads$|^shards$|^portions$"
+LEFT_OUT = "bytes|seconds|per_second|^versions$|^threads$|^shards$|^portions$|^of_pieces$"
 def plain(value):
     if isinstance(value, dict):
         out = LEFT_OUT + ("|^share$" if "map_bytes" in value else "")
