@@ -193,6 +193,13 @@ enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignm
                              "--set %.100s: write key.path=value", assignment);
         return RMAP_OK;
     }
+    if (len >= 7 && strncmp(assignment, "include", 7) == 0 && (len == 7 || assignment[7] == '.')) {
+        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
+                             "--set %.100s: files are included before anything is set: write "
+                             "'include' in a scene file",
+                             assignment);
+        return RMAP_OK;
+    }
     path = rmap_alloc(len + 1, 1);
     if (!path)
         return no_memory(err);

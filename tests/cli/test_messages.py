@@ -19,6 +19,8 @@ TYPED = [
     # --set says that it is at fault, and names the nearest word.
     ("trace scene.yaml --no-record --set limits.step=100", 3,
      "--set limits.step=100: unknown key in limits: 'step' (did you mean 'steps'?)"),
+    ("trace scene.yaml --no-record --set include=more.yaml", 3,
+     "--set include=more.yaml: files are included before anything is set: write 'include' in a scene file"),
     ("trace scene.yaml --no-record --set limit.steps=100", 3, "--set limit.steps=100: unknown key"),
     ("trace scene.yaml --no-record --set limits.steps=abc", 3,
      "--set limits.steps=abc: 'steps' must be a finite number, not 'abc'"),
