@@ -107,3 +107,12 @@ run("trace", "rows.yaml", "-o", "rows.raymap", "-n", 20000, "--force", "--quiet"
 absorbed = [part["rays"]["matched"] for part in json.loads(
     run("query", "rows.raymap", *(f"ended(absorbed, lens.{k})" for k in (1, 2, 3)), "--count", "--json")[0])]
 assert absorbed[0] > 0 and absorbed[1] == 0 and absorbed[2] > 0, absorbed
+
+# The example: two designs, of which the better one makes fewer ghosts.
+example = pathlib.Path(os.environ["SOURCE_DIR"], "examples/double-gauss/coated.yaml")
+ghosts = []
+for coat in ("{reflectance: 0.04}", "{film: single}", "{film: triple}"):
+    run("trace", example, "-o", "design.raymap", "-n", 100000, "--force", "--quiet", "--set", f"surfaces.polished.coat={coat}")
+    found = json.loads(run("query", "design.raymap", "registered(sensor where ghost_order >= 1)", "--count", "--json")[0])
+    ghosts.append(found["rays"]["matched"])
+assert ghosts[0] > 2 * ghosts[1] > 4 * ghosts[2] > 0, ghosts
