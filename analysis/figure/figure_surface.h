@@ -7,7 +7,13 @@
 #define RMAP_FIGURE_SURFACE_H
 
 #include "io/export/svg.h"
-#include "trace/surface_shares.h"
+#include "scene/scene.h"
+
+/* A side of an object that light meets. */
+struct rmap_surface_side {
+    const struct rmap_object *object;
+    bool front; /* light comes from there */
+};
 
 enum { RMAP_SURFACE_SIDES_MAX = 2 };
 
