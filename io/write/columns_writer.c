@@ -222,7 +222,7 @@ void rmap_columns_writer_destroy(struct rmap_columns_writer *self)
             (void)H5Dclose(self->column[c].set);
         rmap_free(self->column[c].waiting);
     }
-    if (self->h5.path && self->temporary)
+    if (self->temporary)
         (void)unlink(self->temporary);
     rmap_h5_drop(&self->h5);
     rmap_encoder_destroy(self->encoder);
