@@ -283,8 +283,7 @@ static struct run begin_run(const struct rmap_path_table *table, const struct rm
     return run;
 }
 
-enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
-                                const struct rmap_criterion_node *node,
+enum rmap_status rmap_path_mark(const struct rmap_criterion_node *node,
                                 const struct rmap_portion *portion, uint8_t *match,
                                 struct rmap_error *err)
 {
@@ -292,7 +291,6 @@ enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     struct run run = begin_run(node->path.table, portion);
     struct group group = {0};
-    (void)criterion;
     while (group.ray < n_ray) {
         if (!next_group(&run, &group)) {
             st =

@@ -12,8 +12,7 @@
 /* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
  * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.
  * RMAP_FORMAT when the rows do not add up, RMAP_SYSTEM. Thread-safe. */
-enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
-                                const struct rmap_criterion_node *node,
+enum rmap_status rmap_path_mark(const struct rmap_criterion_node *node,
                                 const struct rmap_portion *portion, uint8_t *match,
                                 struct rmap_error *err) RMAP_MUST_USE;
 

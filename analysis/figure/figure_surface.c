@@ -9,7 +9,6 @@
 
 #include "analysis/table/figure_axes.h"
 #include "analysis/table/line_mark.h"
-#include "trace/surface_shares.h"
 
 enum { LEFT = 92, TOP = 72, GAP = 70, BOTTOM = 62, WIDTH = 640, HEIGHT = 280 };
 enum { LEGEND_GAP = 18, LEGEND_RIGHT = 300, LEGEND_ROW = 20 };
@@ -26,15 +25,14 @@ struct plot {
     struct rmap_svg *svg;
 };
 
-static double share_of(const struct plot *plot, size_t side, enum share share, int channel,
-                       double angle_deg)
+static void shares_of(const struct plot *plot, size_t side, int channel, double angle_deg,
+                      double share[SHARES])
 {
-    const double cos_i = angle_deg < 90.0 ? cos(angle_deg * RMAP_PI / 180.0) : 0.0;
-    const struct rmap_surface_shares its = rmap_surface_shares(
-        plot->scene, plot->side[side].object, plot->side[side].front, channel, cos_i);
-    return share == REFLECTED     ? its.reflect_specular + its.reflect_diffuse
-           : share == TRANSMITTED ? its.transmit_specular + its.transmit_diffuse
-                                  : its.absorb;
+    const struct rmap_surface_shares its =
+        rmap_side_shares(plot->scene, plot->side[side], channel, angle_deg);
+    share[REFLECTED] = its.reflect_specular + its.reflect_diffuse;
+    share[TRANSMITTED] = its.transmit_specular + its.transmit_diffuse;
+    share[ABSORBED] = its.absorb;
 }
 
 /* What is not let through, straight on, where that is little everywhere: an anti-reflection coat is
@@ -42,11 +40,12 @@ static double share_of(const struct plot *plot, size_t side, enum share share, i
 static double most_lost(const struct plot *plot)
 {
     const double few = 0.2;
-    double most = 0.0;
+    double most = 0.0, share[SHARES];
     for (size_t s = 0; s < plot->n; s++)
-        for (int i = 0; i < plot->scene->channels.n; i++)
-            most = fmax(most, fmax(share_of(plot, s, REFLECTED, i, 0.0),
-                                   share_of(plot, s, ABSORBED, i, 0.0)));
+        for (int i = 0; i < plot->scene->channels.n; i++) {
+            shares_of(plot, s, i, 0.0, share);
+            most = fmax(most, fmax(share[REFLECTED], share[ABSORBED]));
+        }
     return most > 0.0 && most < few ? most : 1.0;
 }
 
@@ -59,23 +58,26 @@ static struct rmap_line_mark mark_of(size_t side, enum share share)
 /* by_angle: over the angle, on the channel; else over wavelength, straight on. */
 static void draw_panel(const struct plot *plot, const struct rmap_axes *axes, bool by_angle)
 {
-    double point[SAMPLES][2];
+    double point[SHARES][SAMPLES][2], share[SHARES];
     const int n = by_angle ? ANGLES : plot->scene->channels.n;
     rmap_svg_open_clip(plot->svg, axes->x, axes->y, axes->width, axes->height);
-    for (size_t s = 0; s < plot->n; s++)
-        for (int share = 0; share < SHARES; share++) {
-            const struct rmap_line_mark mark = mark_of(s, (enum share)share);
-            for (int k = 0; k < n; k++) {
-                const double angle = by_angle ? 90.0 * k / (ANGLES - 1) : 0.0;
-                const double x = by_angle ? angle : plot->scene->channels.wavelength_nm[k];
-                point[k][0] = rmap_axes_x(axes, x);
-                point[k][1] = rmap_axes_y(axes, share_of(plot, s, (enum share)share,
-                                                         by_angle ? plot->channel : k, angle));
+    for (size_t s = 0; s < plot->n; s++) {
+        for (int k = 0; k < n; k++) {
+            const double angle = by_angle ? 90.0 * k / (ANGLES - 1) : 0.0;
+            const double x = by_angle ? angle : plot->scene->channels.wavelength_nm[k];
+            shares_of(plot, s, by_angle ? plot->channel : k, angle, share);
+            for (int i = 0; i < SHARES; i++) {
+                point[i][k][0] = rmap_axes_x(axes, x);
+                point[i][k][1] = rmap_axes_y(axes, share[i]);
             }
+        }
+        for (int i = 0; i < SHARES; i++) {
+            const struct rmap_line_mark mark = mark_of(s, (enum share)i);
             rmap_svg_path(
-                plot->svg, (const double(*)[2])point, (size_t)n,
+                plot->svg, (const double(*)[2])point[i], (size_t)n,
                 &(struct rmap_svg_style){.stroke = mark.ink, .width = 1.8, .dash = mark.dash});
         }
+    }
     rmap_svg_close(plot->svg);
     rmap_axes_draw(plot->svg, axes);
 }

@@ -7,13 +7,7 @@
 #define RMAP_FIGURE_SURFACE_H
 
 #include "io/export/svg.h"
-#include "scene/scene.h"
-
-/* A side of an object that light meets. */
-struct rmap_surface_side {
-    const struct rmap_object *object;
-    bool front; /* light comes from there */
-};
+#include "trace/surface_shares.h"
 
 enum { RMAP_SURFACE_SIDES_MAX = 2 };
 

@@ -10,9 +10,7 @@
 
 #include "base/alloc.h"
 #include "io/map/map_cursor.h"
-#include "optics/fresnel.h"
-#include "scene/coat.h"
-#include "trace/interact.h"
+#include "trace/surface_shares.h"
 
 enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
 
@@ -199,26 +197,16 @@ static double reflectance_on(const struct rmap_scene *scene, const struct rmap_r
     const bool front = rmap_dot(step->direction, step->normal) < 0.0;
     const struct rmap_surface *surface =
         &scene->surface[front ? object->surface_front : object->surface_back];
-    const int32_t beyond = front ? object->medium_back : object->medium_front;
-    const struct rmap_medium *near = step->medium >= 0 ? &scene->medium[step->medium] : NULL;
-    const struct rmap_medium *far = beyond >= 0 ? &scene->medium[beyond] : NULL;
-    bool total;
-    if (surface->type == RMAP_SURFACE_MIXTURE ||
-        (surface->type == RMAP_SURFACE_MIRROR && !surface->is_metal))
-        return surface->reflect_specular[channel];
-    if (!near || near->field)
+    const double n1 = rmap_medium_index(scene, step->medium, channel);
+    const double n2 =
+        rmap_medium_index(scene, front ? object->medium_back : object->medium_front, channel);
+    const bool fresnel = surface->type == RMAP_SURFACE_FRESNEL;
+    if ((fresnel && isnan(n1 + n2)) ||
+        !(fresnel || surface->type == RMAP_SURFACE_MIXTURE || surface->type == RMAP_SURFACE_MIRROR))
         return (double)NAN;
-    if (surface->type == RMAP_SURFACE_MIRROR)
-        return rmap_fresnel_metal(near->n[channel], surface->metal_n[channel],
-                                  surface->metal_k[channel], cosine);
-    if (surface->type != RMAP_SURFACE_FRESNEL || !far || far->field)
-        return (double)NAN;
-    if (surface->coat == RMAP_COAT_FILM)
-        return rmap_thin_film_coat(scene, object, front, channel, near->n[channel], far->n[channel],
-                                   cosine)
-            .reflected;
-    return rmap_coated_reflectance(surface, channel, near->n[channel], far->n[channel], cosine,
-                                   &total);
+    return rmap_surface_shares(scene, (struct rmap_surface_side){object, front}, channel, n1, n2,
+                               cosine)
+        .reflect_specular;
 }
 
 static void find_incidence(struct rmap_ray_report *report)

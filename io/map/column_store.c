@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map/arena.h"
 
 struct rmap_column_store {
     _Atomic(void *) *rows; /* [n_portion][RMAP_STORE_SLOTS] */
@@ -18,21 +19,23 @@ struct rmap_column_store {
     _Atomic size_t nbytes[2]; /* of columns, of streams */
 };
 
-enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *arena,
+enum rmap_status rmap_column_store_create(size_t n_portion, size_t budget_nbytes,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err)
 {
     struct rmap_column_store *self = rmap_alloc(1, sizeof *self);
     if (self) {
         self->n_portion = n_portion;
-        self->arena = arena;
         if (n_portion <= SIZE_MAX / RMAP_STORE_SLOTS)
             self->rows = rmap_alloc(n_portion * RMAP_STORE_SLOTS, sizeof *self->rows);
     }
-    if (!self || !self->rows) {
+    enum rmap_status st =
+        self && self->rows ? rmap_arena_create(budget_nbytes, &self->arena, err)
+                           : rmap_error_set(err, RMAP_SYSTEM,
+                                            "out of memory for a store of %zu portions", n_portion);
+    if (st != RMAP_OK) {
         rmap_column_store_destroy(self);
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a store of %zu portions",
-                              n_portion);
+        return st;
     }
     for (size_t i = 0; i < n_portion * RMAP_STORE_SLOTS; i++)
         atomic_init(&self->rows[i], NULL);
@@ -44,6 +47,7 @@ void rmap_column_store_destroy(struct rmap_column_store *self)
 {
     if (!self)
         return;
+    rmap_arena_destroy(self->arena);
     rmap_free(self->rows);
     rmap_free(self);
 }
@@ -69,6 +73,16 @@ void rmap_column_store_offer(struct rmap_column_store *self, size_t portion, int
     if (atomic_compare_exchange_strong_explicit(its, &none, copy, memory_order_release,
                                                 memory_order_relaxed))
         atomic_fetch_add(&self->nbytes[slot >= RMAP_STORE_STREAM], nbytes);
+}
+
+size_t rmap_column_store_budget(const struct rmap_column_store *self)
+{
+    return rmap_arena_limit(self->arena);
+}
+
+size_t rmap_column_store_taken(const struct rmap_column_store *self)
+{
+    return rmap_arena_nbytes(self->arena);
 }
 
 size_t rmap_column_store_nbytes(const struct rmap_column_store *self, bool of_streams)

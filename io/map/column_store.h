@@ -12,13 +12,12 @@
 
 #include "base/status.h"
 #include "compact/layout.h"
-#include "io/map/arena.h"
 #include "portion/portion.h"
 
 struct rmap_column_store;
 
-/* The arena must outlive the store. */
-enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_arena *arena,
+/* Of these portions, for so many bytes at most. RMAP_SYSTEM. */
+enum rmap_status rmap_column_store_create(size_t n_portion, size_t budget_nbytes,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_column_store_destroy(struct rmap_column_store *store);
@@ -36,7 +35,11 @@ void *rmap_column_store_get(const struct rmap_column_store *store, size_t portio
 void rmap_column_store_offer(struct rmap_column_store *store, size_t portion, int slot,
                              const void *rows, size_t nbytes);
 
-/* Of columns, or of streams. */
+/* Bytes: what rows may take, what is set aside for them. */
+size_t rmap_column_store_budget(const struct rmap_column_store *store);
+size_t rmap_column_store_taken(const struct rmap_column_store *store);
+
+/* Bytes of rows of columns, or of streams. */
 size_t rmap_column_store_nbytes(const struct rmap_column_store *store, bool of_streams);
 
 #endif

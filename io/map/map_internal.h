@@ -60,10 +60,9 @@ struct rmap_map {
     struct rmap_kept_paths *paths;     /* [n_piece] */
     size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
     uint64_t paths_tick;
-    _Atomic int n_reader;     /* chunk readers that are there; they share the bytes */
-    struct rmap_arena *arena; /* NULL, as the next: nothing is kept */
-    struct rmap_column_store *store;
-    pthread_mutex_t hdf5_lock; /* of files that are opened late; taken after all others */
+    _Atomic int n_reader;            /* chunk readers that are there; they share the bytes */
+    struct rmap_column_store *store; /* NULL: nothing is kept */
+    pthread_mutex_t hdf5_lock;       /* of files that are opened late; taken after all others */
     struct rmap_column_files *_Atomic column_files; /* beside pieces; NULL: none looked for yet */
     struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
 };

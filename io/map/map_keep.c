@@ -10,24 +10,20 @@
 
 enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    if (map->arena)
+    if (map->store)
         return rmap_error_set(err, RMAP_USAGE, "%s: columns are kept already", map->path);
-    RMAP_TRY(rmap_arena_create(budget_nbytes, &map->arena, err));
-    RMAP_TRY(rmap_column_store_create(map->content.n_portion, map->arena, &map->store, err));
-out:
-    return st;
+    return rmap_column_store_create(map->content.n_portion, budget_nbytes, &map->store, err);
 }
 
 void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept)
 {
     *kept = (struct rmap_map_kept){0};
-    if (!map->arena)
+    if (!map->store)
         return;
-    kept->budget = rmap_arena_limit(map->arena);
-    kept->taken = rmap_arena_nbytes(map->arena);
-    kept->columns = map->store ? rmap_column_store_nbytes(map->store, false) : 0;
-    kept->paths = map->store ? rmap_column_store_nbytes(map->store, true) : 0;
+    kept->budget = rmap_column_store_budget(map->store);
+    kept->taken = rmap_column_store_taken(map->store);
+    kept->columns = rmap_column_store_nbytes(map->store, false);
+    kept->paths = rmap_column_store_nbytes(map->store, true);
 }
 
 rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,

@@ -495,7 +495,6 @@ void rmap_map_close(struct rmap_map *map)
     rmap_tally_destroy(map->tally);
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);
-    rmap_arena_destroy(map->arena);
     rmap_map_forget(map);
     rmap_kept_rays_destroy(map->kept_rays);
     (void)pthread_mutex_destroy(&map->paths_lock);

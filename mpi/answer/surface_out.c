@@ -11,7 +11,6 @@
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "io/export/raster.h"
-#include "trace/surface_shares.h"
 
 /* Degrees from one row to the next, and the last row. */
 enum { STEP_DEG = 5, LAST_DEG = 90 };
@@ -41,6 +40,16 @@ static size_t find_sides(const struct rmap_scene *scene, const struct rmap_surfa
     return n;
 }
 
+/* False: no object has it. */
+static bool ask(const struct rmap_scene *scene, const struct rmap_surface *surface,
+                struct rmap_surface_question *question)
+{
+    *question = (struct rmap_surface_question){
+        .scene = scene, .surface = surface, .channel = scene->channels.n / 2};
+    question->n_side = find_sides(scene, surface, question->side);
+    return question->n_side > 0;
+}
+
 enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *name,
                                   struct rmap_surface_question *question, struct rmap_error *err)
 {
@@ -52,10 +61,7 @@ enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *na
         return rmap_error_set(
             err, RMAP_INPUT, "--surface %s: the scene has no such surface: raymap check lists them",
             name);
-    *question = (struct rmap_surface_question){
-        .scene = scene, .surface = surface, .channel = scene->channels.n / 2};
-    question->n_side = find_sides(scene, surface, question->side);
-    return question->n_side > 0
+    return ask(scene, surface, question)
                ? RMAP_OK
                : rmap_error_set(err, RMAP_INPUT,
                                 "--surface %s: no object has it, and what it does depends on the "
@@ -81,9 +87,7 @@ static const char *far_name(const struct rmap_scene *scene, const struct rmap_su
 static struct rmap_surface_shares shares_at(const struct rmap_surface_question *self, size_t s,
                                             int channel, int angle_deg)
 {
-    const double cos_i = angle_deg < LAST_DEG ? cos(angle_deg * RMAP_PI / 180.0) : 0.0;
-    return rmap_surface_shares(self->scene, self->side[s].object, self->side[s].front, channel,
-                               cos_i);
+    return rmap_side_shares(self->scene, self->side[s], channel, angle_deg);
 }
 
 static void describe(const struct rmap_surface_question *self, char *text, size_t cap)
@@ -173,8 +177,7 @@ static bool is_used(const struct rmap_scene *scene, size_t film,
     for (size_t i = 0; i < scene->n_surface; i++) {
         const struct rmap_surface *surface = &scene->surface[i];
         if (surface->type == RMAP_SURFACE_FRESNEL && surface->coat == RMAP_COAT_FILM &&
-            (size_t)surface->film == film &&
-            rmap_surface_ask(scene, surface->name, question, NULL) == RMAP_OK)
+            (size_t)surface->film == film && ask(scene, surface, question))
             return true;
     }
     return false;

@@ -89,8 +89,8 @@ struct rmap_compact_summary {
     bool media_known;     /* media are those that the paths say */
     bool placed;          /* places of registrations stand by themselves */
     bool classed;         /* segments of own paths are stored as classes of steps, */
-    bool measured;        /* lengths of own paths are known, about */
     size_t n_code;        /* which have so many codes; 0: none */
+    bool measured;        /* lengths of own paths are known, about */
     uint64_t first_ray;
 };
 

@@ -12,10 +12,25 @@ struct rmap_surface_shares {
     double reflect_specular, reflect_diffuse, transmit_specular, transmit_diffuse, absorb;
 };
 
-/* On a channel, of light that comes from the object's front or back at cos_i in [0, 1]. NaN where
- * an index is not that of a place alone (gradient media) or not stated. */
+/* A side of an object that light meets. */
+struct rmap_surface_side {
+    const struct rmap_object *object;
+    bool front; /* light comes from there */
+};
+
+/* Of a medium on a channel. NaN where it is not that of a medium alone (gradient media) or not
+ * stated. */
+double rmap_medium_index(const struct rmap_scene *scene, int32_t medium, int channel);
+
+/* On a channel, from index n1 into n2 at cos_i in [0, 1]; NaN where an index is that it depends on.
+ */
 struct rmap_surface_shares rmap_surface_shares(const struct rmap_scene *scene,
-                                               const struct rmap_object *object, bool front,
-                                               int channel, double cos_i);
+                                               struct rmap_surface_side side, int channel,
+                                               double n1, double n2, double cos_i);
+
+/* Between the media of the object, at an angle of incidence. */
+struct rmap_surface_shares rmap_side_shares(const struct rmap_scene *scene,
+                                            struct rmap_surface_side side, int channel,
+                                            double angle_deg);
 
 #endif
