@@ -49,7 +49,7 @@ rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t 
 {
     rmap_column_set columns = RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
     for (size_t o = 0; o < scene->n_object; o++)
-        if ((side[o] == 1 || side[o] == 2) && !rmap_object_medium_tells(&scene->object[o]))
+        if (rmap_side_matters(side[o]) && !rmap_object_medium_tells(&scene->object[o]))
             columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_position) |
                        RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
                        RMAP_COLUMN_BIT(RMAP_RAY_start);

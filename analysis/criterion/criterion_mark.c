@@ -134,7 +134,7 @@ unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion
     return (unsigned)(medium == met->medium_front) | (unsigned)(medium == met->medium_back) << 1;
 }
 
-static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *side,
+static void keep_sides(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
                        const struct rmap_portion *portion, const struct rmap_strip *strip,
                        uint8_t *flag)
 {
@@ -145,13 +145,16 @@ static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *si
         size_t row = strip->first + i;
         while (row >= ray_row + portion->ray.segment_count[ray])
             ray_row += portion->ray.segment_count[ray++];
-        int32_t object = portion->segment.object[row];
-        if (side[object] == 0)
+        const unsigned its = test->side[portion->segment.object[row]];
+        const bool passes =
+            test->by_way && (portion->segment.event[row] & RMAP_EVENT_TRANSMIT_DIFFUSE);
+        const unsigned side = (passes ? its >> 2 : its) & 3;
+        if (side == 0)
             flag[i] = 0;
-        if (side[object] == 0 || side[object] == 3)
+        if (side == 0 || side == 3)
             continue;
         const unsigned own = rmap_side_met(criterion->scene, portion, row, ray, ray_row);
-        flag[i] = (side[object] & own) != 0;
+        flag[i] = (side & own) != 0;
     }
 }
 
@@ -190,7 +193,7 @@ void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_s
                 flag[i] = has_part(criterion, test, segment->object[first + i],
                                    segment->primitive[first + i]);
     if (test->side)
-        keep_sides(criterion, test->side, portion, strip, flag);
+        keep_sides(criterion, test, portion, strip, flag);
     if (test->n_limit > 0)
         keep_limits(criterion, test, portion, strip, flag);
 }

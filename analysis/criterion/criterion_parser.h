@@ -60,6 +60,8 @@ enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_
 
 /* What surface(...) may compare: the i-th, NULL behind the last. */
 const char *rmap_surface_parameter_word(size_t i);
+/* What scatter(...) may ask for. */
+const char *rmap_scatter_word(size_t i);
 
 /* The name of an event, into *events, which has none yet. */
 enum rmap_status rmap_parse_event(struct rmap_parser *parser, uint32_t *events) RMAP_MUST_USE;
@@ -71,6 +73,8 @@ enum rmap_status rmap_parse_event_test(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_medium(struct rmap_parser *parser,
                                    struct rmap_criterion_node *node) RMAP_MUST_USE;
+enum rmap_status rmap_parse_scatter(struct rmap_parser *parser,
+                                    struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_surface(struct rmap_parser *parser,
                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The test surface(...): which objects have such a surface, and on which side.
+ * The tests surface(...) and scatter(...): which objects have such a surface, and on which side.
  */
 #include <math.h>
 #include <string.h>
@@ -10,6 +10,7 @@
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
+#include "portion/event.h"
 
 /* Objects that carry a marked surface, and on which side where that matters. */
 static enum rmap_status set_surfaces(struct rmap_parser *parser, const struct rmap_index_set *set,
@@ -38,6 +39,92 @@ static enum rmap_status set_surfaces(struct rmap_parser *parser, const struct rm
     RMAP_TRY(rmap_parser_pack_set(parser, mark, scene->n_object, &steps->object));
 out:
     rmap_free(mark);
+    return st;
+}
+
+/* Lambert's law of surfaces that need no model for it, too; -1: none. */
+static int model_of(const struct rmap_scene *scene, int32_t index, bool passes)
+{
+    const struct rmap_surface *surface = &scene->surface[index];
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, passes);
+    if (its)
+        return (int)its->model;
+    return surface->type == RMAP_SURFACE_LAMBERT || surface->type == RMAP_SURFACE_MIXTURE
+               ? (int)RMAP_SCATTER_LAMBERT
+               : -1;
+}
+
+const char *rmap_scatter_word(size_t i)
+{
+    return i < RMAP_SCATTER_COUNT ? rmap_scatter_name[i].name : NULL;
+}
+
+/* Sides of an object that scatter by one of the models, as in rmap_step_test. */
+static unsigned sides_by(const struct rmap_scene *scene, const struct rmap_object *object,
+                         uint32_t models)
+{
+    unsigned sides = 0;
+    for (int way = 0; way < 2; way++)
+        for (int back = 0; back < 2; back++) {
+            const int model =
+                model_of(scene, back ? object->surface_back : object->surface_front, way == 1);
+            sides |= (unsigned)(model >= 0 && (models >> model & 1)) << (2 * way + back);
+        }
+    return sides;
+}
+
+/* What no model of `all` does, no step does: such sides count as those that do. */
+static enum rmap_status set_models(struct rmap_parser *parser, uint32_t models,
+                                   struct rmap_step_test *steps)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = parser->criterion->scene;
+    uint8_t *mark = rmap_alloc(scene->n_object + 1, 1);
+    void *block = NULL;
+    bool matters = false;
+    RMAP_TRY(
+        rmap_criterion_block_add(parser->criterion, scene->n_object + 1, 1, &block, parser->err));
+    if (!mark) {
+        st = rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the surfaces");
+        goto out;
+    }
+    uint8_t *side = block;
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const unsigned asked = sides_by(scene, &scene->object[o], models),
+                       none = ~sides_by(scene, &scene->object[o], UINT32_MAX) & 15U;
+        mark[o] = asked != 0;
+        side[o] = (uint8_t)(asked ? asked | none : 0);
+        matters = matters || (asked && side[o] != 15);
+    }
+    steps->of_object = true;
+    steps->by_way = matters;
+    steps->side = matters ? side : NULL;
+    RMAP_TRY(rmap_parser_pack_set(parser, mark, scene->n_object, &steps->object));
+out:
+    rmap_free(mark);
+    return st;
+}
+
+enum rmap_status rmap_parse_scatter(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token name;
+    uint32_t models = 0;
+    node->kind = RMAP_CRITERION_STEPS;
+    node->steps.events = RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parser_take_name(parser, "a scatter model, or *", &name));
+    const char *words[RMAP_SCATTER_COUNT];
+    for (size_t i = 0; i < RMAP_SCATTER_COUNT; i++) {
+        words[i] = rmap_scatter_name[i].name;
+        if (rmap_token_is(parser->text, &name, "*") || rmap_token_is(parser->text, &name, words[i]))
+            models |= 1U << i;
+    }
+    if (!models)
+        return rmap_parser_fail_word(parser, &name, "scatter model", words, RMAP_SCATTER_COUNT);
+    RMAP_TRY(set_models(parser, models, &node->steps));
+    RMAP_TRY(rmap_parse_step_end(parser, &node->steps, "')'"));
+out:
     return st;
 }
 
@@ -75,7 +162,7 @@ static bool is_parameter(const struct rmap_parser *parser, const struct rmap_tok
     return false;
 }
 
-/* Mean over the channels; NaN where it depends on the angle (bare glass, films, metal). */
+/* Mean over the channels; NaN where it depends on the angle (bare glass, films, metal, models). */
 static double surface_parameter(const struct rmap_scene *scene, const struct rmap_surface *surface,
                                 enum parameter parameter)
 {
@@ -89,6 +176,10 @@ static double surface_parameter(const struct rmap_scene *scene, const struct rma
     double transmit_diffuse = channel_mean(scene, surface->transmit_diffuse);
     if (bare || metal)
         reflect = (double)NAN;
+    if (rmap_surface_scatters(surface)) { /* shares by angle */
+        const bool total = surface->reflect_is_total && !bare && !metal;
+        return parameter == PARAMETER_REFLECTANCE && total ? reflect : (double)NAN;
+    }
     if (metal)
         transmit = (double)NAN;
     else if (fresnel && surface->coat == RMAP_COAT_IDEAL)

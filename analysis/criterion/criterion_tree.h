@@ -102,6 +102,7 @@ struct rmap_step_test {
     uint32_t part_low, part_high;
     uint8_t *side; /* [n_object] which sides of an object count: bit 0 front, bit 1 back; NULL: no
                       object needs the question; owned by the criterion */
+    bool by_way;   /* `side`: bits 2 and 3 are the same of light that passes diffusely */
     const struct rmap_step_limit *limit; /* [n_limit] what its numbers must keep within; owned by
                                             the criterion */
     size_t n_limit;
@@ -261,6 +262,11 @@ static inline bool rmap_object_medium_tells(const struct rmap_object *object)
 
 /* Columns that tell which of these sides light met. side: [n_object] as in struct rmap_step_test.
  */
+static inline bool rmap_side_matters(uint8_t side)
+{
+    const unsigned of = side & 3U, passing = side >> 2U;
+    return of == 1 || of == 2 || passing == 1 || passing == 2;
+}
 rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t *side);
 
 /* Some rows of a table, and the ray that the first of them belongs to. */

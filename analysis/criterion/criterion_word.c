@@ -240,6 +240,7 @@ static const struct rmap_word word_table[] = {
     {"source", parse_source, .in_stats = 22},
     {"hit", rmap_parse_hit, 6, 18, RMAP_OF_STEPS},
     {"surface", rmap_parse_surface, 7, 19, RMAP_OF_STEPS},
+    {"scatter", rmap_parse_scatter, 19, 33, RMAP_OF_STEPS},
     {"event", rmap_parse_event_test, 8, 20, RMAP_OF_STEPS},
     {"medium", rmap_parse_medium, 9, 21, RMAP_OF_STEPS},
     {"after", rmap_parse_after, 14, 0, RMAP_OF_REGISTRATION},
@@ -319,7 +320,10 @@ const char *rmap_criterion_word(size_t i)
     for (size_t k = 0; rmap_step_number_word(k); k++)
         if (i-- == 0)
             return rmap_step_number_word(k);
-    return rmap_surface_parameter_word(i);
+    for (size_t k = 0; rmap_surface_parameter_word(k); k++)
+        if (i-- == 0)
+            return rmap_surface_parameter_word(k);
+    return rmap_scatter_word(i);
 }
 
 /* The word of a number of the ray where a detector stands behind it; of its length, a medium. */

@@ -11,14 +11,32 @@
 /* Of what a mirror is meant to reflect. */
 static const double MIRRORS = 0.5;
 
+/* What a scatter model leaves of it. Roughness takes little. */
+static double left_specular(const struct rmap_scatter *its, int channel, double all)
+{
+    const struct rmap_scattering at = {
+        .scatter = its, .channel = channel, .n1 = 1.0, .n2 = 1.0, .in = {0.0, 0.0, -1.0}};
+    if (its->model == RMAP_SCATTER_UNIFIED)
+        return all * its->shape[RMAP_SHAPE_SPIKE][channel];
+    if (rmap_scatter_is_facets(its))
+        return 0.0;
+    return its->by_roughness ? all : all - its->amount[channel] * rmap_lobe_total(&at);
+}
+
 /* At normal incidence from air; of a metal by Fresnel's equation, ((n-1)^2 + k^2)/((n+1)^2 + k^2).
  */
-static double specular_reflectance(const struct rmap_surface *surface, int channel)
+static double specular_reflectance(const struct rmap_scene *scene,
+                                   const struct rmap_surface *surface, int channel)
 {
     const double n = surface->metal_n[channel],
                  kk = surface->metal_k[channel] * surface->metal_k[channel];
-    return surface->is_metal ? ((n - 1.0) * (n - 1.0) + kk) / ((n + 1.0) * (n + 1.0) + kk)
-                             : surface->reflect_specular[channel];
+    const double all = surface->is_metal
+                           ? ((n - 1.0) * (n - 1.0) + kk) / ((n + 1.0) * (n + 1.0) + kk)
+                           : surface->reflect_specular[channel];
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
+    return its && (surface->reflect_is_total || rmap_scatter_is_facets(its))
+               ? left_specular(its, channel, all)
+               : all;
 }
 
 /* The most that a surface reflects of any channel; of one that transmits, which may be bare, it
@@ -27,7 +45,7 @@ static double most_reflected(const struct rmap_scene *scene, int32_t surface)
 {
     double most = 0.0;
     for (int c = 0; surface >= 0 && c < scene->channels.n; c++)
-        most = fmax(most, specular_reflectance(&scene->surface[surface], c));
+        most = fmax(most, specular_reflectance(scene, &scene->surface[surface], c));
     return most;
 }
 

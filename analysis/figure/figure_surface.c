@@ -12,7 +12,8 @@
 
 enum { LEFT = 92, TOP = 72, GAP = 70, BOTTOM = 62, WIDTH = 640, HEIGHT = 280 };
 enum { LEGEND_GAP = 18, LEGEND_RIGHT = 300, LEGEND_ROW = 20 };
-enum { ANGLES = 361, SAMPLES = ANGLES > RMAP_CHANNEL_MAX ? ANGLES : RMAP_CHANNEL_MAX };
+enum { ANGLES = 181, SAMPLES = ANGLES > RMAP_CHANNEL_MAX ? ANGLES : RMAP_CHANNEL_MAX };
+enum { BSDF_POINTS = 719 }; /* a quarter of a degree: lobes are narrow */
 
 enum share { REFLECTED, TRANSMITTED, ABSORBED, SHARES };
 static const char *const share_name[SHARES] = {"reflected", "transmitted", "absorbed"};
@@ -82,6 +83,71 @@ static void draw_panel(const struct plot *plot, const struct rmap_axes *axes, bo
     rmap_axes_draw(plot->svg, axes);
 }
 
+static double scatter_angle(int k)
+{
+    return 90.0 * (2.0 * (k + 1) / (BSDF_POINTS + 1) - 1.0);
+}
+
+/* Least and greatest power of ten of the BSDF of the first side; false: nothing of it is above 0.
+ */
+static bool bsdf_range(const struct plot *plot, double range[2])
+{
+    const double decades = 8.0;
+    double least = HUGE_VAL, most = 0.0;
+    for (size_t i = 0; i < RMAP_FIGURE_INCIDENCES; i++)
+        for (int k = 0; k < BSDF_POINTS; k++)
+            for (int way = 0; way < 2; way++) {
+                const double f =
+                    rmap_side_bsdf(plot->scene, plot->side[0], plot->channel,
+                                   rmap_figure_incidence[i], scatter_angle(k), way == 1);
+                most = fmax(most, f);
+                least = f > 0.0 ? fmin(least, f) : least;
+            }
+    if (!(most > 0.0))
+        return false;
+    range[1] = ceil(log10(most) + 0.05);
+    range[0] = fmax(floor(log10(least)), range[1] - decades);
+    range[0] = fmin(range[0], range[1] - 2.0);
+    return true;
+}
+
+/* In the plane of incidence, of the first side; what passes is dashed. */
+static void draw_bsdf(const struct plot *plot, const struct rmap_axes *axes)
+{
+    double point[BSDF_POINTS][2];
+    char line[60];
+    rmap_svg_open_clip(plot->svg, axes->x, axes->y, axes->width, axes->height);
+    for (size_t i = 0; i < RMAP_FIGURE_INCIDENCES; i++)
+        for (int way = 0; way < 2; way++) {
+            size_t n = 0;
+            const struct rmap_line_mark mark =
+                rmap_line_mark(SHARES + i + (way ? RMAP_LINE_INKS : 0));
+            for (int k = 0; k < BSDF_POINTS; k++) {
+                const double f =
+                    rmap_side_bsdf(plot->scene, plot->side[0], plot->channel,
+                                   rmap_figure_incidence[i], scatter_angle(k), way == 1);
+                if (!(f > 0.0))
+                    continue;
+                point[n][0] = rmap_axes_x(axes, scatter_angle(k));
+                point[n++][1] = rmap_axes_y(axes, fmax(log10(f), axes->y_range[0] - 1.0));
+            }
+            rmap_svg_path(
+                plot->svg, (const double(*)[2])point, n,
+                &(struct rmap_svg_style){.stroke = mark.ink, .width = 1.8, .dash = mark.dash});
+        }
+    rmap_svg_close(plot->svg);
+    rmap_axes_draw(plot->svg, axes);
+    for (size_t i = 0; i < RMAP_FIGURE_INCIDENCES; i++) {
+        const struct rmap_line_mark mark = rmap_line_mark(SHARES + i);
+        const double x = LEFT + WIDTH + LEGEND_GAP, y = axes->y + 12 + (double)(LEGEND_ROW * i);
+        rmap_svg_line(plot->svg, x, y - 4, x + 22, y - 4,
+                      &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4});
+        (void)snprintf(line, sizeof line, "incidence %g\u00b0", rmap_figure_incidence[i]);
+        const struct rmap_svg_text name = {.x = x + 29, .y = y, .size = RMAP_TICK_SIZE};
+        rmap_caption(plot->svg, &name, LEGEND_RIGHT - LEGEND_GAP - 37, line);
+    }
+}
+
 static void draw_legend(const struct plot *plot)
 {
     char line[300];
@@ -120,9 +186,14 @@ enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
                              .x_unit = "deg",
                              .y_label = "share of the light",
                              .y_unit = ""};
-    enum rmap_status st = rmap_svg_create(LEFT + WIDTH + LEGEND_RIGHT,
-                                          TOP + HEIGHT + BOTTOM + (several ? GAP + HEIGHT : 0),
-                                          "surface", &plot.svg, err);
+    double powers[2];
+    const struct rmap_surface *surface =
+        &scene->surface[side[0].front ? side[0].object->surface_front
+                                      : side[0].object->surface_back];
+    const bool scatters = rmap_surface_scatters(surface) && bsdf_range(&plot, powers);
+    enum rmap_status st = rmap_svg_create(
+        LEFT + WIDTH + LEGEND_RIGHT, TOP + HEIGHT + BOTTOM + (several + scatters) * (GAP + HEIGHT),
+        "surface", &plot.svg, err);
     if (st != RMAP_OK)
         return st;
     draw_panel(&plot, &axes, true);
@@ -135,9 +206,24 @@ enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
         axes.y_range[1] = 1.02 * most_lost(&plot);
         draw_panel(&plot, &axes, false);
     }
+    if (scatters) {
+        axes = (struct rmap_axes){.x = LEFT,
+                                  .y = axes.y + HEIGHT + GAP,
+                                  .width = WIDTH,
+                                  .height = HEIGHT,
+                                  .x_range = {-90.0, 90.0},
+                                  .y_range = {powers[0], powers[1]},
+                                  .x_label = "angle from the normal, in the plane of incidence",
+                                  .x_unit = "deg",
+                                  .y_label = "BSDF",
+                                  .y_unit = "1/sr",
+                                  .y_powers = true};
+        draw_bsdf(&plot, &axes);
+    }
     draw_legend(&plot);
-    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light",
-                   channels->wavelength_nm[channel]);
+    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light%s",
+                   channels->wavelength_nm[channel],
+                   scatters ? "; of the BSDF, what passes is dashed" : "");
     rmap_captions(plot.svg, 16, (const char *const[]){title, line}, 2);
     *svg_ret = plot.svg;
     return RMAP_OK;

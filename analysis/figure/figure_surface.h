@@ -9,7 +9,9 @@
 #include "io/export/svg.h"
 #include "trace/surface_shares.h"
 
-enum { RMAP_SURFACE_SIDES_MAX = 2 };
+enum { RMAP_SURFACE_SIDES_MAX = 2, RMAP_FIGURE_INCIDENCES = 3 };
+/* Angles of incidence, in degrees, at which a BSDF is shown. */
+static const double rmap_figure_incidence[RMAP_FIGURE_INCIDENCES] = {0.0, 30.0, 60.0};
 
 /* side: [n] 1 or 2, of one surface. channel: of the curves over the angle. */
 enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,

@@ -48,7 +48,7 @@ static const struct rmap_h5_field geometry_field[] = {
 
 static const struct rmap_h5_field surface_field[] = {
     NUMBER("surface", rmap_surface, type, I32, 1,
-           "0 fresnel, 1 mirror, 2 lambert, 3 absorber, 4 mixture"),
+           "0 fresnel, 1 mirror, 2 lambert, 3 absorber, 4 mixture, 5 scatter"),
     NUMBER("surface", rmap_surface, coat, I32, 1, "0 none, 1 reflectance, 2 ideal, 3 film"),
     NUMBER("surface", rmap_surface, is_metal, U8, 1, "1: a mirror with metal_n and metal_k"),
     NUMBER("surface", rmap_surface, reflect_specular, F64, 0, "share per channel"),
@@ -57,6 +57,26 @@ static const struct rmap_h5_field surface_field[] = {
     NUMBER("surface", rmap_surface, transmit_diffuse, F64, 0, "share per channel"),
     NUMBER("surface", rmap_surface, metal_n, F64, 0, "index per channel"),
     NUMBER("surface", rmap_surface, metal_k, F64, 0, "index per channel"),
+};
+
+#define SHAPE(k)                                                                                   \
+    {                                                                                              \
+        "scatter/shape_" #k, RMAP_F64, 0, offsetof(struct rmap_scatter, shape[k]),                 \
+            "parameter of its shape, per channel"                                                  \
+    }
+static const struct rmap_h5_field scatter_field[] = {
+    NUMBER("scatter", rmap_scatter, model, I32, 1,
+           "0 lambert, 1 gaussian, 2 cosine, 3 abg, 4 harvey, 5 k_correlation, 6 ggx, 7 beckmann, "
+           "8 unified, 9 retro"),
+    NUMBER("scatter", rmap_scatter, of_reflected, I32, 1,
+           "row of /name/surface whose reflected light it scatters; -1: none"),
+    NUMBER("scatter", rmap_scatter, of_transmitted, I32, 1,
+           "row of /name/surface whose transmitted light it scatters; -1: none"),
+    NUMBER("scatter", rmap_scatter, amount, F64, 0, "BSDF over shape, per channel"),
+    SHAPE(0),
+    SHAPE(1),
+    SHAPE(2),
+    SHAPE(3),
 };
 
 static const struct rmap_h5_field medium_field[] = {
@@ -155,7 +175,7 @@ struct table {
     bool optional; /* not in maps where it has no rows */
 };
 
-enum { N_TABLE = 12, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 13, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -278,6 +298,8 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
          sizeof *copies->knot, .optional = true},
         {"film", film_field, COUNT(film_field), copies->layer, copies->n_layer,
          sizeof *copies->layer, .optional = true},
+        {"scatter", scatter_field, COUNT(scatter_field), scene->scatter, scene->n_scatter,
+         sizeof *scene->scatter, .optional = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);

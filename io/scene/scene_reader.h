@@ -105,8 +105,8 @@ struct rmap_reader {
     enum rmap_status status;                 /* RMAP_SYSTEM once memory ran short; *err says it */
     struct rmap_error failure;               /* of the library call in hand */
     const struct rmap_yaml_node *simulation; /* the one chosen, or NULL */
-    size_t cap_medium, cap_film, cap_surface, cap_geometry, cap_object, cap_group, cap_source,
-        cap_detector, cap_camera;
+    size_t cap_medium, cap_film, cap_scatter, cap_surface, cap_geometry, cap_object, cap_group,
+        cap_source, cap_detector, cap_camera;
     struct rmap_names media, films, surfaces, geometries, members;
     struct rmap_names meshes, grids; /* of the bundle, as it was given */
     struct rmap_geometry_entry *entry;

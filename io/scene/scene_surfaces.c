@@ -8,6 +8,7 @@
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_scatter.h"
 #include "io/scene/scene_surfaces.h"
 
 static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *name, int32_t line)
@@ -150,7 +151,7 @@ const struct rmap_mapping rmap_surface_keys = {
     {{"reflectance", SHARES(reflect_diffuse), 0, RMAP_REQUIRED, RMAP_TYPE(RMAP_SURFACE_LAMBERT)},
      {"reflect_specular", SHARES(reflect_specular)},
      {"reflect_diffuse", SHARES(reflect_diffuse)},
-     {"transmit_specular", SHARES(transmit_specular)},
+     {"transmit_specular", SHARES(transmit_specular), .types = RMAP_TYPE(RMAP_SURFACE_MIXTURE)},
      {"transmit_diffuse", SHARES(transmit_diffuse)}}};
 #undef SHARES
 
@@ -172,8 +173,9 @@ static void read_surface(struct rmap_reader *reader, const struct rmap_yaml_node
         read_coat(reader, node, surface);
     else if (surface->type == RMAP_SURFACE_MIRROR)
         read_mirror(reader, node, surface);
-    else if (good)
+    else if (good && surface->type != RMAP_SURFACE_SCATTER)
         check_shares(reader, node, surface);
+    rmap_reader_read_scatter(reader, node, surface);
 }
 
 static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)

@@ -34,7 +34,8 @@ static size_t find_sides(const struct rmap_scene *scene, const struct rmap_surfa
         if (has(scene, object, first, surface))
             side[n++] = (struct rmap_surface_side){object, first};
         if (has(scene, object, !first, surface) &&
-            (n == 0 || surface->type == RMAP_SURFACE_FRESNEL || surface->is_metal))
+            (n == 0 || surface->type == RMAP_SURFACE_FRESNEL || surface->is_metal ||
+             surface->scatter_transmit > 0))
             side[n++] = (struct rmap_surface_side){object, !first};
     }
     return n;
@@ -102,11 +103,62 @@ static void describe(const struct rmap_surface_question *self, char *text, size_
         self->side[0].object->name);
 }
 
+/* Of a way's model; NULL: none. */
+static const char *model_name(const struct rmap_surface_question *self, bool passes)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, passes);
+    return its ? rmap_scatter_name[its->model].name : NULL;
+}
+
+/* Whether all of its models are. */
+static bool is_reciprocal(const struct rmap_surface_question *self)
+{
+    bool is = true;
+    for (int way = 0; way < 2; way++) {
+        const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, way == 1);
+        if (its)
+            is = is && rmap_scatter_name[its->model].reciprocal &&
+                 !(its->by_roughness && its->model == RMAP_SCATTER_HARVEY);
+    }
+    return is;
+}
+
+static void print_scattering(const struct rmap_surface_question *self, FILE *out)
+{
+    const char *reflect = model_name(self, false), *transmit = model_name(self, true);
+    const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, false);
+    const bool facets = its && rmap_scatter_is_facets(its);
+    fprintf(out, "  scatters by %s%s%s, %s\n", reflect ? reflect : transmit,
+            reflect && transmit && strcmp(reflect, transmit) != 0 ? " and, passing, by " : "",
+            reflect && transmit && strcmp(reflect, transmit) != 0 ? transmit : "",
+            is_reciprocal(self) ? "reciprocal" : "not reciprocal");
+    for (size_t s = 0; s < self->n_side; s++) {
+        fprintf(out,
+                "  from %s into %s\n  angle  reflected   scattered  transmitted   scattered    "
+                "absorbed%s\n",
+                near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]),
+                facets ? "   of it by other facets" : "");
+        for (int angle = 0; angle <= LAST_DEG; angle += STEP_DEG) {
+            const struct rmap_surface_shares its_shares = shares_at(self, s, self->channel, angle);
+            fprintf(out, "  %5d %10.6f %11.5e %12.6f %11.5e %11.6f", angle,
+                    its_shares.reflect_specular, its_shares.reflect_diffuse,
+                    its_shares.transmit_specular, its_shares.transmit_diffuse, its_shares.absorb);
+            if (facets)
+                fprintf(out, " %11.6f", its_shares.missing);
+            fputc('\n', out);
+        }
+    }
+}
+
 void rmap_surface_print(const struct rmap_surface_question *self, FILE *out)
 {
     char text[400];
     describe(self, text, sizeof text);
     fprintf(out, "%s, at %g nm\n", text, self->scene->channels.wavelength_nm[self->channel]);
+    if (rmap_surface_scatters(self->surface)) {
+        print_scattering(self, out);
+        return;
+    }
     for (size_t s = 0; s < self->n_side; s++) {
         fprintf(out, "  from %s into %s\n  angle  reflected  transmitted    absorbed\n",
                 near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]));
@@ -122,38 +174,65 @@ void rmap_surface_print(const struct rmap_surface_question *self, FILE *out)
 /* One curve of numbers for each share. */
 static json_t *curves_json(const struct rmap_surface_question *self, size_t s, bool by_angle)
 {
-    json_t *list[5], *at = json_array();
+    json_t *list[6], *at = json_array();
     const int n = by_angle ? LAST_DEG / STEP_DEG + 1 : self->scene->channels.n;
-    for (int k = 0; k < 5; k++)
+    for (int k = 0; k < 6; k++)
         list[k] = json_array();
     for (int i = 0; i < n; i++) {
         const struct rmap_surface_shares its =
             shares_at(self, s, by_angle ? self->channel : i, by_angle ? i * STEP_DEG : 0);
-        const double share[5] = {its.reflect_specular, its.reflect_diffuse, its.transmit_specular,
-                                 its.transmit_diffuse, its.absorb};
+        const double share[6] = {its.reflect_specular, its.reflect_diffuse, its.transmit_specular,
+                                 its.transmit_diffuse, its.absorb,          its.missing};
         (void)json_array_append_new(
             at, json_real(by_angle ? i * STEP_DEG : self->scene->channels.wavelength_nm[i]));
-        for (int k = 0; k < 5; k++)
+        for (int k = 0; k < 6; k++)
             (void)json_array_append_new(list[k], rmap_json_number(share[k]));
     }
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", by_angle ? "angle" : "wavelength", at,
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", by_angle ? "angle" : "wavelength", at,
                      "reflect_specular", list[0], "reflect_diffuse", list[1], "transmit_specular",
-                     list[2], "transmit_diffuse", list[3], "absorb", list[4]);
+                     list[2], "transmit_diffuse", list[3], "absorb", list[4], "missing", list[5]);
+}
+
+/* In the plane of incidence, at some angles of incidence. */
+static json_t *bsdf_json(const struct rmap_surface_question *self, size_t s)
+{
+    json_t *all = json_array();
+    for (size_t i = 0; rmap_surface_scatters(self->surface) && i < RMAP_FIGURE_INCIDENCES; i++) {
+        json_t *list[3] = {json_array(), json_array(), json_array()};
+        for (int angle = 1 - LAST_DEG; angle < LAST_DEG; angle++) {
+            (void)json_array_append_new(list[0], json_integer(angle));
+            for (int way = 0; way < 2; way++)
+                (void)json_array_append_new(
+                    list[1 + way],
+                    rmap_json_number(rmap_side_bsdf(self->scene, self->side[s], self->channel,
+                                                    rmap_figure_incidence[i], angle, way == 1)));
+        }
+        (void)json_array_append_new(all, json_pack("{s:f, s:o, s:o, s:o}", "incidence",
+                                                   rmap_figure_incidence[i], "angle", list[0],
+                                                   "reflected", list[1], "transmitted", list[2]));
+    }
+    return all;
 }
 
 json_t *rmap_surface_json(const struct rmap_surface_question *self)
 {
     json_t *sides = json_array();
     for (size_t s = 0; s < self->n_side; s++)
-        (void)json_array_append_new(sides, json_pack("{s:s, s:s, s:o, s:o}", "from",
+        (void)json_array_append_new(sides, json_pack("{s:s, s:s, s:o, s:o, s:o}", "from",
                                                      near_name(self->scene, &self->side[s]), "into",
                                                      far_name(self->scene, &self->side[s]),
                                                      "by_angle", curves_json(self, s, true),
-                                                     "by_wavelength", curves_json(self, s, false)));
-    return json_pack("{s:s, s:s, s:s, s:f, s:o}", "name", self->surface->name, "type",
+                                                     "by_wavelength", curves_json(self, s, false),
+                                                     "bsdf", bsdf_json(self, s)));
+    json_t *scatter = json_null();
+    if (rmap_surface_scatters(self->surface))
+        scatter = json_pack("{s:s?, s:s?, s:b}", "reflect", model_name(self, false), "transmit",
+                            model_name(self, true), "reciprocal", is_reciprocal(self));
+    return json_pack("{s:s, s:s, s:s, s:f, s:o, s:o}", "name", self->surface->name, "type",
                      rmap_surface_model[self->surface->type].name, "object",
                      self->side[0].object->name, "wavelength",
-                     self->scene->channels.wavelength_nm[self->channel], "sides", sides);
+                     self->scene->channels.wavelength_nm[self->channel], "scatter", scatter,
+                     "sides", sides);
 }
 
 enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self, const char *path,
@@ -229,4 +308,60 @@ json_t *rmap_films_json(const struct rmap_scene *scene)
                                               scene->channels.wavelength_nm[k], "layers", layers));
     }
     return list;
+}
+
+static const int tis_deg[] = {0, 30, 60, 80};
+enum { N_TIS = sizeof tis_deg / sizeof *tis_deg };
+
+void rmap_scatters_print(const struct rmap_scene *scene, FILE *out)
+{
+    for (size_t i = 0; i < scene->n_surface; i++) {
+        struct rmap_surface_question question;
+        const struct rmap_surface *surface = &scene->surface[i];
+        if (!rmap_surface_scatters(surface) || !ask(scene, surface, &question))
+            continue;
+        for (int way = 0; way < 2; way++) {
+            if (!model_name(&question, way == 1))
+                continue;
+            fprintf(out, "    surface %s: %s scatters", surface->name,
+                    model_name(&question, way == 1));
+            for (size_t k = 0; k < N_TIS; k++) {
+                const struct rmap_surface_shares its =
+                    shares_at(&question, 0, question.channel, tis_deg[k]);
+                fprintf(out, "%s %.4g %%", k ? "," : "",
+                        100.0 * (way ? its.transmit_diffuse : its.reflect_diffuse));
+            }
+            fprintf(out, " of the light %s at 0, 30, 60, 80 degrees (%g nm)\n",
+                    way ? "onwards" : "back", scene->channels.wavelength_nm[question.channel]);
+        }
+    }
+}
+
+json_t *rmap_scatters_json(const struct rmap_scene *scene)
+{
+    json_t *all = json_array();
+    for (size_t i = 0; i < scene->n_surface; i++) {
+        struct rmap_surface_question question;
+        json_t *list[3] = {NULL, NULL, NULL};
+        if (!rmap_surface_scatters(&scene->surface[i]) ||
+            !ask(scene, &scene->surface[i], &question))
+            continue;
+        for (int k = 0; k < 3; k++)
+            list[k] = json_array();
+        for (size_t k = 0; k < N_TIS; k++) {
+            const struct rmap_surface_shares its =
+                shares_at(&question, 0, question.channel, tis_deg[k]);
+            (void)json_array_append_new(list[0], json_integer(tis_deg[k]));
+            (void)json_array_append_new(list[1], rmap_json_number(its.reflect_diffuse));
+            (void)json_array_append_new(list[2], rmap_json_number(its.transmit_diffuse));
+        }
+        (void)json_array_append_new(
+            all,
+            json_pack("{s:s, s:s?, s:s?, s:b, s:f, s:o, s:o, s:o}", "surface",
+                      scene->surface[i].name, "reflect", model_name(&question, false), "transmit",
+                      model_name(&question, true), "reciprocal", is_reciprocal(&question),
+                      "wavelength", scene->channels.wavelength_nm[question.channel], "angle",
+                      list[0], "reflect_diffuse", list[1], "transmit_diffuse", list[2]));
+    }
+    return all;
 }

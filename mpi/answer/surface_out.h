@@ -33,4 +33,9 @@ enum rmap_status rmap_surface_draw(const struct rmap_surface_question *question,
 void rmap_films_print(const struct rmap_scene *scene, FILE *out);
 json_t *rmap_films_json(const struct rmap_scene *scene);
 
+/* Its scatter models: how much each surface with one scatters at some angles, where it is used
+ * first. */
+void rmap_scatters_print(const struct rmap_scene *scene, FILE *out);
+json_t *rmap_scatters_json(const struct rmap_scene *scene);
+
 #endif

@@ -25,7 +25,14 @@ enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,
     RMAP_RNG_SLOT_TABLE(RMAP_RNG_ENUM)
 #undef RMAP_RNG_ENUM
-        RMAP_RNG_SLOT_COUNT
+        RMAP_RNG_SLOT_COUNT,
+    RMAP_RNG_LOBE = 1024 /* and those above: tries at a direction of a scatter model */
+};
+
+/* Whose random numbers: of step `step` of ray `ray`. */
+struct rmap_draw {
+    uint64_t seed, ray;
+    uint32_t step;
 };
 
 /* Four numbers in (0, 1), multiples of 2^-32 shifted by half of it: neither 0 nor 1 occurs. */

@@ -30,6 +30,8 @@ static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_su
     uint32_t grey = 0;
     for (size_t i = 0; i < scene->n_medium; i++)
         dispersive = dispersive || scene->medium[i].dispersive;
+    if (rmap_surface_scatters(surface))
+        return n == 1 ? UINT32_MAX : 0;
     if (surface->type == RMAP_SURFACE_FRESNEL)
         return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ? 0 : UINT32_MAX;
     if (!(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal) &&
@@ -60,6 +62,7 @@ void rmap_batch_set_flat(struct rmap_compact_object *object)
 uint32_t rmap_batch_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event)
 {
     uint32_t turn = kind > RMAP_BATCH_NOTHING ? (uint32_t)rmap_step_turn(event) : RMAP_TURN_NONE;
+    turn = turn == RMAP_TURN_DIFFUSE && guide->scatters ? RMAP_TURN_SCATTER : turn;
     uint32_t flags = (event & RMAP_EVENT_LEFT ? RMAP_BATCH_LEFT : 0) |
                      (event & guide->grey[0] ? RMAP_BATCH_GREY_BACK : 0) |
                      (event & guide->grey[1] ? RMAP_BATCH_GREY_FRONT : 0);
@@ -79,6 +82,7 @@ void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_
 {
     guide->grey[0] = grey_events(scene, object->back);
     guide->grey[1] = grey_events(scene, object->front);
+    guide->scatters = rmap_surface_scatters(object->front) || rmap_surface_scatters(object->back);
     guide->n_primitive = SIZE_MAX;
     guide->corner = (const float *)(const void *)&object->to_local;
     switch (object->kind) {
@@ -174,10 +178,13 @@ static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, 
 }
 
 static struct rmap_turning turning_of(const struct rmap_retrace *r,
-                                      const struct rmap_batch_ray *ray)
+                                      const struct rmap_batch_ray *ray, double cosine)
 {
     size_t row = ray->row;
-    return (struct rmap_turning){.seed = r->seed,
+    return (struct rmap_turning){.scene = r->model->scene,
+                                 .object = r->object[row],
+                                 .front = cosine < 0.0,
+                                 .seed = r->seed,
                                  .ray = ray->id,
                                  .step = ray->step + 1,
                                  .event = r->event[row],
@@ -224,7 +231,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
     if (ray->segment->flags & RMAP_BATCH_CROSSES)
         batch_cross(run, ray, facing.position, facing.t);
     if (met && row + 1 < ray->end) {
-        const struct rmap_turning turning = turning_of(r, ray);
+        const struct rmap_turning turning = turning_of(r, ray, cosine);
         direction = rmap_step_turned(
             &turning, direction, cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
     }
@@ -432,6 +439,21 @@ static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
     }
 }
 
+/* One by one: scatter models have loops of their own. */
+static void scatter_pack(const struct rmap_retrace *r, size_t n, struct rmap_batch_pack *pack)
+{
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_turning turning = turning_of(r, pack->ray[i], pack->cosine[i]);
+        const double side = pack->cosine[i] < 0.0 ? 1.0 : -1.0;
+        const struct rmap_vec3 out =
+            rmap_step_turned(&turning, rmap_vec3(pack->dx[i], pack->dy[i], pack->dz[i]),
+                             rmap_vec3(pack->nx[i] * side, pack->ny[i] * side, pack->nz[i] * side));
+        pack->dx[i] = out.x;
+        pack->dy[i] = out.y;
+        pack->dz[i] = out.z;
+    }
+}
+
 static void meet(const struct rmap_compact_model *model, enum rmap_batch_kind kind,
                  struct rmap_batch_pack *pack)
 {
@@ -487,7 +509,9 @@ static inline void advance_some(struct rmap_batch_run *run, size_t which, size_t
         size_t i = crosses[k];
         batch_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
     }
-    if (turn != RMAP_TURN_NONE)
+    if (turn == RMAP_TURN_SCATTER)
+        scatter_pack(r, n, &pack);
+    else if (turn != RMAP_TURN_NONE)
         rmap_batch_turn(turn, r->seed, &pack);
     rmap_batch_store(&pack, to);
     for (size_t i = 0; i < RMAP_BATCH_WIDTH; i++)

@@ -119,7 +119,7 @@ struct rmap_batch_start {
     double optical_path, index; /* up to there; on the segment */
 };
 
-#define RMAP_BATCH_TURNS  4
+#define RMAP_BATCH_TURNS  8
 #define RMAP_BATCH_QUEUES (RMAP_BATCH_KINDS * RMAP_BATCH_TURNS)
 
 /* Rays that wait for a segment of one kind, those that came as number `first` up to `end`, in

@@ -35,6 +35,7 @@ static void weigh_segment(const struct sum *sum, size_t row,
         return;
     const struct rmap_compact_object *o = &r->model->object[object];
     const struct rmap_encounter encounter = {
+        .scene = r->model->scene,
         .surface = cosine < 0.0 ? o->front : o->back,
         .near = near,
         .far = rmap_medium_beyond(r->model, (int32_t)object, cosine < 0.0, near),

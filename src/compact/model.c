@@ -5,8 +5,8 @@
 #include "compact/model.h"
 
 #include "base/alloc.h"
+#include "base/portable.h"
 #include "compact/batch.h"
-#include "compact/portable.h"
 #include "formula/azimuth.h"
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
@@ -74,6 +74,11 @@ static uint32_t usual_event(const struct rmap_surface *surface)
         return RMAP_EVENT_REFLECT_SPECULAR;
     case RMAP_SURFACE_ABSORBER:
         return RMAP_EVENT_ABSORB;
+    case RMAP_SURFACE_SCATTER:
+        if (rmap_surface_scatters(surface))
+            return surface->scatter_reflect > 0 ? RMAP_EVENT_REFLECT_DIFFUSE
+                                                : RMAP_EVENT_TRANSMIT_DIFFUSE;
+        break;
     case RMAP_SURFACE_MIXTURE:
         break;
     }
@@ -191,6 +196,8 @@ static bool names_channels(const struct rmap_scene *scene)
     bool dispersive = false;
     for (size_t i = 0; i < scene->n_medium; i++)
         dispersive = dispersive || scene->medium[i].dispersive;
+    for (size_t i = 0; i < scene->n_scatter; i++) /* its channel is drawn, too */
+        dispersive = dispersive || scene->scatter[i].by_wavelength;
     for (int i = 0; i < channels->n && dispersive; i++)
         for (int k = 0; k < i; k++)
             if (channels->wavelength_nm[k] == channels->wavelength_nm[i])

@@ -47,6 +47,7 @@ struct rmap_compact_guide {
     size_t n_primitive;  /* of others, segments go alone */
     uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
     uint8_t batch;       /* kind of its segments, as batch.h has them */
+    bool scatters;       /* by a model, on some side */
     uint8_t stride;      /* floats from the corners of one triangle to those of the next */
     uint16_t quadric;    /* segments that start on it go so many queues farther on */
     uint16_t step[RMAP_GUIDE_STEPS]; /* of a segment with this one event: flags << 8 | queue */
@@ -94,7 +95,13 @@ struct rmap_facing {
 };
 
 /* How a segment's event turns the ray. */
-enum rmap_turn { RMAP_TURN_NONE, RMAP_TURN_REFLECT, RMAP_TURN_REFRACT, RMAP_TURN_DIFFUSE };
+enum rmap_turn {
+    RMAP_TURN_NONE,
+    RMAP_TURN_REFLECT,
+    RMAP_TURN_REFRACT,
+    RMAP_TURN_DIFFUSE,
+    RMAP_TURN_SCATTER /* as the surface's model has it */
+};
 
 struct rmap_departure {
     struct rmap_vec3 position, direction, normal;
@@ -104,6 +111,7 @@ struct rmap_departure {
 
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
+    const struct rmap_scene *scene;
     const struct rmap_surface *surface;
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1] */

@@ -4,10 +4,10 @@
  * number: what differs leads the ray on from the truth.
  */
 #include "compact/retrace.h"
+#include "base/portable.h"
 #include "base/rng.h"
 #include "compact/detect.h"
 #include "compact/model.h"
-#include "compact/portable.h"
 #include "compact/retrace_colour.h"
 #include "compact/step.h"
 #include "formula/emit.h"
@@ -347,7 +347,10 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_ve
     bool front = cosine < 0.0;
     if (!front)
         normal = rmap_scale(normal, -1.0);
-    const struct rmap_turning turning = {.seed = r->seed,
+    const struct rmap_turning turning = {.scene = r->model->scene,
+                                         .object = r->object[row],
+                                         .front = front,
+                                         .seed = r->seed,
                                          .ray = r->id[walk->ray],
                                          .step = segment + 1,
                                          .event = event,
@@ -358,6 +361,7 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_ve
     if (!r->colour || !near || !(cosine == cosine))
         return;
     struct rmap_encounter encounter = {
+        .scene = r->model->scene,
         .surface = front ? object->front : object->back,
         .near = near,
         .far = rmap_medium_beyond(r->model, r->object[row], front, near),

@@ -5,9 +5,9 @@
  */
 #include <string.h>
 
+#include "base/portable.h"
 #include "base/rng.h"
 #include "compact/model.h"
-#include "compact/portable.h"
 #include "compact/retrace_colour.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
@@ -137,11 +137,31 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
     }
 }
 
+/* The tracer marks the colours of other cases. */
+static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light *light)
+{
+    const bool passes = (e->event & RMAP_EVENT_TRANSMIT_DIFFUSE) != 0,
+               diffuse = passes || (e->event & RMAP_EVENT_REFLECT_DIFFUSE),
+               dispersive = e->near->dispersive || e->far->dispersive;
+    const struct rmap_scatter *its = rmap_surface_scatter(e->scene, e->surface, passes);
+    const bool facets = its && rmap_scatter_is_facets(its);
+    const bool drawn = its && (its->by_wavelength || (rmap_scatter_uses_index(its) && dispersive));
+    if ((drawn && (diffuse || facets)) ||
+        (e->event == RMAP_EVENT_TRANSMIT_SPECULAR && dispersive)) {
+        if (e->channel >= 0)
+            collapse(light, e->channel);
+    } else if (diffuse && its && !facets && !its->by_roughness) {
+        weigh(light, its->amount);
+    }
+}
+
 void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact_light *light)
 {
     if (rmap_colour_single(&light->colour))
         return;
-    if (encounter->surface->type == RMAP_SURFACE_FRESNEL)
+    if (rmap_surface_scatters(encounter->surface))
+        meet_model(encounter, light);
+    else if (encounter->surface->type == RMAP_SURFACE_FRESNEL)
         meet_fresnel(encounter, light);
     else
         meet_shares(encounter, light);

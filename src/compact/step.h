@@ -10,6 +10,7 @@
 #include "compact/model.h"
 #include "formula/turn.h"
 #include "portion/event.h"
+#include "trace/scattering.h"
 
 static inline float rmap_step_float(double x)
 {
@@ -77,7 +78,38 @@ struct rmap_turning {
     uint32_t event;
     const struct rmap_medium *near, *far; /* or NULL */
     int channel;                          /* that refracts */
+    const struct rmap_scene *scene;
+    int32_t object; /* that is met */
+    bool front;     /* on this side */
 };
+
+/* By the scatter model of the side that is met; direction after a diffuse event. */
+static inline struct rmap_vec3 rmap_step_scattered(const struct rmap_turning *turning,
+                                                   const struct rmap_surface *surface,
+                                                   struct rmap_vec3 direction,
+                                                   struct rmap_vec3 normal)
+{
+    const struct rmap_medium *near = turning->near, *far = turning->far;
+    const bool passes = (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE) != 0;
+    const struct rmap_draw draw = {turning->seed, turning->ray, turning->step};
+    struct rmap_scatter_side side = {.scene = turning->scene,
+                                     .object = &turning->scene->object[turning->object],
+                                     .front = turning->front,
+                                     .surface = surface,
+                                     .channel = turning->channel,
+                                     .normal = normal};
+    /* a path may be of any events, and of any media */
+    if (!rmap_surface_scatter(turning->scene, surface, passes))
+        return direction;
+    const struct rmap_object *object = side.object;
+    const int32_t beyond = turning->front ? object->medium_back : object->medium_front;
+    if (!passes && beyond >= 0)
+        far = &turning->scene->medium[beyond];
+    side.n1 = near ? near->n[turning->channel] : 1.0;
+    side.n2 = far ? far->n[turning->channel] : side.n1;
+    rmap_scatter_frame(&side);
+    return rmap_scatter_turned(&side, passes, direction, &draw);
+}
 
 /* Direction after a surface, whose normal points to the light. */
 static inline struct rmap_vec3 rmap_step_turned(const struct rmap_turning *turning,
@@ -86,11 +118,18 @@ static inline struct rmap_vec3 rmap_step_turned(const struct rmap_turning *turni
     double u[4], total;
     struct rmap_vec3 refracted;
     switch (rmap_step_turn(turning->event)) {
-    case RMAP_TURN_DIFFUSE:
+    case RMAP_TURN_SCATTER:
+    case RMAP_TURN_DIFFUSE: {
+        const struct rmap_object *object = &turning->scene->object[turning->object];
+        const struct rmap_surface *surface =
+            &turning->scene->surface[turning->front ? object->surface_front : object->surface_back];
+        if (rmap_surface_scatters(surface))
+            return rmap_step_scattered(turning, surface, direction, normal);
         rmap_rng(turning->seed, turning->ray, turning->step, RMAP_RNG_SURFACE, u);
         if (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE)
             normal = rmap_scale(normal, -1.0);
         return rmap_diffused(normal, u[2], u[3]);
+    }
     case RMAP_TURN_REFLECT:
         return rmap_reflected(direction, normal);
     case RMAP_TURN_REFRACT:

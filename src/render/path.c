@@ -8,6 +8,7 @@
 #include "optics/spectrum.h"
 #include "render/camera_ray.h"
 #include "render/renderer.h"
+#include "trace/scattering.h"
 #include "trace/walk.h"
 
 struct path {
@@ -221,13 +222,15 @@ static void keep_nothing(struct rmap_recorder *self, const struct rmap_registrat
 /* ---- lights looked at ---- */
 
 /* Where light scatters. Through `normal` (towards the side that is lit) by Lambert's law with
- * albedo `p`, or about `direction` inside a medium. */
+ * albedo `p`, or by the model of `side`; or about `direction` inside a medium. */
 struct receiver {
     struct rmap_ray ray;        /* without its direction */
     struct rmap_vec3 direction; /* of the path, on arrival */
     bool inside;
     struct rmap_vec3 normal;
     const double *p;
+    bool has_model;
+    struct rmap_scatter_side side; /* that the light meets */
     double factor;
 };
 
@@ -236,11 +239,34 @@ static double response(const struct path *path, const struct receiver *receiver,
                        struct rmap_vec3 light)
 {
     double cosine = rmap_dot(light, receiver->normal);
+    if (receiver->has_model)
+        return cosine > 0.0 ? receiver->factor * cosine : 0.0;
     if (!receiver->inside)
         return cosine > 0.0 ? receiver->factor * cosine * (1.0 / RMAP_PI) : 0.0;
     double g = path->renderer->scene->medium[receiver->ray.medium].scattering_g;
     double square = 1.0 + g * g - 2.0 * g * rmap_dot(light, receiver->direction);
     return (1.0 - g * g) / (4.0 * RMAP_PI * square * sqrt(square));
+}
+
+static void on_channel(int channel, struct rmap_scatter_side *side)
+{
+    side->channel = channel;
+    side->n1 = side->scene->medium[side->near].n[channel];
+    side->n2 = side->scene->medium[side->far].n[channel];
+}
+
+/* BSDF of live channels from `light` to where the path came from; NULL: nothing on any of them. */
+static const double *towards_path(const struct path *path, struct receiver *receiver,
+                                  struct rmap_vec3 light, double bsdf[RMAP_CHANNEL_MAX])
+{
+    bool some = false;
+    for (int i = path->walk.colour.begin; i < path->walk.colour.end; i++) {
+        on_channel(i, &receiver->side);
+        bsdf[i] = rmap_scatter_bsdf(&receiver->side, rmap_scale(light, -1.0),
+                                    rmap_scale(receiver->direction, -1.0));
+        some = some || bsdf[i] > 0.0;
+    }
+    return some ? bsdf : NULL;
 }
 
 static bool unhindered(struct path *path, const struct rmap_ray *ray, double distance)
@@ -255,13 +281,16 @@ static void look(struct path *path, struct receiver *receiver)
 {
     const struct rmap_lights *lights = path->renderer->lights;
     struct rmap_light_sample sample;
-    double u[4] = {0.0}, store[RMAP_CHANNEL_MAX];
+    double u[4] = {0.0}, store[RMAP_CHANNEL_MAX], bsdf[RMAP_CHANNEL_MAX];
     for (int draw = 0; draw < rmap_lights_n_draw(lights); draw++) {
         draw_light(path, draw, u);
         if (!rmap_lights_draw(lights, draw, receiver->ray.origin, u, &sample))
             continue;
         double part = response(path, receiver, sample.direction);
         receiver->ray.direction = sample.direction;
+        if (part > 0.0 && receiver->has_model &&
+            !(receiver->p = towards_path(path, receiver, sample.direction, bsdf)))
+            continue;
         if (!(part > 0.0) || !unhindered(path, &receiver->ray, sample.distance))
             continue;
         const double *through = transmittance(path, receiver->ray.medium, sample.distance, store);
@@ -287,6 +316,48 @@ static double index_square_ratio(const struct path *path, int32_t far)
     return far_n * far_n / (near_n * near_n);
 }
 
+/* The side of the surface of a hit that light from the front, or from the back, meets. */
+static struct rmap_scatter_side side_met(const struct path *path, const struct rmap_hit *hit,
+                                         bool front, struct rmap_vec3 normal)
+{
+    const struct rmap_scene *scene = path->renderer->scene;
+    const struct rmap_object *object = &scene->object[hit->object];
+    int32_t near = front ? object->medium_front : object->medium_back;
+    int32_t far = front ? object->medium_back : object->medium_front;
+    struct rmap_scatter_side side = {
+        .scene = scene,
+        .object = object,
+        .front = front,
+        .surface = &scene->surface[front ? object->surface_front : object->surface_back],
+        .near = near == RMAP_MEDIUM_ANY ? path->walk.ray.medium : near,
+        .far = far == RMAP_MEDIUM_ANY ? path->walk.ray.medium : far,
+        .normal = normal};
+    rmap_scatter_frame(&side);
+    return side;
+}
+
+/* Paths go from the eye to the light: what a model sends the one way, over what it would send the
+ * other, which the path was drawn by. */
+static double way_back(const struct path *path, const struct rmap_hit *hit, struct rmap_vec3 in,
+                       const struct rmap_decision *decision)
+{
+    const bool front = rmap_dot(in, hit->normal) < 0.0,
+               passes = decision->events & RMAP_EVENT_TRANSMIT_DIFFUSE;
+    const int channel = decision->collapse >= 0 ? decision->collapse : path->walk.colour.begin;
+    const struct rmap_vec3 normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
+    struct rmap_scatter_side here = side_met(path, hit, front, normal), there = here;
+    if (!rmap_surface_scatters(here.surface) || decision->sharp)
+        return 1.0;
+    if (passes)
+        there = side_met(path, hit, !front, rmap_scale(normal, -1.0));
+    on_channel(channel, &here);
+    on_channel(channel, &there);
+    const double drawn = rmap_scatter_bsdf(&here, in, decision->direction);
+    const double back =
+        rmap_scatter_bsdf(&there, rmap_scale(decision->direction, -1.0), rmap_scale(in, -1.0));
+    return drawn > 0.0 ? back / drawn : 0.0;
+}
+
 /* Light that arrives at the surface is looked for whatever becomes of the path: what is expected
  * of its diffuse outcomes has less variance than those of them that happen. */
 static void look_from_surface(struct path *path, const struct rmap_arrival *arrival)
@@ -303,20 +374,29 @@ static void look_from_surface(struct path *path, const struct rmap_arrival *arri
     struct receiver receiver = {.ray = path->walk.ray, .factor = 1.0};
     struct rmap_vec3 normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
     receiver.ray.origin = hit->position;
+    receiver.direction = arrival->segment.direction;
     if (receiver.ray.gradient == 0) {
         receiver.normal = normal;
         receiver.p = surface->reflect_diffuse;
+        receiver.has_model = rmap_surface_scatters(surface);
+        if (receiver.has_model)
+            receiver.side = side_met(path, hit, front, normal);
         rmap_contact_turn(&receiver.ray.contact, hit);
         look(path, &receiver);
     }
-    if (!strchr(rmap_surface_model[surface->type].events, 'd') ||
-        (front ? object->gradient_back : object->gradient_front) != 0)
+    const bool passes = receiver.has_model
+                            ? rmap_surface_scatter(scene, surface, true) != NULL
+                            : strchr(rmap_surface_model[surface->type].events, 'd') != NULL;
+    if (!passes || (front ? object->gradient_back : object->gradient_front) != 0)
         return;
     receiver.ray.medium = far == RMAP_MEDIUM_ANY ? path->walk.ray.medium : far;
     receiver.ray.gradient = 0;
     receiver.ray.contact = path->walk.ray.contact;
     receiver.normal = rmap_scale(normal, -1.0);
     receiver.p = surface->transmit_diffuse;
+    receiver.has_model = rmap_surface_scatters(surface);
+    if (receiver.has_model)
+        receiver.side = side_met(path, hit, !front, receiver.normal);
     receiver.factor = index_square_ratio(path, receiver.ray.medium);
     rmap_contact_pass(&receiver.ray.contact, hit);
     look(path, &receiver);
@@ -345,8 +425,10 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
         return false;
     if (decision.events & RMAP_EVENT_TRANSMIT_DIFFUSE)
         path->scale *= index_square_ratio(path, decision.medium);
+    if (decision.events & diffuse)
+        path->scale *= way_back(path, &arrival->hit, arrival->segment.direction, &decision);
     rmap_walk_depart(walk, arrival, &decision);
-    path->looked = (decision.events & diffuse) && walk->ray.gradient == 0;
+    path->looked = (decision.events & diffuse) && !decision.sharp && walk->ray.gradient == 0;
     return true;
 }
 

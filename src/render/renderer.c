@@ -32,7 +32,8 @@ static void find_scatterers(const struct rmap_scene *scene, bool *scatters)
     for (size_t s = 0; s < scene->n_surface; s++) {
         const struct rmap_surface *surface = &scene->surface[s];
         scatters[s] = any(surface->reflect_diffuse, scene->channels.n) ||
-                      any(surface->transmit_diffuse, scene->channels.n);
+                      any(surface->transmit_diffuse, scene->channels.n) ||
+                      rmap_surface_scatters(surface);
     }
 }
 

@@ -53,6 +53,9 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->film[i].layer);
     }
     rmap_free(scene->film);
+    for (size_t i = 0; scene->scatter && i < scene->n_scatter; i++)
+        rmap_scatter_fini(&scene->scatter[i]);
+    rmap_free(scene->scatter);
 }
 
 static void destroy_bodies(struct rmap_scene *scene)
@@ -108,7 +111,7 @@ bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)
     if (surface_index < 0)
         return false;
     const struct rmap_surface *surface = &scene->surface[surface_index];
-    bool some = rmap_surface_look(surface) == RMAP_LOOK_REFRACTING;
+    bool some = rmap_surface_look(surface) == RMAP_LOOK_REFRACTING || surface->scatter_transmit > 0;
     for (int i = 0; !some && i < scene->channels.n; i++)
         some |= surface->transmit_specular[i] > 0 || surface->transmit_diffuse[i] > 0;
     return some;

@@ -182,9 +182,11 @@ struct rmap_scene {
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
 
-    size_t n_medium, n_film, n_surface, n_geometry, n_object, n_group, n_source, n_detector;
+    size_t n_medium, n_film, n_scatter, n_surface, n_geometry, n_object, n_group, n_source,
+        n_detector;
     struct rmap_medium *medium;
     struct rmap_thin_film *film;
+    struct rmap_scatter *scatter;
     struct rmap_surface *surface;
     struct rmap_geometry *geometry;
     struct rmap_object *object;
@@ -245,6 +247,20 @@ void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *came
 static inline enum rmap_look rmap_object_look(const struct rmap_scene *scene, size_t object)
 {
     return rmap_surface_look(&scene->surface[scene->object[object].surface_front]);
+}
+
+/* The scatter model of reflected or of transmitted light; NULL: none. */
+static inline const struct rmap_scatter *rmap_surface_scatter(const struct rmap_scene *scene,
+                                                              const struct rmap_surface *surface,
+                                                              bool passes)
+{
+    const int32_t row = passes ? surface->scatter_transmit : surface->scatter_reflect;
+    return row > 0 ? &scene->scatter[row - 1] : NULL;
+}
+
+static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
+{
+    return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
 
 /* A surface that may let light through, at some wavelength; false for -1. */

@@ -211,6 +211,40 @@ static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_err
     return RMAP_OK;
 }
 
+/* Light at a side comes in its medium, or in any. */
+static enum rmap_status tabulate_side(struct rmap_scene *scene, const struct rmap_object *object,
+                                      bool front, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_surface *surface =
+        &scene->surface[front ? object->surface_front : object->surface_back];
+    const int32_t near = front ? object->medium_front : object->medium_back,
+                  far = front ? object->medium_back : object->medium_front;
+    const int32_t first = near == RMAP_MEDIUM_ANY ? 0 : near,
+                  last = near == RMAP_MEDIUM_ANY ? (int32_t)scene->n_medium - 1 : near;
+    for (int way = 0; way < 2; way++) {
+        const int32_t row = way ? surface->scatter_transmit : surface->scatter_reflect;
+        for (int32_t i = first; row > 0 && i <= last; i++) {
+            const int32_t beyond = far == RMAP_MEDIUM_ANY ? i : far;
+            RMAP_TRY(rmap_scatter_tabulate(&scene->scatter[row - 1], scene->channels.n, i, beyond,
+                                           scene->medium[i].n, scene->medium[beyond].n, err));
+        }
+    }
+out:
+    return st;
+}
+
+static enum rmap_status tabulate_scatter(struct rmap_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; scene->n_scatter > 0 && i < scene->n_object; i++) {
+        RMAP_TRY(tabulate_side(scene, &scene->object[i], true, err));
+        RMAP_TRY(tabulate_side(scene, &scene->object[i], false, err));
+    }
+out:
+    return st;
+}
+
 void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera)
 {
     double away = rmap_length(rmap_sub(camera->at, scene->centre)) + camera->aperture;
@@ -227,6 +261,7 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
     RMAP_TRY(bound_scene(scene, err));
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
+    RMAP_TRY(tabulate_scatter(scene, err));
     RMAP_TRY(list_detectors(scene, err));
     RMAP_TRY(rmap_scene_schedule(scene, err));
 out:

@@ -12,6 +12,7 @@
 
 #include "optics/spectrum.h"
 #include "optics/thin_film.h"
+#include "scatter/scatter.h"
 
 /* How a surface looks where it is drawn. REFRACTING: it lets light through by Fresnel's laws, so
  * that its shares depend on the angle. */
@@ -20,13 +21,16 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
 /* Columns: symbol, `type` in a scene file, in sentences, keys beside `type`, look, and what light
  * may meet there beside absorption: letters of path("..."), the commonest first. */
 #define RMAP_SURFACE_TABLE(X)                                                                      \
-    X(FRESNEL, "fresnel", "a fresnel surface", "coat", RMAP_LOOK_REFRACTING, "TRI")                \
-    X(MIRROR, "mirror", "a mirror", "reflectance metal", RMAP_LOOK_MIRROR, "R")                    \
+    X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter", RMAP_LOOK_REFRACTING, "TRI")        \
+    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter", RMAP_LOOK_MIRROR, "R")            \
     X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
     X(ABSORBER, "absorber", "an absorber", "", RMAP_LOOK_OTHER, "")                                \
     X(MIXTURE, "mixture", "a mixture",                                                             \
       "reflect_specular reflect_diffuse transmit_specular transmit_diffuse", RMAP_LOOK_OTHER,      \
-      "RDTdI")
+      "RDTdI")                                                                                     \
+    X(SCATTER, "scatter", "a scattering surface",                                                  \
+      "reflectance specular reflect transmittance transmit_specular transmit", RMAP_LOOK_OTHER,    \
+      "DRdTI")
 
 enum rmap_surface_type {
 #define RMAP_SURFACE_ENUM(symbol, name, phrase, keys, look, events) RMAP_SURFACE_##symbol,
@@ -62,13 +66,17 @@ struct rmap_thin_film {
 };
 
 /* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
- * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse. */
+ * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse.
+ * Where a surface has a scatter model, that takes its part of what is reflected, or let pass. */
 struct rmap_surface {
     char *name;
     enum rmap_surface_type type;
     enum rmap_coat coat;
     bool is_metal;
-    int32_t film; /* FILM: row of the scene's */
+    int32_t film;                              /* FILM: row of the scene's */
+    int32_t scatter_reflect, scatter_transmit; /* 1 + row of the scene's models; 0: none */
+    bool reflect_is_total, transmit_is_total;  /* SCATTER: the specular share is what its model
+                                                  leaves of it */
     double reflect_specular[RMAP_CHANNEL_MAX];
     double reflect_diffuse[RMAP_CHANNEL_MAX];
     double transmit_specular[RMAP_CHANNEL_MAX];

@@ -12,6 +12,7 @@
 #include "formula/turn.h"
 #include "portion/event.h"
 #include "scene/coat.h"
+#include "trace/scattering.h"
 
 /* The side of a surface that light meets. */
 struct side {
@@ -159,6 +160,182 @@ static void decide_film(const struct rmap_scene *scene, const struct rmap_ray *r
                   decision);
 }
 
+/* Without its channel and the numbers of that. */
+static struct rmap_scatter_side scatter_side(const struct rmap_scene *scene,
+                                             const struct rmap_ray *ray, const struct side *side)
+{
+    struct rmap_scatter_side its = {.scene = scene,
+                                    .object = side->object,
+                                    .front = side->front,
+                                    .surface = side->surface,
+                                    .near = ray->medium,
+                                    .far = side->far,
+                                    .normal = side->normal};
+    rmap_scatter_frame(&its);
+    return its;
+}
+
+static void on_channel(const struct side *side, int channel, struct rmap_scatter_side *its)
+{
+    its->channel = channel;
+    its->n1 = side->n1[channel];
+    its->n2 = side->n2[channel];
+}
+
+static bool alike(const struct rmap_colour *colour, const double *p)
+{
+    for (int i = colour->begin + 1; i < colour->end; i++)
+        if (p[i] != p[colour->begin])
+            return false;
+    return true;
+}
+
+/* Shares of one outcome become those that the colour is weighed with. What the decoder of compact
+ * maps does not weigh, as it would take the shares' very bits, is not predicted. */
+static void weigh_with(const struct rmap_colour *colour, const double *p,
+                       struct rmap_decision *decision)
+{
+    if (rmap_colour_single(colour) || alike(colour, p))
+        return;
+    memcpy(decision->scratch + colour->begin, p + colour->begin,
+           (size_t)(colour->end - colour->begin) * sizeof *p);
+    decision->weigh = decision->scratch;
+    decision->predicted = false;
+}
+
+static void drawn_channel(const struct rmap_colour *colour, const double *p, double u,
+                          struct rmap_decision *decision)
+{
+    if (!rmap_colour_single(colour))
+        decision->collapse = rmap_colour_pick(colour, p, u);
+}
+
+static int channel_of(const struct rmap_colour *colour, const struct rmap_decision *decision)
+{
+    return decision->collapse >= 0 ? decision->collapse : colour->begin;
+}
+
+static void decide_lobes(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                         const struct side *side, const struct rmap_colour *colour,
+                         const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    struct rmap_scatter_side its = scatter_side(scene, ray, side);
+    double share[4][RMAP_CHANNEL_MAX], u[4], sum = 0.0;
+    bool all_total = true;
+    int chosen = 0;
+    for (int i = colour->begin; i < colour->end; i++) {
+        on_channel(side, i, &its);
+        const struct rmap_surface_shares one = rmap_scatter_shares(&its, side->cos_i);
+        share[0][i] = one.reflect_diffuse;
+        share[1][i] = one.reflect_specular;
+        share[2][i] = one.transmit_specular;
+        share[3][i] = one.transmit_diffuse;
+        all_total = all_total &&
+                    (!(colour->share[i] > 0.0) || (side->surface->type == RMAP_SURFACE_FRESNEL &&
+                                                   rmap_smooth_shares(&its, side->cos_i).total));
+    }
+    draw_numbers(draw, u);
+    for (; chosen < 4; chosen++) {
+        sum += rmap_colour_sum(colour, share[chosen]);
+        if (u[0] < sum)
+            break;
+    }
+    if (chosen == 4) {
+        decision->events = RMAP_EVENT_ABSORB;
+    } else if (chosen == 1) {
+        weigh_with(colour, share[1], decision);
+        turn(decision, all_total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
+             rmap_reflected(ray->direction, side->normal));
+    } else if (chosen == 2) {
+        const int channel = refracting_channel(scene, ray, side, colour, share[2], u[1], decision);
+        weigh_with(colour, share[2], decision);
+        pass_specular(ray, side, channel, decision);
+    } else {
+        const struct rmap_scatter *lobe = rmap_surface_scatter(scene, side->surface, chosen == 3);
+        if (rmap_scatter_by_channel(&its, lobe))
+            drawn_channel(colour, share[chosen], u[1], decision);
+        else if (!rmap_colour_single(colour) && !lobe->by_roughness)
+            decision->weigh = lobe->amount; /* the rest of the shares is the same for all */
+        else
+            weigh_with(colour, share[chosen], decision);
+        on_channel(side, channel_of(colour, decision), &its);
+        decision->events = chosen == 3 ? RMAP_EVENT_TRANSMIT_DIFFUSE : RMAP_EVENT_REFLECT_DIFFUSE;
+        decision->turned = chosen != 3;
+        if (chosen == 3)
+            pass(side, decision);
+        decision->direction = rmap_scatter_turned(&its, chosen == 3, ray->direction, draw);
+    }
+}
+
+static void decide_facets(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                          const struct side *side, const struct rmap_colour *colour,
+                          const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_scatter *model = rmap_surface_scatter(scene, side->surface, false);
+    struct rmap_scatter_side its = scatter_side(scene, ray, side);
+    struct rmap_facet facet;
+    struct rmap_vec3 back = side->normal, on = side->normal;
+    double reflected[RMAP_CHANNEL_MAX], passed[RMAP_CHANNEL_MAX], u[4], share = 1.0, part = 1.0;
+    bool all_total = true;
+    draw_numbers(draw, u);
+    if (rmap_scatter_by_channel(&its, model))
+        drawn_channel(colour, NULL, u[1], decision); /* facets differ: their shares come after */
+    const int channel = channel_of(colour, decision);
+    const bool drawn = decision->collapse >= 0;
+    const int begin = drawn ? channel : colour->begin, end = drawn ? channel + 1 : colour->end;
+    on_channel(side, channel, &its);
+    rmap_facet_meet(&its, ray->direction, draw, &facet);
+    for (int i = begin; i < end; i++) {
+        on_channel(side, i, &its);
+        const struct rmap_coat_shares one = rmap_smooth_shares(&its, facet.cos_i);
+        reflected[i] = one.reflected;
+        passed[i] = one.passed;
+        all_total = all_total && one.total;
+    }
+    on_channel(side, channel, &its);
+    const double r = drawn ? reflected[channel] : rmap_colour_sum(colour, reflected);
+    const double t = drawn ? passed[channel] : rmap_colour_sum(colour, passed);
+    const bool is_spike = facet.part == RMAP_PART_SPIKE;
+    if (!is_spike) {
+        share = rmap_facet_leave(&its, &facet, false, draw, &back);
+        part = t > 0.0 ? rmap_facet_leave(&its, &facet, true, draw, &on) : 0.0;
+    }
+    if (u[0] < r * share) {
+        if (!drawn)
+            weigh_with(colour, reflected, decision);
+        turn(decision,
+             !is_spike   ? RMAP_EVENT_REFLECT_DIFFUSE
+             : all_total ? RMAP_EVENT_TOTAL_REFLECTION
+                         : RMAP_EVENT_REFLECT_SPECULAR,
+             is_spike ? rmap_reflected(ray->direction, side->normal) : back);
+        decision->sharp = facet.part == RMAP_PART_BACK;
+    } else if (u[0] < r * share + t * part) {
+        if (!drawn)
+            weigh_with(colour, passed, decision);
+        if (is_spike) {
+            pass_specular(ray, side, channel, decision);
+            return;
+        }
+        decision->events = RMAP_EVENT_TRANSMIT_DIFFUSE;
+        pass(side, decision);
+        decision->direction = on;
+    } else {
+        decision->events = RMAP_EVENT_ABSORB;
+        decision->collapse = -1;
+    }
+}
+
+static void decide_scatter(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                           const struct side *side, const struct rmap_colour *colour,
+                           const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, side->surface, false);
+    if (its && rmap_scatter_is_facets(its))
+        decide_facets(scene, ray, side, colour, draw, decision);
+    else
+        decide_lobes(scene, ray, side, colour, draw, decision);
+}
+
 static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray *ray,
                            const struct side *side, const struct rmap_colour *colour,
                            const struct rmap_draw *draw, struct rmap_decision *decision)
@@ -275,7 +452,7 @@ static void decide_mixture(const struct rmap_scene *scene, const struct rmap_ray
 static bool refracts(const struct rmap_surface *surface)
 {
     return surface->type == RMAP_SURFACE_FRESNEL || surface->type == RMAP_SURFACE_MIXTURE ||
-           surface->is_metal;
+           surface->is_metal || rmap_surface_scatters(surface);
 }
 
 /* Indices of the live channels in a gradient medium at a point of its boundary, which rounding may
@@ -331,10 +508,15 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
     decision->gradient = ray->gradient;
     decision->collapse = -1;
     decision->weigh = NULL;
+    decision->sharp = false;
     decision->events = RMAP_EVENT_ERROR;
     if (!meet(scene, ray, hit, &side, decision) ||
         !look_up(scene, ray, hit, colour, &side, near, far, decision))
         return;
+    if (rmap_surface_scatters(side.surface)) {
+        decide_scatter(scene, ray, &side, colour, draw, decision);
+        return;
+    }
     switch (side.surface->type) {
     case RMAP_SURFACE_FRESNEL:
         decide_fresnel(scene, ray, &side, colour, draw, decision);
@@ -351,6 +533,7 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
     case RMAP_SURFACE_ABSORBER:
         decision->events = RMAP_EVENT_ABSORB;
         break;
+    case RMAP_SURFACE_SCATTER: /* without a model it is what its shares say */
     case RMAP_SURFACE_MIXTURE:
         decide_mixture(scene, ray, &side, colour, draw, decision);
         break;

@@ -7,15 +7,10 @@
 #define RMAP_INTERACT_H
 
 #include "accel/accel.h"
+#include "base/rng.h"
 #include "optics/fresnel.h"
 #include "scene/scene.h"
 #include "trace/colour.h"
-
-/* Whose random numbers: of step `step` of ray `ray`. */
-struct rmap_draw {
-    uint64_t seed, ray;
-    uint32_t step;
-};
 
 struct rmap_decision {
     uint32_t events;            /* what happened; ABSORB and ERROR end the ray */
@@ -25,6 +20,7 @@ struct rmap_decision {
     struct rmap_vec3 direction; /* unit, if it goes on */
     int collapse;               /* channel drawn, or -1 */
     bool predicted;             /* as in struct rmap_hit, of direction and colour */
+    bool sharp;                 /* of a diffuse event: one direction alone was possible */
     const double *weigh; /* probabilities that the colour is to be weighed with, or NULL; may point
                             into `scratch` */
     double scratch[RMAP_CHANNEL_MAX];

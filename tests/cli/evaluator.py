@@ -382,6 +382,9 @@ class Evaluator:
             wanted = self._named("surface", word)
         return self._more_events(wanted[m.surface_met])
 
+    def _test_scatter(self):
+        return self._count(self._step_end(self.map.scatters_by(self._next())))
+
     def _test_ended(self):
         m, stop = self.map, STOPS.index(self._next())
         found = m.ray["stop"] == stop
@@ -449,7 +452,7 @@ class Evaluator:
             self._expect(")")
             return self._counted(found.astype(int))
         word = self._next()
-        if word not in ("hit", "surface", "event", "medium"):
+        if word not in ("hit", "surface", "scatter", "event", "medium"):
             return self._its_number(word, pattern)
         self._expect("(")
         return self._counted(getattr(self, "_test_" + word)())

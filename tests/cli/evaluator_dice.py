@@ -140,6 +140,10 @@ class Dice:
         extra = f", {self.event()}" if self.chance(0.5) else ""
         return f"surface({what}{extra}{self.limits()})" + (self.times(3) if self.chance(0.3) else "")
 
+    def test_scatter(self):
+        model = self.one_of("lambert", "lambert", "gaussian", "abg", "ggx", "harvey", "*")
+        return f"scatter({model}{self.limits()})" + (self.times(3) if self.chance(0.4) else "")
+
     def test_ended(self):
         m = self.map
         ray = self.row(m.ray["id"])
@@ -313,7 +317,7 @@ class Dice:
         if roll < 0.5:
             event = f", {self.event()}" if self.chance(0.5) else ""
             return f"after({self.write(self.object())}{event}{self.limits()})"
-        return getattr(self, "test_" + self.one_of("hit", "event", "medium", "surface"))()
+        return getattr(self, "test_" + self.one_of("hit", "event", "medium", "surface", "scatter"))()
 
     def test_registered(self):
         name, rows, units = self.detector()
@@ -391,7 +395,7 @@ class Dice:
     # ------------------------------------------------------------------ logic
 
     def test(self, evaluator):
-        kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
+        kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "scatter", "ended", "number",
                  "number", "registered", "registered", "any", "sum", "path", "path"]
         kind = self.random.choice(kinds)
         self.paths = evaluator.paths

@@ -61,6 +61,9 @@ def _mesh_faces(blob):
     return faces
 
 
+MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro".split()
+
+
 class PlainMap:
     """Rows of /ray, /segment and /registration; `ray_of_segment` and the like tie them together."""
 
@@ -68,6 +71,7 @@ class PlainMap:
         with h5py.File(f"{path}/map.h5", "r") as index:
             for table in ("ray", "segment", "registration"):
                 setattr(self, table, {name: data[:] for name, data in index[table].items()})
+            self.total_reflectance = {"two ways": 0.5, "satin": 0.7}  # evaluator_scene.py
             self.names = {kind: [n.decode() for n in index[f"name/{kind}"][:]]
                           for kind in ("source", "object", "group", "surface", "medium",
                                        "detector", "geometry")}
@@ -76,6 +80,7 @@ class PlainMap:
             model = index["model/0"]
             self.object = {name: data[:] for name, data in model["object"].items()}
             self.surface = {name: data[:] for name, data in model["surface"].items()}
+            self.scatter = {name: data[:] for name, data in model["scatter"].items()} if "scatter" in model else {}
             self.detector = {name: data[:] for name, data in model["detector"].items()}
             self.is_mesh = model["geometry/kind"][:][self.object["geometry"]] == 1
             self.length_unit = float(index.attrs["length_unitSI"])
@@ -167,13 +172,35 @@ class PlainMap:
                 share["reflect_specular"][k], share["transmit_specular"][k] = reflect, 1 - reflect
             elif s["is_metal"][k]:
                 share["reflect_specular"][k] = np.nan
+        modelled = [row for way in ("of_reflected", "of_transmitted") for row in self.scatter.get(way, []) if row >= 0]
         share["reflectance"] = share["reflect_specular"] + share["reflect_diffuse"]
         absorb = 1 - share["reflectance"] - share["transmit_specular"] - share["transmit_diffuse"]
         share["absorb"] = np.where(s["type"] == 0, 0.0, absorb)
         # What depends on the angle has no number: of a metal all but the diffuse shares.
         for k in np.flatnonzero(s["is_metal"]):
             share["transmit_specular"][k] = np.nan
+        for k in modelled:
+            total = self.total_reflectance.get(self.names["surface"][k], np.nan)
+            for other in share:
+                share[other][k] = total if other == "reflectance" else np.nan
         return share[word]
+
+    def scatters_by(self, word):
+        """Of each step: a diffuse event by such a model."""
+        reflect, transmit = (np.full(len(self.surface["type"]) + 1, "", dtype=object) for _ in range(2))
+        reflect[:-1][self.surface["type"] == 2] = "lambert"
+        for of in (reflect, transmit):
+            of[:-1][self.surface["type"] == 4] = "lambert"
+        for k, model in enumerate(self.scatter.get("model", [])):
+            for of, row in ((reflect, self.scatter["of_reflected"][k]), (transmit, self.scatter["of_transmitted"][k])):
+                if row >= 0:
+                    of[row] = MODELS[model]
+        event, met = self.segment["event"], self.surface_met
+        hit = np.zeros(len(event), dtype=bool)
+        for of, name in ((reflect, "reflect_diffuse"), (transmit, "transmit_diffuse")):
+            by = of[met] != "" if word == "*" else of[met] == word
+            hit |= (event & BIT[name] != 0) & by.astype(bool)
+        return hit
 
     def makes_ghosts(self):
         """Of each surface, and of none: whether a specular reflection there is not meant to be: it
@@ -186,6 +213,10 @@ class PlainMap:
         mirror = np.where(s["is_metal"].astype(bool),
                           metal.reshape(len(s["type"]), -1).max(axis=1), by["reflect_specular"])
         through = (s["type"] == 0) | (by["transmit_specular"] + by["transmit_diffuse"] > 0)
+        for k, model in enumerate(self.scatter.get("model", [])):
+            through[self.scatter["of_transmitted"][k]] |= self.scatter["of_transmitted"][k] >= 0
+            if MODELS[model] == "ggx":
+                mirror[self.scatter["of_reflected"][k]] = 0
         return np.append(through | ((mirror > 0) & (mirror < 0.5)), False)
 
     def triangles_of_face(self, row_objects, faces):

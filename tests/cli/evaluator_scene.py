@@ -40,6 +40,8 @@ surfaces:
   gold: {type: mirror, metal: {n: 0.2, k: 3}}
   white: {type: lambert, reflectance: 0.8}
   'black paint': {type: lambert, reflectance: 0.05}
+  two ways: {type: scatter, reflectance: 0.5, reflect: {model: abg, A: 0.02, B: 0.1, g: 2}, transmittance: 0.3, transmit: {model: gaussian, sigma: 0.2}}
+  satin: {type: mirror, reflectance: 0.7, scatter: {model: ggx, alpha: 0.4}}
   mixed: {type: mixture, reflect_specular: 0.2, reflect_diffuse: 0.15, transmit_specular: 0.25, transmit_diffuse: 0.3}
 geometries:
   box: {type: mesh, file: box.obj}
@@ -62,10 +64,10 @@ objects:
           - {name: box.2, geometry: box, at: [3, 0, 4], scale: [1, 0.5, -1], surface: mixed, inside: ink, outside: air}
           - {name: ball, geometry: ball, at: [-3, 0, 4], surface: coated, inside: 'dark ink 2', outside: air}
       - {name: "wänd-1", geometry: plate, at: [0, 0, -4], surface: {front: white, back: black paint}, front: air, back: air}
-      - {name: barrel, geometry: tube, at: [0, 0, -3], surface: {front: black paint, back: mixed}, front: air, back: air}
+      - {name: barrel, geometry: tube, at: [0, 0, -3], surface: {front: black paint, back: satin}, front: air, back: air}
   - {name: obj, geometry: singlet, at: [0, 0, 1], outside: air}
   - {name: ink, geometry: sheet, at: [0, 0, 8], surface: shiny}
-  - {name: "7th sheet", geometry: sheet, at: [5, 0, 0], rotate: [0, -90, 0], surface: {front: gold, back: mixed}, front: air, back: air}
+  - {name: "7th sheet", geometry: sheet, at: [5, 0, 0], rotate: [0, -90, 0], surface: {front: gold, back: two ways}, front: air, back: air}
   - {name: veil, geometry: sheet, at: [-5, 0, 0], rotate: [0, 90, 0], surface: {front: coated, back: clear}, front: air, back: air}
 sources:
   - {name: lamp, type: point, at: [0, 0, 0], flux: 2 W, medium: air}

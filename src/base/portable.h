@@ -3,8 +3,8 @@
  * Elementary functions of +, -, x, / and square roots alone: the C library's differ between
  * machines in the last bit. Good to a few units of it, which is what predictions need.
  */
-#ifndef RMAP_COMPACT_PORTABLE_H
-#define RMAP_COMPACT_PORTABLE_H
+#ifndef RMAP_PORTABLE_H
+#define RMAP_PORTABLE_H
 
 #include <math.h>
 #include <stdint.h>
@@ -41,6 +41,27 @@ static inline double rmap_portable_one_minus_exp(double x)
     for (int k = 0; k < n; k++)
         scale *= 0.5;
     return n == 0 ? -e : 1.0 - scale * (1.0 + e);
+}
+
+/* exp(x): Taylor series of the remainder to a multiple of ln 2; 0 or infinite beyond 700. */
+static inline double rmap_portable_exp(double x)
+{
+    if (!(x < 700.0 && x > -700.0))
+        return x < 0.0 ? 0.0 : x > 0.0 ? HUGE_VAL : x;
+    int n = (int)(x * 1.44269504088896340736 + (x < 0.0 ? -0.5 : 0.5));
+    double r = (x - (double)n * 0.693147180369123816490) - (double)n * 1.90821492927058770002e-10;
+    double sum = 0.0, scale;
+    for (int k = 14; k >= 1; k--)
+        sum = (sum + 1.0) * r / (double)k;
+    uint64_t bits = (uint64_t)(1023 + n) << 52;
+    memcpy(&scale, &bits, sizeof scale);
+    return scale * (sum + 1.0);
+}
+
+/* x^power, x >= 0. */
+static inline double rmap_portable_power(double x, double power)
+{
+    return x > 0.0 ? rmap_portable_exp(power * rmap_portable_log(x)) : power > 0.0 ? 0.0 : 1.0;
 }
 
 /* Angle of (x, y) with the x axis, y >= 0: in [0, pi]. */

@@ -1,0 +1,424 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Lobes about the specular direction (RETRO: about the way back), or about the normal (LAMBERT).
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "base/portable.h"
+#include "formula/azimuth.h"
+#include "scatter/scatter.h"
+
+/* Draws until a direction lies above the horizon; then the specular one is taken. Fewer than one
+ * ray in 1e12 comes so far. */
+enum { TRIES_MAX = 1000 };
+
+static double shape_of(const struct rmap_scattering *at, int k)
+{
+    return at->scatter->shape[k][at->channel];
+}
+
+/* beta0, shortened to the horizon. */
+static struct rmap_vec3 centre_of(const struct rmap_scattering *at)
+{
+    double scale = at->scatter->model == RMAP_SCATTER_RETRO ? -1.0
+                   : at->passes                             ? at->n1 / at->n2
+                                                            : 1.0;
+    struct rmap_vec3 beta = {scale * at->in.x, scale * at->in.y, 0.0};
+    double square = beta.x * beta.x + beta.y * beta.y;
+    return square < 1.0 ? beta : rmap_scale(beta, 1.0 / sqrt(square));
+}
+
+static double side_of(const struct rmap_scattering *at)
+{
+    return at->passes ? -1.0 : 1.0;
+}
+
+static double lift(double square)
+{
+    return square < 1.0 ? sqrt(1.0 - square) : 0.0;
+}
+
+/* By roughness, l is that of the medium the light is in. */
+static double width_of(const struct rmap_scattering *at)
+{
+    double l = shape_of(at, RMAP_SHAPE_L);
+    return at->scatter->by_roughness ? l / (at->passes ? at->n2 : at->n1) : l;
+}
+
+/* Radial lobes, functions of x. The power of Harvey's law is s, of K-correlation -s. */
+
+static double power_of(const struct rmap_scattering *at)
+{
+    double s = shape_of(at, RMAP_SHAPE_S);
+    return at->scatter->model == RMAP_SCATTER_HARVEY ? s : -s;
+}
+
+static double radial(const struct rmap_scattering *at, double x)
+{
+    double y;
+    switch (at->scatter->model) {
+    case RMAP_SCATTER_GAUSSIAN:
+    case RMAP_SCATTER_RETRO:
+        y = x / shape_of(at, RMAP_SHAPE_SIGMA);
+        return rmap_portable_exp(-0.5 * y * y);
+    case RMAP_SCATTER_ABG:
+        return 1.0 /
+               (shape_of(at, RMAP_SHAPE_B) + rmap_portable_power(x, shape_of(at, RMAP_SHAPE_G)));
+    case RMAP_SCATTER_HARVEY:
+    case RMAP_SCATTER_K_CORRELATION:
+        y = x / width_of(at);
+        return rmap_portable_power(1.0 + y * y, 0.5 * power_of(at));
+    case RMAP_SCATTER_LAMBERT:
+    case RMAP_SCATTER_COSINE:
+    case RMAP_SCATTER_GGX:
+    case RMAP_SCATTER_BECKMANN:
+    case RMAP_SCATTER_UNIFIED:
+    case RMAP_SCATTER_COUNT:
+        break;
+    }
+    return 0.0;
+}
+
+/* Rayleigh and Rice's obliquity of reflected light. */
+static bool is_oblique(const struct rmap_scattering *at)
+{
+    return at->scatter->model == RMAP_SCATTER_K_CORRELATION && !at->passes;
+}
+
+static bool is_radial(enum rmap_scatter_model model)
+{
+    return model != RMAP_SCATTER_LAMBERT && model != RMAP_SCATTER_COSINE;
+}
+
+/* The specular direction on the side that the lobe is on. */
+static struct rmap_vec3 axis_of(const struct rmap_scattering *at)
+{
+    struct rmap_vec3 c = centre_of(at);
+    return rmap_vec3(c.x, c.y, side_of(at) * lift(c.x * c.x + c.y * c.y));
+}
+
+double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
+{
+    if (!(side_of(at) * out.z > 0.0))
+        return 0.0;
+    if (at->scatter->model == RMAP_SCATTER_LAMBERT)
+        return 1.0;
+    if (at->scatter->model == RMAP_SCATTER_COSINE) {
+        double cosine = rmap_dot(axis_of(at), out);
+        return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
+    }
+    struct rmap_vec3 c = centre_of(at);
+    double dx = out.x - c.x, dy = out.y - c.y;
+    double value = radial(at, sqrt(dx * dx + dy * dy));
+    return is_oblique(at) ? value * side_of(at) * out.z : value;
+}
+
+/* ---- draws ---- */
+
+/* x of the density x (1 + (x/l)^2)^(power/2) on (0, most). */
+static double draw_power_law(double u, double l, double power, double most)
+{
+    double p = 0.5 * power + 1.0, y = most / l, log_y = rmap_portable_log(1.0 + y * y);
+    double span = p * log_y;
+    if (span < 1e-7 && span > -1e-7) /* the logarithm that it tends to */
+        y = rmap_portable_exp(u * log_y);
+    else
+        y = rmap_portable_exp(rmap_portable_log(1.0 + u * (rmap_portable_exp(span) - 1.0)) / p);
+    return y > 1.0 ? l * sqrt(y - 1.0) : 0.0;
+}
+
+/* x of the density x / max(B, x^g) on (0, most), which is at most twice that of ABg. */
+static double draw_abg(double u, double b, double g, double most)
+{
+    double knee = rmap_portable_power(b, 1.0 / g), p = 2.0 - g;
+    if (!(knee < most))
+        return most * sqrt(u);
+    double inner = 0.5 * knee * knee / b, log_y = rmap_portable_log(most / knee);
+    double tail = rmap_portable_power(knee, p), span = p * log_y, outer;
+    bool is_log = span < 1e-7 && span > -1e-7;
+    outer = is_log ? tail * log_y : tail * (rmap_portable_exp(span) - 1.0) / p;
+    double v = u * (inner + outer);
+    if (v < inner)
+        return knee * sqrt(v / inner);
+    v = (v - inner) / outer;
+    v = is_log ? v * log_y : rmap_portable_log(1.0 + v * (rmap_portable_exp(span) - 1.0)) / p;
+    return knee * rmap_portable_exp(v);
+}
+
+static double draw_x(const struct rmap_scattering *at, double u, double most)
+{
+    double sigma, y;
+    switch (at->scatter->model) {
+    case RMAP_SCATTER_HARVEY:
+    case RMAP_SCATTER_K_CORRELATION:
+        return draw_power_law(u, width_of(at), power_of(at), most);
+    case RMAP_SCATTER_ABG:
+        return draw_abg(u, shape_of(at, RMAP_SHAPE_B), shape_of(at, RMAP_SHAPE_G), most);
+    default:
+        sigma = shape_of(at, RMAP_SHAPE_SIGMA);
+        y = most / sigma;
+        return sigma *
+               sqrt(-2.0 * rmap_portable_log(1.0 - u * rmap_portable_one_minus_exp(0.5 * y * y)));
+    }
+}
+
+/* The share of what draw_x draws that is kept. */
+static double kept(const struct rmap_scattering *at, double x)
+{
+    if (at->scatter->model != RMAP_SCATTER_ABG)
+        return 1.0;
+    double b = shape_of(at, RMAP_SHAPE_B);
+    double power = rmap_portable_power(x, shape_of(at, RMAP_SHAPE_G));
+    return (power > b ? power : b) / (b + power);
+}
+
+static void draw_numbers(const struct rmap_draw *draw, int k, double u[4])
+{
+    rmap_rng(draw->seed, draw->ray, draw->step, (enum rmap_rng_slot)(RMAP_RNG_LOBE + k), u);
+}
+
+static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    struct rmap_vec3 c = centre_of(at);
+    double most = 1.0 + sqrt(c.x * c.x + c.y * c.y), u[4], cosine, sine;
+    for (int k = 0; k < TRIES_MAX; k++) {
+        draw_numbers(draw, k, u);
+        double x = draw_x(at, u[0], most);
+        rmap_azimuth(u[1], &cosine, &sine);
+        double bx = c.x + x * cosine, by = c.y + x * sine, square = bx * bx + by * by;
+        if (!(square < 1.0) || !(u[2] < kept(at, x)))
+            continue;
+        double z = sqrt(1.0 - square);
+        if (is_oblique(at) && !(u[3] < z))
+            continue;
+        return rmap_vec3(bx, by, side_of(at) * z);
+    }
+    return axis_of(at);
+}
+
+/* Beyond this angle from the axis there is less than 1e-13 of a power of the cosine. */
+static double farthest_sine(double power)
+{
+    double cosine = rmap_portable_exp(-30.0 / (power + 1.0));
+    return lift(cosine * cosine);
+}
+
+static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    struct rmap_vec3 axis = axis_of(at), x, y;
+    double power = shape_of(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
+    double most = fabs(axis.z) + farthest_sine(power);
+    rmap_basis(axis, &x, &y);
+    for (int k = 0; k < TRIES_MAX; k++) {
+        draw_numbers(draw, k, u);
+        double along = rmap_portable_power(u[0], 1.0 / (power + 1.0)), away = lift(along * along);
+        rmap_azimuth(u[1], &cosine, &sine);
+        struct rmap_vec3 out =
+            rmap_axpy(along, axis, rmap_axpy(away * cosine, x, rmap_scale(y, away * sine)));
+        if (u[2] * (most < 1.0 ? most : 1.0) < side_of(at) * out.z)
+            return out;
+    }
+    return axis;
+}
+
+struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    double u[4], cosine, sine;
+    if (at->scatter->model == RMAP_SCATTER_COSINE)
+        return draw_cosine(at, draw);
+    if (is_radial(at->scatter->model))
+        return draw_radial(at, draw);
+    draw_numbers(draw, 0, u);
+    rmap_azimuth(u[1], &cosine, &sine);
+    return rmap_vec3(sqrt(u[0]) * cosine, sqrt(u[0]) * sine, side_of(at) * sqrt(1.0 - u[0]));
+}
+
+/* ---- totals ---- */
+
+/* Gauss and Legendre, 8 points of (-1, 1). */
+enum { POINTS = 8, PANELS = 40, TURNS = 3 };
+static const double node[POINTS / 2] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
+                                        0.9602898564975363};
+static const double weight[POINTS / 2] = {0.3626837833783620, 0.3137066458778873,
+                                          0.2223810344533745, 0.1012285362903763};
+
+/* Point i of the panel [from, to], and its weight. */
+static double point(double from, double to, int i, double *w)
+{
+    int k = i / 2;
+    *w = 0.5 * (to - from) * weight[k];
+    return 0.5 * (from + to) + 0.5 * (to - from) * (i % 2 ? node[k] : -node[k]);
+}
+
+/* Cosine over the part of the circle about beta0 that lies above the horizon: its half from the
+ * edge, at `arc`, to the far side. The square root at the edge wants a square. */
+static double arc_cosine(double b, double x, double arc)
+{
+    double sum = 0.0, w, c, s;
+    double far = arc > 0.0 ? sqrt(arc) : 0.0;
+    for (int p = 0; p < TURNS; p++)
+        for (int i = 0; i < POINTS; i++) {
+            double v = point(far * p / TURNS, far * (p + 1) / TURNS, i, &w);
+            double back = arc - v * v; /* from the far side, where light is steepest */
+            rmap_azimuth(back / (2.0 * RMAP_PI), &c, &s);
+            sum += w * 2.0 * v * lift(b * b + x * x - 2.0 * b * x * c);
+        }
+    return 2.0 * sum;
+}
+
+/* Azimuth of the circle that is above the horizon, or the integral of the cosine over it. */
+static double around(const struct rmap_scattering *at, double b, double x)
+{
+    double arc = RMAP_PI;
+    if (b * x > 0.0 && b + x > 1.0) {
+        double c = (b * b + x * x - 1.0) / (2.0 * b * x);
+        arc = c < 1.0 ? rmap_portable_angle(c, lift(c * c)) : 0.0;
+    }
+    return is_oblique(at) ? arc_cosine(b, x, arc) : 2.0 * arc;
+}
+
+/* Panels crowd towards 0, where the lobe is. */
+static double panel(double to, int k)
+{
+    double part = (double)k / PANELS;
+    return to * (part * part) * (part * part) * part;
+}
+
+static double radial_total(const struct rmap_scattering *at)
+{
+    struct rmap_vec3 c = centre_of(at);
+    double b = sqrt(c.x * c.x + c.y * c.y), sum = 0.0, w, cosine, sine;
+    if (b < 1e-12)
+        b = 0.0;
+    for (int p = 0; p < PANELS; p++)
+        for (int i = 0; i < POINTS; i++) {
+            double g = point(panel(1.0, p), panel(1.0, p + 1), i, &w);
+            double x = (1.0 - b) * g * (2.0 - g); /* a square root at the horizon, where b is 0 */
+            sum += w * 2.0 * (1.0 - b) * (1.0 - g) * x * radial(at, x) * around(at, b, x);
+            if (b == 0.0)
+                continue;
+            /* from 1 - b to 1 + b by angle: square roots at both ends */
+            double angle = point(panel(RMAP_PI, p), panel(RMAP_PI, p + 1), i, &w);
+            rmap_azimuth(angle / (2.0 * RMAP_PI), &cosine, &sine);
+            double half, other;
+            rmap_azimuth(angle / (4.0 * RMAP_PI), &other, &half);
+            x = (1.0 - b) + 2.0 * b * half * half;
+            sum += w * b * sine * x * radial(at, x) * around(at, b, x);
+        }
+    return sum;
+}
+
+/* By the angle from the axis; around it, the positive part of a cosine in closed form. */
+static double cosine_total(const struct rmap_scattering *at)
+{
+    struct rmap_vec3 axis = axis_of(at);
+    double power = shape_of(at, RMAP_SHAPE_POWER), sum = 0.0, w, c, s;
+    double up = fabs(axis.z), out = lift(up * up);
+    double horizon = rmap_portable_angle(out, up); /* from the axis to the nearest point of it */
+    for (int half = 0; half < 2; half++)
+        for (int p = 0; p < PANELS; p++)
+            for (int i = 0; i < POINTS; i++) {
+                double span = half ? 0.5 * RMAP_PI - horizon : horizon;
+                double angle =
+                    (half ? horizon : 0.0) + point(panel(span, p), panel(span, p + 1), i, &w);
+                rmap_azimuth(angle / (2.0 * RMAP_PI), &c, &s);
+                double level = c * up, swing = s * out, ring = 2.0 * RMAP_PI * level;
+                if (swing > level) {
+                    double t = -level / swing, arc = rmap_portable_angle(t, lift(t * t));
+                    ring = 2.0 * (level * arc + swing * lift(t * t));
+                }
+                sum += w * rmap_portable_power(c > 0.0 ? c : 0.0, power) * s * ring;
+            }
+    return sum;
+}
+
+double rmap_lobe_total(const struct rmap_scattering *at)
+{
+    if (at->scatter->model == RMAP_SCATTER_UNIFIED)
+        return rmap_facet_fit(at);
+    if (at->scatter->model == RMAP_SCATTER_LAMBERT)
+        return RMAP_PI;
+    return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);
+}
+
+enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_channel, int32_t near,
+                                       int32_t far, const double *n1, const double *n2,
+                                       struct rmap_error *err)
+{
+    if (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN)
+        return RMAP_OK;
+    if (!rmap_scatter_uses_index(scatter))
+        near = far = -1;
+    for (size_t i = 0; i < scatter->n_totals; i++)
+        if (scatter->totals[i].near == near && scatter->totals[i].far == far)
+            return RMAP_OK;
+    const size_t n = RMAP_TOTAL_STEPS + 1, n_way = scatter->refracts ? 2 : 1;
+    struct rmap_scatter_totals *more =
+        rmap_realloc(scatter->totals, scatter->n_totals + 1, sizeof *more);
+    if (!more)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scatter model");
+    scatter->totals = more;
+    struct rmap_scatter_totals *its = &more[scatter->n_totals];
+    *its = (struct rmap_scatter_totals){near, far, n_channel, NULL};
+    its->at = rmap_alloc(n_way * (size_t)n_channel * n, sizeof *its->at);
+    if (!its->at)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scatter model");
+    scatter->n_totals++;
+    for (size_t way = 0; way < n_way; way++)
+        for (int c = 0; c < n_channel; c++) {
+            double *total = its->at + (way * (size_t)n_channel + (size_t)c) * n;
+            bool again =
+                c > 0 && !scatter->by_wavelength && n1[c] == n1[c - 1] && n2[c] == n2[c - 1];
+            struct rmap_scattering at = {
+                .scatter = scatter, .channel = c, .passes = way == 1, .n1 = n1[c], .n2 = n2[c]};
+            for (size_t k = 0; k < n; k++) {
+                double v = (double)k / RMAP_TOTAL_STEPS, cosine = v * v;
+                at.in = rmap_vec3(lift(cosine * cosine), 0.0, -cosine);
+                total[k] = again ? (total - n)[k] : rmap_lobe_total(&at);
+            }
+        }
+    return RMAP_OK;
+}
+
+/* The cubic through four neighbours. */
+static double interpolate(const double *value, double where)
+{
+    int k = (int)where;
+    k = k < 1 ? 1 : k > RMAP_TOTAL_STEPS - 2 ? RMAP_TOTAL_STEPS - 2 : k;
+    double t = where - k, a = value[k - 1], b = value[k], c = value[k + 1], d = value[k + 2];
+    return b + t * ((c - a / 3.0 - b / 2.0 - d / 6.0) +
+                    t * ((a + c) / 2.0 - b + t * ((b - c) / 2.0 + (d - a) / 6.0)));
+}
+
+double rmap_scatter_total(const struct rmap_scattering *at, int32_t near, int32_t far)
+{
+    const struct rmap_scatter *scatter = at->scatter;
+    if (!rmap_scatter_uses_index(scatter))
+        near = far = -1;
+    for (size_t i = 0; i < scatter->n_totals; i++)
+        if (scatter->totals[i].near == near && scatter->totals[i].far == far) {
+            const size_t row =
+                (size_t)at->channel + (at->passes ? (size_t)scatter->totals[i].n_channel : 0);
+            return interpolate(scatter->totals[i].at + row * (RMAP_TOTAL_STEPS + 1),
+                               RMAP_TOTAL_STEPS * sqrt(at->in.z < 0.0 ? -at->in.z : 0.0));
+        }
+    return rmap_lobe_total(at);
+}
+
+void rmap_scatter_fini(struct rmap_scatter *scatter)
+{
+    for (size_t i = 0; i < scatter->n_totals; i++)
+        rmap_free(scatter->totals[i].at);
+    rmap_free(scatter->totals);
+    *scatter = (struct rmap_scatter){.totals = NULL};
+}
+
+double rmap_rough_share(double roughness, bool passes, double n1, double cos_1, double n2,
+                        double cos_2)
+{
+    double phase = passes ? n1 * cos_1 - n2 * cos_2 : 2.0 * n1 * cos_1;
+    double wave = 2.0 * RMAP_PI * roughness * phase;
+    return rmap_portable_one_minus_exp(wave * wave);
+}

@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Light at a surface that has a scatter model.
+ */
+#include "trace/scattering.h"
+
+#include <math.h>
+
+#include "formula/turn.h"
+#include "trace/interact.h"
+
+struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side, double cos_i)
+{
+    const struct rmap_surface *surface = side->surface;
+    struct rmap_coat_shares its = {.reflected = surface->reflect_specular[side->channel],
+                                   .passed = surface->transmit_specular[side->channel]};
+    if (surface->type == RMAP_SURFACE_FRESNEL && surface->coat == RMAP_COAT_FILM)
+        return rmap_thin_film_coat(side->scene, side->object, side->front, side->channel, side->n1,
+                                   side->n2, cos_i);
+    if (surface->type == RMAP_SURFACE_FRESNEL) {
+        its.reflected =
+            rmap_coated_reflectance(surface, side->channel, side->n1, side->n2, cos_i, &its.total);
+        its.passed = 1.0 - its.reflected;
+    } else if (surface->is_metal) {
+        its.reflected = rmap_fresnel_metal(side->n1, surface->metal_n[side->channel],
+                                           surface->metal_k[side->channel], cos_i);
+    }
+    return its;
+}
+
+static struct rmap_scattering local(const struct rmap_scatter_side *side, bool passes,
+                                    struct rmap_vec3 in)
+{
+    return (struct rmap_scattering){.scatter =
+                                        rmap_surface_scatter(side->scene, side->surface, passes),
+                                    .channel = side->channel,
+                                    .passes = passes,
+                                    .n1 = side->n1,
+                                    .n2 = side->n2,
+                                    .in = in};
+}
+
+static double sine_of(double cosine)
+{
+    return sqrt((1.0 - cosine) * (1.0 + cosine));
+}
+
+static double cosine_beyond(const struct rmap_scatter_side *side, double cos_i)
+{
+    const double sine = sine_of(cos_i) * side->n1 / side->n2;
+    return sine < 1.0 ? sine_of(sine) : 0.0;
+}
+
+/* ---- lobes ---- */
+
+/* What a lobe takes of the arriving light, where `smooth` of it would be reflected, or pass. */
+static double lobe_share(const struct rmap_scatter_side *side, const struct rmap_scattering *at,
+                         double smooth, double total)
+{
+    const double cos_1 = -at->in.z,
+                 roughness = at->scatter->shape[RMAP_SHAPE_ROUGHNESS][at->channel];
+    double share = at->scatter->amount[at->channel] * total;
+    if (at->scatter->by_roughness) {
+        const double cos_2 = cosine_beyond(side, cos_1), n1 = at->n1, n2 = at->n2;
+        const double step = n1 * cos_1 - n2 * cos_2;
+        if (at->scatter->model == RMAP_SCATTER_HARVEY)
+            share = smooth * rmap_rough_share(roughness, at->passes, n1, cos_1, n2, cos_2);
+        else if (at->passes)
+            share *= smooth * 0.25 * step * step * n2 * n2;
+        else
+            share *= smooth * n1 * n1 * n1 * n1 * cos_1;
+    }
+    const bool of_it =
+        at->scatter->by_roughness || side->surface->type != RMAP_SURFACE_SCATTER ||
+        (at->passes ? side->surface->transmit_is_total : side->surface->reflect_is_total);
+    return of_it && share > smooth ? smooth : share;
+}
+
+static double lobe_total(const struct rmap_scatter_side *side, const struct rmap_scattering *at)
+{
+    return rmap_scatter_total(at, side->near, side->far);
+}
+
+static struct rmap_surface_shares lobe_shares(const struct rmap_scatter_side *side, double cos_i)
+{
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, cos_i);
+    const struct rmap_vec3 in = {sine_of(cos_i), 0.0, -cos_i};
+    struct rmap_surface_shares its = {.reflect_specular = smooth.reflected,
+                                      .transmit_specular = smooth.passed};
+    const bool is_scatter = side->surface->type == RMAP_SURFACE_SCATTER;
+    struct rmap_scattering at = local(side, false, in);
+    if (at.scatter) {
+        its.reflect_diffuse = lobe_share(side, &at, smooth.reflected, lobe_total(side, &at));
+        if (!is_scatter || side->surface->reflect_is_total)
+            its.reflect_specular -= its.reflect_diffuse;
+    }
+    at = local(side, true, in);
+    if (at.scatter) {
+        its.transmit_diffuse = lobe_share(side, &at, smooth.passed, lobe_total(side, &at));
+        if (!is_scatter || side->surface->transmit_is_total)
+            its.transmit_specular -= its.transmit_diffuse;
+    }
+    return its;
+}
+
+/* ---- facets ---- */
+
+static void shares_at_facet(const void *self, double cosine, double share[2])
+{
+    const struct rmap_coat_shares its = rmap_smooth_shares(self, cosine);
+    share[0] = its.reflected;
+    share[1] = its.passed;
+}
+
+static const double *shape_of(const struct rmap_scattering *at, int k)
+{
+    return &at->scatter->shape[k][at->channel];
+}
+
+static struct rmap_surface_shares facet_shares(const struct rmap_scatter_side *side, double cos_i)
+{
+    struct rmap_surface_shares its = {.reflect_specular = 0.0};
+    const struct rmap_scattering at = local(side, false, rmap_vec3(sine_of(cos_i), 0.0, -cos_i));
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, cos_i);
+    double total[3], spike = 0.0, lobe = 1.0;
+    rmap_facet_total(&at, shares_at_facet, side, total);
+    if (at.scatter->model == RMAP_SCATTER_UNIFIED) {
+        spike = *shape_of(&at, RMAP_SHAPE_SPIKE);
+        lobe = *shape_of(&at, RMAP_SHAPE_LOBE);
+    }
+    const double other = 1.0 - spike - lobe; /* back and Lambert */
+    its.reflect_specular = spike * smooth.reflected;
+    its.transmit_specular = spike * smooth.passed;
+    its.reflect_diffuse = lobe * total[0] + other * smooth.reflected;
+    its.transmit_diffuse = lobe * total[1] + other * smooth.passed;
+    its.missing = lobe * total[2];
+    return its;
+}
+
+void rmap_facet_meet(const struct rmap_scatter_side *side, struct rmap_vec3 direction,
+                     const struct rmap_draw *draw, struct rmap_facet *facet)
+{
+    const double cosine = rmap_dot(direction, side->normal);
+    struct rmap_vec3 in = {rmap_dot(direction, side->x), rmap_dot(direction, side->y),
+                           cosine < 0.0 ? cosine : 0.0};
+    const struct rmap_scattering at = local(side, false, in);
+    double u[4];
+    *facet = (struct rmap_facet){.part = RMAP_PART_LOBE, .in = in};
+    if (at.scatter->model == RMAP_SCATTER_UNIFIED) {
+        const double spike = *shape_of(&at, RMAP_SHAPE_SPIKE),
+                     lobe = spike + *shape_of(&at, RMAP_SHAPE_LOBE);
+        rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
+        facet->part = u[0] < spike                                    ? RMAP_PART_SPIKE
+                      : u[0] < lobe                                   ? RMAP_PART_LOBE
+                      : u[0] < lobe + *shape_of(&at, RMAP_SHAPE_BACK) ? RMAP_PART_BACK
+                                                                      : RMAP_PART_LAMBERT;
+    }
+    facet->normal =
+        facet->part == RMAP_PART_SPIKE ? rmap_vec3(0.0, 0.0, 1.0) : rmap_facet_draw(&at, draw);
+    facet->cos_i = facet->part == RMAP_PART_LOBE ? -rmap_dot(in, facet->normal) : -in.z;
+    facet->cos_i = facet->cos_i < 0.0 ? 0.0 : facet->cos_i < 1.0 ? facet->cos_i : 1.0;
+}
+
+static struct rmap_vec3 to_world(const struct rmap_scatter_side *side, struct rmap_vec3 v)
+{
+    return rmap_normalize(
+        rmap_axpy(v.x, side->x, rmap_axpy(v.y, side->y, rmap_scale(side->normal, v.z))));
+}
+
+double rmap_facet_leave(const struct rmap_scatter_side *side, const struct rmap_facet *facet,
+                        bool passes, const struct rmap_draw *draw, struct rmap_vec3 *out)
+{
+    const struct rmap_scattering at = local(side, passes, facet->in);
+    struct rmap_vec3 to = rmap_scale(facet->in, -1.0);
+    double u[4];
+    if (passes && !rmap_facet_refracted(&at, facet->normal, &to))
+        return 0.0;
+    if (!passes && facet->part == RMAP_PART_LAMBERT) {
+        rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
+        *out = rmap_diffused(side->normal, u[2], u[3]);
+        return 1.0;
+    }
+    if (!passes && facet->part != RMAP_PART_BACK)
+        to = rmap_facet_reflected(facet->in, facet->normal);
+    if (passes ? !(to.z < 0.0) : !(to.z > 0.0))
+        return 0.0;
+    *out = to_world(side, to);
+    return facet->part == RMAP_PART_BACK ? 1.0 : rmap_facet_unhindered(&at, to);
+}
+
+/* ---- both ---- */
+
+static bool is_of_facets(const struct rmap_scatter_side *side)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(side->scene, side->surface, false);
+    return its && rmap_scatter_is_facets(its);
+}
+
+struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side, double cos_i)
+{
+    return is_of_facets(side) ? facet_shares(side, cos_i) : lobe_shares(side, cos_i);
+}
+
+void rmap_scatter_frame(struct rmap_scatter_side *side)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(side->scene, side->surface, false);
+    if (!its || !rmap_scatter_is_anisotropic(its, side->scene->channels.n)) {
+        rmap_basis(side->normal, &side->x, &side->y);
+        return;
+    }
+    for (int k = 0; k < 2; k++) {
+        struct rmap_vec3 axis = rmap_affine_vector(&side->object->to_world,
+                                                   rmap_vec3(k ? 0.0 : 1.0, k ? 1.0 : 0.0, 0.0));
+        axis = rmap_normalize(axis);
+        side->x = rmap_axpy(-rmap_dot(axis, side->normal), side->normal, axis);
+        if (rmap_dot(side->x, side->x) > 1e-6)
+            break;
+    }
+    side->x = rmap_normalize(side->x);
+    side->y = rmap_cross(side->normal, side->x);
+}
+
+bool rmap_scatter_by_channel(const struct rmap_scatter_side *side, const struct rmap_scatter *its)
+{
+    const struct rmap_medium *medium = side->scene->medium;
+    return its->by_wavelength || (rmap_scatter_uses_index(its) &&
+                                  (medium[side->near].dispersive || medium[side->far].dispersive));
+}
+
+struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
+                                     struct rmap_vec3 direction, const struct rmap_draw *draw)
+{
+    if (is_of_facets(side)) {
+        struct rmap_facet facet;
+        struct rmap_vec3 out = direction;
+        rmap_facet_meet(side, direction, draw, &facet);
+        (void)rmap_facet_leave(side, &facet, passes, draw, &out);
+        return out;
+    }
+    const double cosine = rmap_dot(direction, side->normal);
+    const struct rmap_scattering at =
+        local(side, passes,
+              rmap_vec3(rmap_dot(direction, side->x), rmap_dot(direction, side->y),
+                        cosine < 0.0 ? cosine : 0.0));
+    return at.scatter ? to_world(side, rmap_lobe_draw(&at, draw)) : direction;
+}
+
+static double facet_bsdf(const struct rmap_scatter_side *side, struct rmap_scattering *at,
+                         struct rmap_vec3 to)
+{
+    double cosine, sum;
+    const bool is_unified = at->scatter->model == RMAP_SCATTER_UNIFIED;
+    if (is_unified)
+        at->total = lobe_total(side, at);
+    const double f = rmap_facet_bsdf(at, to, &cosine);
+    const struct rmap_coat_shares there = rmap_smooth_shares(side, cosine);
+    sum = f > 0.0 ? f * (at->passes ? there.passed : there.reflected) : 0.0;
+    if (!is_unified)
+        return sum;
+    const double lobe = *shape_of(at, RMAP_SHAPE_LOBE),
+                 other = 1.0 - lobe - *shape_of(at, RMAP_SHAPE_SPIKE);
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -at->in.z);
+    return at->passes
+               ? lobe * sum + other * f * smooth.passed
+               : lobe * sum + (other - *shape_of(at, RMAP_SHAPE_BACK)) * smooth.reflected / RMAP_PI;
+}
+
+double rmap_scatter_bsdf(const struct rmap_scatter_side *side, struct rmap_vec3 in,
+                         struct rmap_vec3 out)
+{
+    const struct rmap_vec3 from = {rmap_dot(in, side->x), rmap_dot(in, side->y),
+                                   rmap_dot(in, side->normal)},
+                           to = {rmap_dot(out, side->x), rmap_dot(out, side->y),
+                                 rmap_dot(out, side->normal)};
+    struct rmap_scattering at = local(side, to.z < 0.0, from);
+    if (!at.scatter || !(from.z < 0.0))
+        return 0.0;
+    if (rmap_scatter_is_facets(at.scatter))
+        return facet_bsdf(side, &at, to);
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -from.z);
+    const double total = lobe_total(side, &at),
+                 share = lobe_share(side, &at, at.passes ? smooth.passed : smooth.reflected, total);
+    return share > 0.0 ? share / total * rmap_lobe_shape(&at, to) : 0.0;
+}

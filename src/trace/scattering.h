@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Light at a surface that has a scatter model. A lobe takes its share of what is reflected, or of
+ * what passes, by the angle of incidence; facets are drawn first, and what becomes of the light is
+ * decided at one of them. The tracer, the decoder of compact maps and the renderer ask here.
+ */
+#ifndef RMAP_SCATTERING_H
+#define RMAP_SCATTERING_H
+
+#include "scene/coat.h"
+#include "trace/surface_shares.h"
+
+/* A side that light meets, on a channel. */
+struct rmap_scatter_side {
+    const struct rmap_scene *scene;
+    const struct rmap_object *object;
+    bool front;
+    const struct rmap_surface *surface;
+    int32_t near, far; /* media */
+    int channel;
+    double n1, n2;                 /* on it */
+    struct rmap_vec3 x, y, normal; /* its frame: rmap_scatter_frame; normal towards the light */
+};
+
+/* What a smooth boundary of this kind reflects and lets pass: by the coat, by the metal, or as the
+ * scene file says. */
+struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side, double cos_i);
+
+/* Shares of all that may happen; of facets by quadrature, which takes a millisecond. */
+struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side, double cos_i);
+
+/* x and y across the normal: of an anisotropic model from the object's x axis (its y, where the
+ * normal is along x). */
+void rmap_scatter_frame(struct rmap_scatter_side *side);
+
+/* Is the direction that light is scattered to one of the channel? */
+bool rmap_scatter_by_channel(const struct rmap_scatter_side *side, const struct rmap_scatter *its);
+
+/* Facets: one of them, and what light does there. */
+enum rmap_facet_part { RMAP_PART_SPIKE, RMAP_PART_LOBE, RMAP_PART_BACK, RMAP_PART_LAMBERT };
+struct rmap_facet {
+    enum rmap_facet_part part;   /* UNIFIED; else LOBE */
+    struct rmap_vec3 in, normal; /* in the side's frame */
+    double cos_i;                /* at which the smooth boundary is asked */
+};
+void rmap_facet_meet(const struct rmap_scatter_side *side, struct rmap_vec3 direction,
+                     const struct rmap_draw *draw, struct rmap_facet *facet);
+/* The direction in the world after a diffuse event, and the share of it that is not in another
+ * facet's way: 0 where there is none. */
+double rmap_facet_leave(const struct rmap_scatter_side *side, const struct rmap_facet *facet,
+                        bool passes, const struct rmap_draw *draw, struct rmap_vec3 *out);
+
+/* The direction in the world after a diffuse event of the side's model. */
+struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
+                                     struct rmap_vec3 direction, const struct rmap_draw *draw);
+
+/* BSDF, 1/sr, from one direction of travel to another; 0 of what goes one way alone (a unified
+ * model's spike and back-scatter). */
+double rmap_scatter_bsdf(const struct rmap_scatter_side *side, struct rmap_vec3 in,
+                         struct rmap_vec3 out);
+
+#endif

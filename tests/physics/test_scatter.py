@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Scatter models: shares in closed form counted in rays, forward tracing against rendering, and what maps of them weigh.
+
+Harvey's law cut at the horizon scatters 2 pi b0 l^2 / (s + 2) ((1 + l^-2)^((s + 2)/2) - 1) at normal incidence; at other angles by
+quadrature. A rough boundary scatters R (1 - exp(-(4 pi sigma n cos / lambda)^2)) of the reflected light (Davies 1954,
+doi:10.1049/pi-3.1954.0025) and T (1 - exp(-(2 pi sigma (n1 cos1 - n2 cos2) / lambda)^2)) of the refracted.
+"""
+import math
+import os
+
+import numpy
+
+from picture import luminance, render
+from raymap import Checks, count, drop, many, rays, run, trace, write_scene
+
+checks = Checks()
+
+BEAM = """raymap: 1
+units: mm
+spectrum: {{wavelengths: [{nm}]}}
+media: {{air: {{index: 1}}, glass: {{index: 1.5168}}}}
+surfaces: {{face: {surface}}}
+geometries: {{plate: {{type: rectangle, size: [1000, 1000]}}}}
+objects: [{{name: plate, geometry: plate, surface: face, front: air, back: {back}}}]
+sources:
+  - {{name: s, type: rays, flux: 1 W, medium: air, rays: [{{origin: [0, 0, 1], direction: [{s!r}, 0, {c!r}], wavelength: {nm}}}]}}
+"""
+
+
+def beam(surface, degrees=0, nm=632.8, back="air"):
+    angle = math.radians(degrees)
+    return BEAM.format(surface=surface, nm=nm, back=back, s=math.sin(angle), c=-math.cos(angle))
+
+
+def check_harvey():
+    mirror = "{type: mirror, reflectance: 1, scatter: {model: harvey, b0: 13.947, l: 0.01, s: -1.5}}"
+    for degrees, want in {0: 0.157745, 30: 0.14875, 60: 0.12188, 80: 0.09460}.items():
+        target = trace("harvey", beam(mirror, degrees), many(400_000))
+        (scattered, specular), total = rays(target, "scatter(harvey)", "hit(plate, reflect_specular)")
+        checks.share(f"Harvey at {degrees} degrees", scattered, total, want)
+        checks.true("nothing is lost", scattered + specular == total)
+        drop(target)
+
+
+def check_rough_lens():
+    """20 nm on N-BK7's index: 15 times as much of the reflected light as of the refracted."""
+    lens = "{type: fresnel, scatter: {model: harvey, roughness: 20 nm, correlation: 5 um}}"
+    r = ((1.5168 - 1) / (1.5168 + 1)) ** 2
+    back = r * -math.expm1(-(4 * math.pi * 20 / 587.56) ** 2)
+    on = (1 - r) * -math.expm1(-(2 * math.pi * 20 * 0.5168 / 587.56) ** 2)
+    target = trace("lens", beam(lens, 0, 587.56, "glass"), many(1_000_000))
+    criteria = ["hit(plate, reflect)", "hit(plate, reflect_diffuse)", "hit(plate, transmit_diffuse)", "scatter(harvey)"]
+    (reflected, lobe, passed, both), total = rays(target, *criteria)
+    checks.share("reflected in all", reflected, total, r)
+    checks.share("scattered back", lobe, total, back)
+    checks.share("scattered on", passed, total, on)
+    checks.true("each scattered ray is one of them", both == lobe + passed)
+    drop(target)
+
+
+def check_spike():
+    """A pure spike does not feel the roughness of the facets; of their lobe nothing is specular."""
+    spike = "{type: scatter, reflectance: 0.7, reflect: {model: unified, sigma_alpha: 12, spike: 1}}"
+    lobe = spike.replace("spike: 1", "lobe: 1")
+    for name, surface, criterion in [("spike", spike, "hit(plate, reflect_specular)"), ("lobe", lobe, "scatter(unified)")]:
+        target = trace(name, beam(surface, 40), many(200_000))
+        (matched,), total = rays(target, criterion)
+        checks.share(name, matched, total, 0.7)
+        drop(target)
+
+
+# ---- trace against render: a screen lit by a plate alone ----
+
+SCREEN = """raymap: 1
+units: m
+spectrum: {{mode: rgb}}
+media: {{air: {{index: 1}}, glass: {{index: 1.5}}}}
+surfaces:
+  face: {surface}
+  grey: {{type: lambert, reflectance: 0.5}}
+geometries:
+  plate: {{type: rectangle, size: [6, 6]}}
+  screen: {{type: rectangle, size: [1, 1]}}
+  wall: {{type: rectangle, size: [20, 20]}}
+objects:
+  - {{name: plate, geometry: plate, surface: face, front: air, back: {back}, rotate: [0, 0, 20]}}
+  - {{name: screen, geometry: screen, at: [1.5, 0, 2], rotate: [0, 216.86989764584402, 0], surface: {{front: grey, back: absorber}}, front: air, back: air}}
+  - {{name: wall, geometry: wall, at: [0, 0, 10.7], rotate: [0, 90, 0], surface: absorber}}
+sources: [{{name: lamp, type: area, shape: {{disc: 0.3}}, at: [-1.5, 0, {z}], direction: [0.6, 0, {dz}], flux: 1000 lm, medium: {back_or_air}}}]
+detectors: [{{name: sensor, type: plane, on: screen, cells: 1}}]
+cameras: [{{name: eye, at: [0.9, 0, 1.2], look_at: [1.5, 0, 2], up: [0, 1, 0], fov: 53.13010235415598, resolution: [16, 16]}}]
+"""
+
+MODELS = {
+    "lambert": "{type: scatter, reflectance: 0.8, reflect: {model: lambert}}",
+    "gaussian": "{type: scatter, reflectance: 0.8, reflect: {model: gaussian, sigma: 0.3}}",
+    "cosine": "{type: scatter, reflectance: 0.8, reflect: {model: cosine, power: 12}}",
+    "abg": "{type: scatter, reflectance: 0.8, reflect: {model: abg, A: 0.05, B: 0.1, g: 1.7}}",
+    "harvey": "{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 0.7, l: 0.2, s: -1.5}}",
+    "harvey of roughness": "{type: mirror, metal: {n: 0.7, k: 4}, scatter: {model: harvey, roughness: 40 nm, correlation: 0.5 um}}",
+    "k_correlation": "{type: mirror, reflectance: 0.9, scatter: {model: k_correlation, roughness: 12 nm, correlation: 0.2 um, s: 2.5}}",
+    "ggx": "{type: mirror, metal: {n: 0.7, k: 4}, scatter: {model: ggx, alpha: 0.4}}",
+    "ggx, two alphas": "{type: scatter, reflectance: 0.8, reflect: {model: ggx, alpha: [0.6, 0.2]}}",
+    "beckmann": "{type: scatter, reflectance: 0.8, reflect: {model: beckmann, alpha: [0.2, 0.5]}}",
+    "unified": "{type: scatter, reflectance: 0.8, reflect: {model: unified, sigma_alpha: 12, spike: 0.1, lobe: 0.5, back: 0.2}}",
+    "retro": "{type: scatter, reflectance: 0.8, reflect: {model: retro, sigma: 0.5}}",
+    "gaussian, passing": "{type: scatter, transmittance: 0.8, transmit: {model: gaussian, sigma: 0.3}}",
+    "lambert, passing": "{type: scatter, transmittance: 0.8, transmit: {model: lambert}}",
+    "ground glass": "{type: fresnel, scatter: {model: ggx, alpha: 0.3}}",
+    "ground glass by beckmann": "{type: fresnel, scatter: {model: beckmann, alpha: 0.3}}",
+    "ground glass by unified": "{type: fresnel, scatter: {model: unified, sigma_alpha: 15, lobe: 0.6, spike: 0.1}}",
+    "rough glass": "{type: fresnel, scatter: {model: harvey, roughness: 120 nm, correlation: 0.5 um}}",
+}
+
+
+def check_trace_and_render():
+    for name, surface in MODELS.items():
+        through = "passing" in name or "glass" in name
+        glass = "glass" in name
+        scene = SCREEN.format(surface=surface, back="glass" if glass else "air", z=-2 if through else 2,
+                              dz=0.8 if through else -0.8, back_or_air="glass" if glass else "air")
+        target = trace("screen", scene, many(500_000))
+        (answer,) = count(target, "registered(sensor)")
+        flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
+        drop(target)
+        image, told = render("screen", scene, "--samples", 500)
+        n = image.shape[0] * image.shape[1]
+        seen, noise = luminance(image).mean() * math.pi / 0.5, told["noise"] / math.sqrt(n) * math.pi / 0.5
+        checks.true(f"{name}: light on the screen", flux > 0.1)
+        checks.z(f"{name}: lm on the screen", seen, flux, math.hypot(noise, error))
+
+
+def check_bytes():
+    """Directions are drawn again by the decoder: a map with a model weighs what one of Lambert's law does."""
+    box = """raymap: 1
+units: mm
+spectrum: {wavelengths: [550]}
+media: {air: {index: 1}}
+surfaces:
+  face: %s
+geometries: {ball: {type: sphere, radius: 20}, wall: {type: mesh, file: cube.obj}}
+objects:
+  - {name: ball, geometry: ball, surface: face, inside: air, outside: air}
+  - {name: cube, geometry: wall, surface: face, inside: air, outside: air}
+sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
+"""
+    with open("cube.obj", "w", encoding="utf-8") as file:
+        file.write("".join(f"v {x} {y} {z}\n" for x in (-60, 60) for y in (-60, 60) for z in (-60, 60)))
+        file.write("f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
+    def nbytes_of(surface):
+        run("trace", write_scene("bytes", box % surface), "-o", "bytes.raymap", "-n", 60000, "--quiet", "--force")
+        run("verify", "bytes.raymap")
+        return sum(os.path.getsize(os.path.join(folder, file)) for folder, _, files in os.walk("bytes.raymap")
+                   for file in files if file.startswith("piece"))
+
+    lambert = {r: nbytes_of(f"{{type: lambert, reflectance: {r}}}") for r in (0.8, 0.85, 0.9)}
+    found = []
+    for name, surface in MODELS.items():
+        if "transmit" in surface or "fresnel" in surface:
+            continue
+        nbytes, plain = nbytes_of(surface), lambert[0.9 if "0.9" in surface else 0.85 if "metal" in surface else 0.8]
+        checks.true(f"{name}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.3 * plain)
+        found.append(f"{name} {nbytes / plain:.2f}")
+    drop("bytes.raymap")
+    print("bytes over those of Lambert's law of the same reflectance:", ", ".join(found))
+
+
+check_harvey()
+check_rough_lens()
+check_spike()
+check_trace_and_render()
+check_bytes()
+checks.finish()
