@@ -20,6 +20,7 @@ rmap_pkg(edit libedit)
 rmap_pkg(assimp assimp)
 rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
 rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
+rmap_pkg(xml libxml-2.0)
 
 # Of OpenEXR its C interface alone, since version 3.1; the rest is C++.
 pkg_check_modules(openexr REQUIRED OpenEXR>=3.1)

@@ -10,7 +10,7 @@ build_packages=(
     gcc libc6-dev make cmake ninja-build pkg-config git
     libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
     zlib1g-dev libdeflate-dev libyaml-dev libjansson-dev libxxhash-dev
-    librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev
+    librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev libxml2-dev
     libopenexr-dev fonts-dejavu-core libjs-three
 )
 test_packages=(

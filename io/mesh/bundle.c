@@ -74,6 +74,11 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle)
         rmap_grid_drop(bundle->grid[i].grid);
     }
     rmap_free(bundle->grid);
+    for (size_t i = 0; i < bundle->n_file; i++) {
+        rmap_free(bundle->file[i].name);
+        rmap_free(bundle->file[i].text);
+    }
+    rmap_free(bundle->file);
     for (size_t i = 0; i < bundle->n_plugin; i++)
         rmap_free(bundle->plugin[i].field);
     rmap_free(bundle->plugin);
@@ -135,6 +140,20 @@ enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *fi
     bundle->grid = list;
     bundle->grid[bundle->n_grid].field = name;
     bundle->grid[bundle->n_grid++].grid = grid;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_file(struct rmap_bundle *bundle, const char *name, char *text,
+                                      size_t nbytes, struct rmap_error *err)
+{
+    char *copy = NULL;
+    void *list = grow(bundle->file, bundle->n_file, sizeof *bundle->file, name, &copy, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->file = list;
+    bundle->file[bundle->n_file].name = copy;
+    bundle->file[bundle->n_file].text = text;
+    bundle->file[bundle->n_file++].nbytes = nbytes;
     return RMAP_OK;
 }
 

@@ -44,6 +44,12 @@ struct rmap_bundle {
         char *field; /* a medium's name, with "/1" behind it for a part of a sum */
         struct rmap_grid *grid;
     } * grid;
+    size_t n_file;
+    struct {
+        char *name; /* as the scene names it */
+        char *text; /* with a 0 behind it */
+        size_t nbytes;
+    } * file; /* tables and the like */
     size_t n_plugin;
     struct {
         char *field;
@@ -74,6 +80,9 @@ enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *ge
 /* The same for a grid, whose one hold is taken over, and for what a plug-in's file was. */
 enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *field,
                                       struct rmap_grid *grid, struct rmap_error *err) RMAP_MUST_USE;
+/* A file's text, taken over on success alone. */
+enum rmap_status rmap_bundle_add_file(struct rmap_bundle *bundle, const char *name, char *text,
+                                      size_t nbytes, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *field,
                                         uint64_t xxh3, struct rmap_error *err) RMAP_MUST_USE;
 

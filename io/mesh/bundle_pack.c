@@ -2,7 +2,8 @@
  *
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
- * gradient media are made of stands at the end, where there is any.
+ * gradient media are made of stands at the end, where there is any; and behind that the texts of
+ * tables.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -14,6 +15,7 @@
 
 static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
 static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
+static const char magic_files[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '3'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -94,11 +96,21 @@ static void put_fields(struct sink *sink, const struct rmap_bundle *bundle)
     }
 }
 
+static void put_files(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    put_u64(sink, bundle->n_file);
+    for (size_t i = 0; i < bundle->n_file; i++) {
+        put_text(sink, bundle->file[i].name);
+        put_text(sink, bundle->file[i].text);
+    }
+}
+
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    bool fields = bundle->n_grid || bundle->n_plugin;
-    put_bytes(sink, fields ? magic_fields : magic, sizeof magic);
+    const bool files = bundle->n_file > 0;
+    const bool fields = files || bundle->n_grid || bundle->n_plugin;
+    put_bytes(sink, files ? magic_files : fields ? magic_fields : magic, sizeof magic);
     put_text(sink, bundle->path);
     put_u64(sink, bundle->text_nbytes);
     put_bytes(sink, bundle->text, bundle->text_nbytes);
@@ -115,6 +127,8 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
     }
     if (fields)
         put_fields(sink, bundle);
+    if (files)
+        put_files(sink, bundle);
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -361,13 +375,34 @@ out:
     return st;
 }
 
+static enum rmap_status take_files(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    char *name = NULL, *text = NULL;
+    RMAP_TRY(take_count(in, 16, &n));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_name(in, &text));
+        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, strlen(text), in->err));
+        text = NULL;
+        rmap_free(name);
+        name = NULL;
+    }
+out:
+    rmap_free(name);
+    rmap_free(text);
+    return st;
+}
+
 static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
     bool known = in->left >= sizeof magic;
-    bool fields = known && memcmp(in->at, magic_fields, sizeof magic) == 0;
+    const bool files = known && memcmp(in->at, magic_files, sizeof magic) == 0;
+    const bool fields = files || (known && memcmp(in->at, magic_fields, sizeof magic) == 0);
     if (!known || (!fields && memcmp(in->at, magic, sizeof magic) != 0))
         return damaged(in, "it does not begin like one");
     in->at += sizeof magic;
@@ -387,6 +422,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
     RMAP_TRY(take_meshes(in, bundle));
     if (fields)
         RMAP_TRY(take_fields(in, bundle));
+    if (files)
+        RMAP_TRY(take_files(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

@@ -195,6 +195,43 @@ char *rmap_reader_path(struct rmap_reader *reader, const char *file)
     return path;
 }
 
+const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                             const char *key, const struct rmap_text_kind *kind, size_t *nbytes_ret)
+{
+    struct rmap_bundle *bundle = reader->bundle;
+    const char *name = rmap_reader_text(reader, map, key, RMAP_REQUIRED);
+    char *text = NULL;
+    if (!name)
+        return NULL;
+    for (size_t i = 0; i < bundle->n_file; i++)
+        if (strcmp(bundle->file[i].name, name) == 0) {
+            *nbytes_ret = bundle->file[i].nbytes;
+            return bundle->file[i].text;
+        }
+    if (bundle->meshes_complete) {
+        rmap_reader_error(reader, rmap_yaml_get(map, key),
+                          "the file '%.100s' is not stored with the scene", name);
+        return NULL;
+    }
+    char *path = rmap_reader_path(reader, name);
+    if (!path)
+        return NULL;
+    enum rmap_status st = rmap_text_file_read(path, kind, &text, nbytes_ret, &reader->failure);
+    if (st == RMAP_OK && strlen(text) != *nbytes_ret)
+        st = rmap_error_set(&reader->failure, RMAP_INPUT, "%s holds a byte 0: it is not %s", path,
+                            kind->format);
+    if (st == RMAP_OK &&
+        rmap_bundle_add_file(bundle, name, text, *nbytes_ret, &reader->failure) != RMAP_OK) {
+        rmap_reader_fail(reader, RMAP_SYSTEM);
+        rmap_free(text);
+        return NULL;
+    }
+    if (st != RMAP_OK)
+        rmap_free(text);
+    rmap_reader_made(reader, rmap_yaml_get(map, key), st);
+    return st == RMAP_OK ? text : NULL;
+}
+
 /* Into the bundle; NULL: there is none, or no memory. */
 static struct rmap_mesh *keep_mesh(struct rmap_reader *reader, const char *name,
                                    struct rmap_mesh *mesh)

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "io/file/diagnostics.h"
+#include "io/file/text_file.h"
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
 #include "io/scene/scene_values.h"
@@ -150,6 +151,12 @@ bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_n
                             const char *what, const char *const *known, size_t n_known);
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
+
+/* The text of a file that the scene names under `key`, which goes with the scene's bundle; NULL
+ * after a complaint. Borrowed. */
+const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                             const char *key, const struct rmap_text_kind *kind,
+                             size_t *nbytes_ret);
 
 /* The scene cannot be read, for what reader->failure says; for want of memory. */
 void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);

@@ -9,6 +9,7 @@
 
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_tables.h"
 #include "scene/scene.h"
 
 /* What may stand beside `model`, on the channels. */
@@ -19,6 +20,8 @@ struct parameters {
     double sigma_alpha[RMAP_CHANNEL_MAX], spike[RMAP_CHANNEL_MAX], lobe[RMAP_CHANNEL_MAX],
         back[RMAP_CHANNEL_MAX];
     double roughness, correlation, reference; /* lengths in the scene's unit; nm */
+    bool relative;                            /* a table is of what is reflected */
+    enum { VISIBLE, SOLAR } band;
 };
 
 static const struct rmap_range width = {1e-6, 10, "from 0.000001 to 10", RMAP_DIMENSION_NONE},
@@ -51,7 +54,9 @@ const struct rmap_mapping rmap_scatter_keys = {
      {"sigma_alpha", SPECTRUM(sigma_alpha), &degrees},
      {"spike", SPECTRUM(spike), &rmap_range_share},
      {"lobe", SPECTRUM(lobe), &rmap_range_share},
-     {"back", SPECTRUM(back), &rmap_range_share}}};
+     {"back", SPECTRUM(back), &rmap_range_share},
+     {"relative", RMAP_KEY_TRUTH, offsetof(struct parameters, relative)},
+     {"band", RMAP_KEY_WORD, offsetof(struct parameters, band), .words = "visible solar"}}};
 #undef SPECTRUM
 
 /* A lobe being read. */
@@ -62,6 +67,7 @@ struct lobe {
     struct rmap_scatter *its;
     struct parameters parameters;
     int n; /* channels */
+    bool passes;
 };
 
 static bool has(const struct lobe *lobe, const char *key)
@@ -111,6 +117,7 @@ static bool set_roughness(struct lobe *lobe)
 static bool read_harvey(struct lobe *lobe)
 {
     const bool rough = has(lobe, "roughness"), given = has(lobe, "b0");
+    const size_t before = lobe->reader->diagnostics->n_error;
     struct parameters *p = &lobe->parameters;
     if (rough == given) {
         rmap_reader_error(lobe->reader, lobe->node,
@@ -135,7 +142,7 @@ static bool read_harvey(struct lobe *lobe)
         lobe->its->shape[RMAP_SHAPE_L][i] *= ratio;
         lobe->its->amount[i] = p->b0[i] / (ratio * ratio * ratio * ratio);
     }
-    return !rough || set_roughness(lobe);
+    return lobe->reader->diagnostics->n_error == before && (!rough || set_roughness(lobe));
 }
 
 /* sigma^2 is the power spectrum's integral up to one line per wavelength (Dittman 2006). */
@@ -149,8 +156,9 @@ static bool read_k_correlation(struct lobe *lobe)
                           "s");
         return false;
     }
+    const size_t before = lobe->reader->diagnostics->n_error;
     rmap_reader_quantity(lobe->reader, lobe->node, "s", RMAP_REQUIRED, &rising, p->s);
-    if (!set_roughness(lobe))
+    if (lobe->reader->diagnostics->n_error != before || !set_roughness(lobe))
         return false;
     copy(lobe, RMAP_SHAPE_S, p->s, 1.0);
     for (int i = 0; i < lobe->n; i++) {
@@ -215,6 +223,64 @@ static bool read_unified(struct lobe *lobe)
     return true;
 }
 
+/* Vendors' files that are not public are refused by what they are called. */
+static bool is_closed(const struct lobe *lobe, const char *name)
+{
+    static const char *const ending[] = {".anisotropicbsdf", ".brdf", ".scattering", ".sop",
+                                         ".bsdf180"};
+    const size_t len = name ? strlen(name) : 0;
+    for (size_t i = 0; i < RMAP_COUNT(ending); i++) {
+        const size_t n = strlen(ending[i]);
+        if (len < n || strcmp(name + len - n, ending[i]) != 0)
+            continue;
+        rmap_reader_error(lobe->reader, rmap_yaml_get(lobe->node, "file"),
+                          "'%.100s' is of a format that its vendor has not made public: export the "
+                          "data as CSV (model table) or as Klems XML (model klems)",
+                          name);
+        return true;
+    }
+    return false;
+}
+
+static bool read_file(struct lobe *lobe)
+{
+    static const struct rmap_text_kind csv = {"a table", "text", "", (size_t)64 << 20},
+                                       xml = {"a Klems matrix", "XML", "", (size_t)64 << 20};
+    struct rmap_reader *reader = lobe->reader;
+    const bool klems = lobe->its->model == RMAP_SCATTER_KLEMS;
+    const struct rmap_bsdf_wanted wanted = {&reader->scene->channels, lobe->passes,
+                                            lobe->parameters.band == SOLAR};
+    const struct rmap_yaml_node *at = rmap_yaml_get(lobe->node, "file");
+    struct rmap_error why;
+    size_t nbytes = 0;
+    double theta;
+    if (at && at->kind == RMAP_YAML_SCALAR && is_closed(lobe, at->text))
+        return false;
+    const char *text = rmap_reader_file(reader, lobe->node, "file", klems ? &xml : &csv, &nbytes);
+    if (!text)
+        return false;
+    const enum rmap_status st =
+        klems ? rmap_bsdf_klems_read(text, nbytes, &wanted, &lobe->its->table, &why)
+              : rmap_bsdf_csv_read(text, nbytes, &wanted, &lobe->its->table, &why);
+    if (st == RMAP_SYSTEM) {
+        reader->failure = why;
+        rmap_reader_fail(reader, st);
+    } else if (st != RMAP_OK) {
+        rmap_reader_error(reader, at, "%.100s: %s", at->text, why.text);
+    }
+    if (st != RMAP_OK)
+        return false;
+    lobe->its->by_wavelength = lobe->its->table->n_band > 1;
+    for (int i = 0; i < lobe->n; i++)
+        lobe->its->amount[i] = 1.0;
+    const double most = rmap_scatter_table_finish(lobe->its->table, &theta);
+    if (!(most > 1.0 + 1e-3))
+        return true;
+    rmap_reader_error(reader, at, "%.100s scatters %.6g of the light at %g degrees: more than 1",
+                      at->text, most, theta);
+    return false;
+}
+
 /* Those whose parameters say a shape alone take `tis`, or all of the reflectance. */
 static void set_amount(struct lobe *lobe, const double *share)
 {
@@ -262,6 +328,9 @@ static bool read_model(struct lobe *lobe)
         return read_facets(lobe);
     case RMAP_SCATTER_UNIFIED:
         return read_unified(lobe);
+    case RMAP_SCATTER_TABLE:
+    case RMAP_SCATTER_KLEMS:
+        return read_file(lobe);
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -280,7 +349,7 @@ static bool differs(const double *value, int n)
 
 /* NULL after a complaint. */
 static struct rmap_scatter *read_lobe(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      const char *key, struct lobe *lobe)
+                                      const char *key, bool passes, struct lobe *lobe)
 {
     static const char names[] =
 #define ROW(symbol, name, keys, reciprocal) name " "
@@ -289,7 +358,7 @@ static struct rmap_scatter *read_lobe(struct rmap_reader *reader, const struct r
     const struct rmap_yaml_node *at = rmap_yaml_get(node, key);
     struct rmap_scene *scene = reader->scene;
     int model = -1;
-    *lobe = (struct lobe){.reader = reader, .node = at, .n = scene->channels.n};
+    *lobe = (struct lobe){.reader = reader, .node = at, .n = scene->channels.n, .passes = passes};
     if (at->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, at, "'%s' must be a mapping, as in {model: lambert}", key);
         return NULL;
@@ -322,6 +391,7 @@ static double worst_share(const struct rmap_scatter *its, int channel, double *d
                                            .channel = channel,
                                            .n1 = 1.0,
                                            .n2 = 1.0,
+                                           .front = true,
                                            .in = rmap_vec3(sin(radians), 0.0, -cos(radians))};
         double share = rmap_lobe_total(&at);
         if (its->by_roughness)
@@ -377,7 +447,7 @@ static void read_on_boundary(struct rmap_reader *reader, const struct rmap_yaml_
 {
     const bool is_fresnel = surface->type == RMAP_SURFACE_FRESNEL;
     struct lobe lobe;
-    if (!rmap_yaml_get(node, "scatter") || !read_lobe(reader, node, "scatter", &lobe))
+    if (!rmap_yaml_get(node, "scatter") || !read_lobe(reader, node, "scatter", false, &lobe))
         return;
     lobe.surface = surface;
     if (!fits(&lobe, is_fresnel))
@@ -420,7 +490,7 @@ static void read_way(struct rmap_reader *reader, const struct rmap_yaml_node *no
                           rest);
     rmap_reader_quantity(reader, node, total ? whole : rest, RMAP_OPTIONAL, &rmap_range_share,
                          specular);
-    if (!rmap_yaml_get(node, key) || !read_lobe(reader, node, key, &lobe))
+    if (!rmap_yaml_get(node, key) || !read_lobe(reader, node, key, passes, &lobe))
         return;
     lobe.surface = surface;
     const enum rmap_scatter_model model = lobe.its->model;
@@ -448,6 +518,13 @@ static void read_way(struct rmap_reader *reader, const struct rmap_yaml_node *no
             specular[i] = 1.0;
         most[i] = total ? specular[i] : 1.0 - specular[i];
     }
+    if (lobe.parameters.relative && !total) {
+        rmap_reader_error(reader, lobe.node, "'relative' is of what is %s: say '%s'",
+                          passes ? "let pass" : "reflected", whole);
+        return;
+    }
+    for (int i = 0; lobe.parameters.relative && i < lobe.n; i++)
+        lobe.its->amount[i] = specular[i];
     if (takes_all) {
         set_amount(&lobe, specular);
         for (int i = 0; i < lobe.n; i++)
@@ -497,6 +574,8 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
                               struct rmap_surface *surface)
 {
     const size_t before = reader->diagnostics->n_error;
+    int frame = 0; /* the only one that there is */
+    (void)rmap_reader_choice(reader, node, "frame", RMAP_OPTIONAL, "object", &frame);
     if (surface->type != RMAP_SURFACE_SCATTER) {
         read_on_boundary(reader, node, surface);
         return;

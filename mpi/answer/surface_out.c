@@ -11,6 +11,7 @@
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "io/export/raster.h"
+#include "scatter/table.h"
 
 /* Degrees from one row to the next, and the last row. */
 enum { STEP_DEG = 5, LAST_DEG = 90 };
@@ -123,6 +124,15 @@ static bool is_reciprocal(const struct rmap_surface_question *self)
     return is;
 }
 
+/* Of a measured model: how far it is from reciprocal; else NaN. */
+static double asymmetry(const struct rmap_surface_question *self, bool passes)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, passes);
+    return its && rmap_scatter_is_table(its)
+               ? rmap_table_asymmetry(its, self->channel, passes, self->side[0].front)
+               : (double)NAN;
+}
+
 static void print_scattering(const struct rmap_surface_question *self, FILE *out)
 {
     const char *reflect = model_name(self, false), *transmit = model_name(self, true);
@@ -132,6 +142,10 @@ static void print_scattering(const struct rmap_surface_question *self, FILE *out
             reflect && transmit && strcmp(reflect, transmit) != 0 ? " and, passing, by " : "",
             reflect && transmit && strcmp(reflect, transmit) != 0 ? transmit : "",
             is_reciprocal(self) ? "reciprocal" : "not reciprocal");
+    for (int way = 0; way < 2; way++)
+        if (!isnan(asymmetry(self, way == 1)))
+            fprintf(out, "  asymmetry %.3g %% of its %s light: mean |f(a, b) - f(b, a)| over f\n",
+                    100.0 * asymmetry(self, way == 1), way ? "transmitted" : "reflected");
     for (size_t s = 0; s < self->n_side; s++) {
         fprintf(out,
                 "  from %s into %s\n  angle  reflected   scattered  transmitted   scattered    "
@@ -226,8 +240,10 @@ json_t *rmap_surface_json(const struct rmap_surface_question *self)
                                                      "bsdf", bsdf_json(self, s)));
     json_t *scatter = json_null();
     if (rmap_surface_scatters(self->surface))
-        scatter = json_pack("{s:s?, s:s?, s:b}", "reflect", model_name(self, false), "transmit",
-                            model_name(self, true), "reciprocal", is_reciprocal(self));
+        scatter = json_pack("{s:s?, s:s?, s:b, s:{s:o, s:o}}", "reflect", model_name(self, false),
+                            "transmit", model_name(self, true), "reciprocal", is_reciprocal(self),
+                            "asymmetry", "reflect", rmap_json_number(asymmetry(self, false)),
+                            "transmit", rmap_json_number(asymmetry(self, true)));
     return json_pack("{s:s, s:s, s:s, s:f, s:o, s:o}", "name", self->surface->name, "type",
                      rmap_surface_model[self->surface->type].name, "object",
                      self->side[0].object->name, "wavelength",

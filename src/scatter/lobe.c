@@ -9,6 +9,7 @@
 #include "base/portable.h"
 #include "formula/azimuth.h"
 #include "scatter/scatter.h"
+#include "scatter/table.h"
 
 /* Draws until a direction lies above the horizon; then the specular one is taken. Fewer than one
  * ray in 1e12 comes so far. */
@@ -75,6 +76,8 @@ static double radial(const struct rmap_scattering *at, double x)
     case RMAP_SCATTER_GGX:
     case RMAP_SCATTER_BECKMANN:
     case RMAP_SCATTER_UNIFIED:
+    case RMAP_SCATTER_TABLE:
+    case RMAP_SCATTER_KLEMS:
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -105,6 +108,8 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
         return 0.0;
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return 1.0;
+    if (rmap_scatter_is_table(at->scatter))
+        return rmap_table_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
         double cosine = rmap_dot(axis_of(at), out);
         return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
@@ -226,6 +231,8 @@ static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const stru
 struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
     double u[4], cosine, sine;
+    if (rmap_scatter_is_table(at->scatter))
+        return rmap_table_draw(at, draw);
     if (at->scatter->model == RMAP_SCATTER_COSINE)
         return draw_cosine(at, draw);
     if (is_radial(at->scatter->model))
@@ -338,6 +345,8 @@ double rmap_lobe_total(const struct rmap_scattering *at)
 {
     if (at->scatter->model == RMAP_SCATTER_UNIFIED)
         return rmap_facet_fit(at);
+    if (rmap_scatter_is_table(at->scatter))
+        return rmap_table_total(at);
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return RMAP_PI;
     return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);
@@ -347,7 +356,8 @@ enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_chann
                                        int32_t far, const double *n1, const double *n2,
                                        struct rmap_error *err)
 {
-    if (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN)
+    if (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN ||
+        rmap_scatter_is_table(scatter))
         return RMAP_OK;
     if (!rmap_scatter_uses_index(scatter))
         near = far = -1;
@@ -412,6 +422,7 @@ void rmap_scatter_fini(struct rmap_scatter *scatter)
     for (size_t i = 0; i < scatter->n_totals; i++)
         rmap_free(scatter->totals[i].at);
     rmap_free(scatter->totals);
+    rmap_scatter_table_destroy(scatter->table);
     *scatter = (struct rmap_scatter){.totals = NULL};
 }
 

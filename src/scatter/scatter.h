@@ -31,7 +31,8 @@
  *                  sees (Heitz 2018, JCGT 7 (4) 1)
  *   UNIFIED        spike, facet lobe, straight back and Lambert (Levin & Moisan 1996,
  *                  doi:10.1109/NSSMIC.1996.591410; facets as Geant4 draws them)
- *   RETRO          a Gaussian about the way back */
+ *   RETRO          a Gaussian about the way back
+ *   TABLE, KLEMS   measured: table.h */
 #define RMAP_SCATTER_TABLE(X)                                                                      \
     X(LAMBERT, "lambert", "tis", true)                                                             \
     X(GAUSSIAN, "gaussian", "sigma tis", true)                                                     \
@@ -42,7 +43,9 @@
     X(GGX, "ggx", "alpha", true)                                                                   \
     X(BECKMANN, "beckmann", "alpha", true)                                                         \
     X(UNIFIED, "unified", "sigma_alpha spike lobe back", false)                                    \
-    X(RETRO, "retro", "sigma tis", true)
+    X(RETRO, "retro", "sigma tis", true)                                                           \
+    X(TABLE, "table", "file relative", false)                                                      \
+    X(KLEMS, "klems", "file band", false)
 
 enum rmap_scatter_model {
 #define RMAP_SCATTER_ENUM(symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
@@ -50,6 +53,8 @@ enum rmap_scatter_model {
 #undef RMAP_SCATTER_ENUM
         RMAP_SCATTER_COUNT
 };
+
+struct rmap_scatter_table;
 
 struct rmap_scatter_name {
     const char *name, *keys;
@@ -100,6 +105,7 @@ struct rmap_scatter {
     double amount[RMAP_CHANNEL_MAX];      /* BSDF = amount x shape; by roughness and of facets: 1 */
     double shape[RMAP_SHAPE_MAX][RMAP_CHANNEL_MAX];
     struct rmap_scatter_totals *totals; /* [n_totals], owned */
+    struct rmap_scatter_table *table;   /* TABLE, KLEMS; owned */
     size_t n_totals;
 };
 
@@ -109,6 +115,11 @@ static inline bool rmap_scatter_is_facets(const struct rmap_scatter *scatter)
            scatter->model == RMAP_SCATTER_UNIFIED;
 }
 
+static inline bool rmap_scatter_is_table(const struct rmap_scatter *scatter)
+{
+    return scatter->model == RMAP_SCATTER_TABLE || scatter->model == RMAP_SCATTER_KLEMS;
+}
+
 /* Its x and y are told apart. */
 static inline bool rmap_scatter_is_anisotropic(const struct rmap_scatter *scatter, int n_channel)
 {
@@ -116,8 +127,8 @@ static inline bool rmap_scatter_is_anisotropic(const struct rmap_scatter *scatte
     for (int i = 0; i < n_channel; i++)
         differs = differs ||
                   scatter->shape[RMAP_SHAPE_ALPHA_X][i] != scatter->shape[RMAP_SHAPE_ALPHA_Y][i];
-    return differs &&
-           (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN);
+    return rmap_scatter_is_table(scatter) || (differs && (scatter->model == RMAP_SCATTER_GGX ||
+                                                          scatter->model == RMAP_SCATTER_BECKMANN));
 }
 
 /* Does the index of the media shape it? */
@@ -131,6 +142,7 @@ struct rmap_scattering {
     const struct rmap_scatter *scatter;
     int channel;
     bool passes;         /* the lobe of transmitted light is asked for */
+    bool front;          /* light comes from the front of the object: tables */
     double n1, n2;       /* index before and beyond */
     struct rmap_vec3 in; /* unit, z <= 0 */
     double total;        /* where it is asked for: of rmap_scatter_total */

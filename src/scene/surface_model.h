@@ -21,16 +21,16 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
 /* Columns: symbol, `type` in a scene file, in sentences, keys beside `type`, look, and what light
  * may meet there beside absorption: letters of path("..."), the commonest first. */
 #define RMAP_SURFACE_TABLE(X)                                                                      \
-    X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter", RMAP_LOOK_REFRACTING, "TRI")        \
-    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter", RMAP_LOOK_MIRROR, "R")            \
+    X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter frame", RMAP_LOOK_REFRACTING, "TRI")  \
+    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter frame", RMAP_LOOK_MIRROR, "R")      \
     X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
     X(ABSORBER, "absorber", "an absorber", "", RMAP_LOOK_OTHER, "")                                \
     X(MIXTURE, "mixture", "a mixture",                                                             \
       "reflect_specular reflect_diffuse transmit_specular transmit_diffuse", RMAP_LOOK_OTHER,      \
       "RDTdI")                                                                                     \
     X(SCATTER, "scatter", "a scattering surface",                                                  \
-      "reflectance specular reflect transmittance transmit_specular transmit", RMAP_LOOK_OTHER,    \
-      "DRdTI")
+      "reflectance specular reflect transmittance transmit_specular transmit frame",               \
+      RMAP_LOOK_OTHER, "DRdTI")
 
 enum rmap_surface_type {
 #define RMAP_SURFACE_ENUM(symbol, name, phrase, keys, look, events) RMAP_SURFACE_##symbol,

@@ -223,9 +223,11 @@ static void decide_lobes(const struct rmap_scene *scene, const struct rmap_ray *
     double share[4][RMAP_CHANNEL_MAX], u[4], sum = 0.0;
     bool all_total = true;
     int chosen = 0;
+    const struct rmap_vec3 in = {rmap_dot(ray->direction, its.x), rmap_dot(ray->direction, its.y),
+                                 -side->cos_i};
     for (int i = colour->begin; i < colour->end; i++) {
         on_channel(side, i, &its);
-        const struct rmap_surface_shares one = rmap_scatter_shares(&its, side->cos_i);
+        const struct rmap_surface_shares one = rmap_scatter_shares(&its, in);
         share[0][i] = one.reflect_diffuse;
         share[1][i] = one.reflect_specular;
         share[2][i] = one.transmit_specular;

@@ -35,6 +35,7 @@ static struct rmap_scattering local(const struct rmap_scatter_side *side, bool p
                                         rmap_surface_scatter(side->scene, side->surface, passes),
                                     .channel = side->channel,
                                     .passes = passes,
+                                    .front = side->front,
                                     .n1 = side->n1,
                                     .n2 = side->n2,
                                     .in = in};
@@ -81,10 +82,10 @@ static double lobe_total(const struct rmap_scatter_side *side, const struct rmap
     return rmap_scatter_total(at, side->near, side->far);
 }
 
-static struct rmap_surface_shares lobe_shares(const struct rmap_scatter_side *side, double cos_i)
+static struct rmap_surface_shares lobe_shares(const struct rmap_scatter_side *side,
+                                              struct rmap_vec3 in)
 {
-    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, cos_i);
-    const struct rmap_vec3 in = {sine_of(cos_i), 0.0, -cos_i};
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
     struct rmap_surface_shares its = {.reflect_specular = smooth.reflected,
                                       .transmit_specular = smooth.passed};
     const bool is_scatter = side->surface->type == RMAP_SURFACE_SCATTER;
@@ -117,11 +118,12 @@ static const double *shape_of(const struct rmap_scattering *at, int k)
     return &at->scatter->shape[k][at->channel];
 }
 
-static struct rmap_surface_shares facet_shares(const struct rmap_scatter_side *side, double cos_i)
+static struct rmap_surface_shares facet_shares(const struct rmap_scatter_side *side,
+                                               struct rmap_vec3 in)
 {
     struct rmap_surface_shares its = {.reflect_specular = 0.0};
-    const struct rmap_scattering at = local(side, false, rmap_vec3(sine_of(cos_i), 0.0, -cos_i));
-    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, cos_i);
+    const struct rmap_scattering at = local(side, false, in);
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
     double total[3], spike = 0.0, lobe = 1.0;
     rmap_facet_total(&at, shares_at_facet, side, total);
     if (at.scatter->model == RMAP_SCATTER_UNIFIED) {
@@ -196,15 +198,20 @@ static bool is_of_facets(const struct rmap_scatter_side *side)
     return its && rmap_scatter_is_facets(its);
 }
 
-struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side, double cos_i)
+struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side,
+                                               struct rmap_vec3 in)
 {
-    return is_of_facets(side) ? facet_shares(side, cos_i) : lobe_shares(side, cos_i);
+    return is_of_facets(side) ? facet_shares(side, in) : lobe_shares(side, in);
 }
 
 void rmap_scatter_frame(struct rmap_scatter_side *side)
 {
-    const struct rmap_scatter *its = rmap_surface_scatter(side->scene, side->surface, false);
-    if (!its || !rmap_scatter_is_anisotropic(its, side->scene->channels.n)) {
+    bool matters = false;
+    for (int way = 0; way < 2; way++) {
+        const struct rmap_scatter *its = rmap_surface_scatter(side->scene, side->surface, way == 1);
+        matters = matters || (its && rmap_scatter_is_anisotropic(its, side->scene->channels.n));
+    }
+    if (!matters) {
         rmap_basis(side->normal, &side->x, &side->y);
         return;
     }
@@ -217,7 +224,7 @@ void rmap_scatter_frame(struct rmap_scatter_side *side)
             break;
     }
     side->x = rmap_normalize(side->x);
-    side->y = rmap_cross(side->normal, side->x);
+    side->y = rmap_cross(side->front ? side->normal : rmap_scale(side->normal, -1.0), side->x);
 }
 
 bool rmap_scatter_by_channel(const struct rmap_scatter_side *side, const struct rmap_scatter *its)

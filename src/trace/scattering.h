@@ -26,11 +26,13 @@ struct rmap_scatter_side {
  * scene file says. */
 struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side, double cos_i);
 
-/* Shares of all that may happen; of facets by quadrature, which takes a millisecond. */
-struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side, double cos_i);
+/* Shares of all that may happen to light that travels along `in`, in the side's frame; of facets by
+ * quadrature, which takes a millisecond. */
+struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side,
+                                               struct rmap_vec3 in);
 
 /* x and y across the normal: of an anisotropic model from the object's x axis (its y, where the
- * normal is along x). */
+ * normal is along x), seen from its front. */
 void rmap_scatter_frame(struct rmap_scatter_side *side);
 
 /* Is the direction that light is scattered to one of the channel? */

@@ -33,7 +33,8 @@ struct rmap_surface_shares rmap_surface_shares(const struct rmap_scene *scene,
     const struct rmap_surface *surface = its.surface;
     struct rmap_surface_shares shares;
     if (rmap_surface_scatters(surface)) {
-        shares = rmap_scatter_shares(&its, cos_i);
+        shares =
+            rmap_scatter_shares(&its, rmap_vec3(sqrt((1.0 - cos_i) * (1.0 + cos_i)), 0.0, -cos_i));
     } else {
         const struct rmap_coat_shares smooth = rmap_smooth_shares(&its, cos_i);
         shares =

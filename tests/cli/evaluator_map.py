@@ -61,7 +61,7 @@ def _mesh_faces(blob):
     return faces
 
 
-MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro".split()
+MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro table klems".split()
 
 
 class PlainMap:

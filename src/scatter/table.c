@@ -1,0 +1,338 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A measured BSDF: constant over patches of the hemisphere into which light goes.
+ */
+#include "scatter/table.h"
+
+#include <math.h>
+
+#include "base/alloc.h"
+#include "base/portable.h"
+#include "formula/azimuth.h"
+
+/* ---- patches ---- */
+
+static size_t n_phi_of(const struct rmap_patches *patches, size_t ring)
+{
+    return patches->first[ring + 1] - patches->first[ring];
+}
+
+static double area_of(const struct rmap_patches *patches, size_t ring)
+{
+    return RMAP_PI * (patches->sin2[ring + 1] - patches->sin2[ring]) /
+           (double)n_phi_of(patches, ring);
+}
+
+/* In turns, 0 to 1. */
+static double azimuth_of(double x, double y)
+{
+    double half = rmap_portable_angle(x, y < 0.0 ? -y : y) / (2.0 * RMAP_PI);
+    return y < 0.0 && half > 0.0 ? 1.0 - half : half;
+}
+
+/* Its ring; n_ring beyond the last. */
+static size_t ring_of(const struct rmap_patches *patches, double sin2)
+{
+    size_t low = 0, high = patches->n_ring;
+    if (!(sin2 < patches->sin2[patches->n_ring]))
+        return patches->n_ring;
+    while (low + 1 < high) {
+        size_t middle = low + (high - low) / 2;
+        if (sin2 < patches->sin2[middle])
+            high = middle;
+        else
+            low = middle;
+    }
+    return low;
+}
+
+/* patches->n: beyond the last ring. */
+static size_t patch_of(const struct rmap_patches *patches, double x, double y)
+{
+    size_t ring = ring_of(patches, x * x + y * y);
+    if (ring == patches->n_ring)
+        return patches->n;
+    size_t n = n_phi_of(patches, ring), k = (size_t)(azimuth_of(x, y) * (double)n + 0.5);
+    return patches->first[ring] + (k < n ? k : 0);
+}
+
+/* ---- incidence ---- */
+
+enum { WAYS_MAX = 4 };
+struct incidence {
+    size_t n, row[WAYS_MAX];
+    double weight[WAYS_MAX];
+    double cosine, sine; /* of the plane of incidence, which outgoing azimuths are about */
+};
+
+static void add(struct incidence *its, size_t row, double weight)
+{
+    if (!(weight > 0.0))
+        return;
+    its->row[its->n] = row;
+    its->weight[its->n++] = weight;
+}
+
+static const struct rmap_scatter_table *table_of(const struct rmap_scattering *at)
+{
+    return at->scatter->table;
+}
+
+static struct incidence incidence_of(const struct rmap_scattering *at)
+{
+    const struct rmap_scatter_table *table = table_of(at);
+    struct incidence its = {.cosine = 1.0, .sine = 0.0};
+    const double x = at->in.x, y = at->in.y, sine = sqrt(x * x + y * y);
+    if (table->by_patch) {
+        const size_t row = patch_of(&table->out, x, y);
+        if (row < table->n_in)
+            add(&its, row, 1.0);
+        return its;
+    }
+    const double theta = rmap_portable_angle(at->in.z < 0.0 ? -at->in.z : 0.0, sine);
+    size_t k = 0;
+    while (k + 1 < table->n_theta && theta >= table->theta[k + 1])
+        k++;
+    double t = 0.0;
+    if (k + 1 < table->n_theta && theta > table->theta[k])
+        t = (theta - table->theta[k]) / (table->theta[k + 1] - table->theta[k]);
+    const size_t next = t > 0.0 ? k + 1 : k;
+    if (table->n_turn == 1) {
+        if (sine > 0.0) {
+            its.cosine = x / sine;
+            its.sine = y / sine;
+        }
+        add(&its, k, 1.0 - t);
+        add(&its, next, t);
+        return its;
+    }
+    const double turn = (sine > 0.0 ? azimuth_of(x, y) : 0.0) * (double)table->n_turn;
+    size_t a = (size_t)turn;
+    const double s = turn - (double)a;
+    a = a < table->n_turn ? a : 0;
+    const size_t b = (a + 1) % table->n_turn;
+    add(&its, k * table->n_turn + a, (1.0 - t) * (1.0 - s));
+    add(&its, k * table->n_turn + b, (1.0 - t) * s);
+    add(&its, next * table->n_turn + a, t * (1.0 - s));
+    add(&its, next * table->n_turn + b, t * s);
+    return its;
+}
+
+static const struct rmap_scatter_block *block_of(const struct rmap_scattering *at)
+{
+    return &table_of(at)->block[at->front];
+}
+
+static size_t row_of(const struct rmap_scattering *at, size_t row)
+{
+    const struct rmap_scatter_table *table = table_of(at);
+    return (table->n_band > 1 ? (size_t)at->channel : 0) * table->n_in + row;
+}
+
+double rmap_table_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
+{
+    const struct rmap_scatter_table *table = table_of(at);
+    const struct rmap_scatter_block *block = block_of(at);
+    const struct incidence its = incidence_of(at);
+    const size_t patch = patch_of(&table->out, out.x * its.cosine + out.y * its.sine,
+                                  out.y * its.cosine - out.x * its.sine);
+    double sum = 0.0;
+    for (size_t i = 0; block->value && patch < table->out.n && i < its.n; i++)
+        sum += its.weight[i] * block->value[row_of(at, its.row[i]) * table->out.n + patch];
+    return sum;
+}
+
+double rmap_table_total(const struct rmap_scattering *at)
+{
+    const struct rmap_scatter_block *block = block_of(at);
+    const struct incidence its = incidence_of(at);
+    double sum = 0.0;
+    for (size_t i = 0; block->value && i < its.n; i++)
+        sum += its.weight[i] * block->total[row_of(at, its.row[i])];
+    return sum;
+}
+
+/* The first patch with more than `level` below its end. */
+static size_t draw_patch(const double *below, size_t n, double level)
+{
+    size_t low = 0, high = n - 1;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (below[middle] > level)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
+struct rmap_vec3 rmap_table_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    const struct rmap_scatter_table *table = table_of(at);
+    const struct rmap_scatter_block *block = block_of(at);
+    const struct rmap_patches *patches = &table->out;
+    const struct incidence its = incidence_of(at);
+    const double side = at->passes ? -1.0 : 1.0;
+    double u[4], cosine, sine;
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
+    double level = u[0] * rmap_table_total(at);
+    if (!block->value || its.n == 0)
+        return rmap_vec3(at->in.x, at->in.y, -side * at->in.z);
+    size_t i = 0;
+    for (; i + 1 < its.n; i++) {
+        const double part = its.weight[i] * block->total[row_of(at, its.row[i])];
+        if (level < part)
+            break;
+        level -= part;
+    }
+    const double *below = block->below + row_of(at, its.row[i]) * patches->n;
+    const size_t patch = draw_patch(below, patches->n, level / its.weight[i]);
+    size_t ring = 0;
+    while (ring + 1 < patches->n_ring && patch >= patches->first[ring + 1])
+        ring++;
+    const double n = (double)n_phi_of(patches, ring);
+    const double s2 = patches->sin2[ring] + u[1] * (patches->sin2[ring + 1] - patches->sin2[ring]);
+    double turn = ((double)(patch - patches->first[ring]) - 0.5 + u[2]) / n;
+    rmap_azimuth(turn < 0.0 ? turn + 1.0 : turn, &cosine, &sine);
+    const double s = sqrt(s2), x = s * cosine, y = s * sine;
+    return rmap_vec3(x * its.cosine - y * its.sine, x * its.sine + y * its.cosine,
+                     side * sqrt(s2 < 1.0 ? 1.0 - s2 : 0.0));
+}
+
+double rmap_table_asymmetry(const struct rmap_scatter *scatter, int channel, bool passes,
+                            bool front)
+{
+    enum { PAIRS = 20000 };
+    struct rmap_scattering there = {.scatter = scatter,
+                                    .channel = channel,
+                                    .passes = passes,
+                                    .front = front,
+                                    .n1 = 1.0,
+                                    .n2 = 1.0},
+                           back = there;
+    double difference = 0.0, sum = 0.0;
+    back.front = passes ? !front : front;
+    if (!block_of(&there)->value || !block_of(&back)->value)
+        return (double)NAN;
+    for (uint64_t i = 0; i < PAIRS; i++) {
+        double u[4], c[2], s[2];
+        rmap_rng(1, i, 0, RMAP_RNG_LOBE, u);
+        rmap_azimuth(u[1], &c[0], &s[0]);
+        rmap_azimuth(u[3], &c[1], &s[1]);
+        const double r[2] = {sqrt(u[0]), sqrt(u[2])}, z[2] = {sqrt(1 - u[0]), sqrt(1 - u[2])};
+        const struct rmap_vec3 a = {r[0] * c[0], r[0] * s[0], 0}, b = {r[1] * c[1], r[1] * s[1], 0};
+        there.in = rmap_vec3(a.x, a.y, -z[0]);
+        back.in = rmap_vec3(-b.x, -b.y, -z[1]);
+        const double f = rmap_table_shape(&there, rmap_vec3(b.x, b.y, z[1])),
+                     g = rmap_table_shape(&back, rmap_vec3(-a.x, -a.y, z[0]));
+        difference += fabs(f - g);
+        sum += 0.5 * (f + g);
+    }
+    return sum > 0.0 ? difference / sum : 0.0;
+}
+
+/* ---- made ---- */
+
+void rmap_scatter_table_destroy(struct rmap_scatter_table *table)
+{
+    if (!table)
+        return;
+    for (int side = 0; side < 2; side++) {
+        rmap_free(table->block[side].value);
+        rmap_free(table->block[side].below);
+        rmap_free(table->block[side].total);
+    }
+    rmap_free(table->out.sin2);
+    rmap_free(table->out.first);
+    rmap_free(table->theta);
+    rmap_free(table);
+}
+
+static double sin2_of(double degrees)
+{
+    double cosine, sine;
+    rmap_azimuth(degrees / 360.0, &cosine, &sine);
+    return sine * sine;
+}
+
+enum rmap_status rmap_scatter_table_create(const struct rmap_scatter_table_shape *shape,
+                                           struct rmap_scatter_table **table_ret,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scatter_table *table = rmap_alloc(1, sizeof *table);
+    if (!table)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table");
+    table->out.n_ring = shape->n_ring;
+    table->out.sin2 = rmap_alloc(shape->n_ring + 1, sizeof *table->out.sin2);
+    table->out.first = rmap_alloc(shape->n_ring + 1, sizeof *table->out.first);
+    table->theta = rmap_alloc(shape->n_theta + 1, sizeof *table->theta);
+    if (!table->out.sin2 || !table->out.first || !table->theta) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table");
+        goto out;
+    }
+    for (size_t i = 0; i <= shape->n_ring; i++)
+        table->out.sin2[i] = sin2_of(shape->ring_deg[i]);
+    for (size_t i = 0; i < shape->n_ring; i++)
+        table->out.first[i + 1] = table->out.first[i] + shape->n_phi[i];
+    table->out.n = table->out.first[shape->n_ring];
+    table->by_patch = shape->n_theta == 0;
+    table->n_theta = shape->n_theta;
+    table->n_turn = shape->n_turn;
+    for (size_t i = 0; i < shape->n_theta; i++)
+        table->theta[i] = shape->theta_deg[i] * (RMAP_PI / 180.0);
+    table->n_in = table->by_patch ? table->out.n : shape->n_theta * shape->n_turn;
+    table->n_band = shape->n_band;
+    for (int side = 0; side < 2; side++) {
+        struct rmap_scatter_block *block = &table->block[side];
+        const size_t rows = table->n_band * table->n_in;
+        if (!shape->side[side])
+            continue;
+        block->value = rmap_alloc(rows * table->out.n, sizeof *block->value);
+        block->below = rmap_alloc(rows * table->out.n, sizeof *block->below);
+        block->total = rmap_alloc(rows, sizeof *block->total);
+        if (!block->value || !block->below || !block->total) {
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table");
+            goto out;
+        }
+    }
+    *table_ret = table;
+    table = NULL;
+out:
+    rmap_scatter_table_destroy(table);
+    return st;
+}
+
+double rmap_scatter_table_finish(struct rmap_scatter_table *table, double *theta_deg_ret)
+{
+    double most = 0.0;
+    *theta_deg_ret = 0.0;
+    for (int side = 0; side < 2; side++) {
+        struct rmap_scatter_block *block = &table->block[side];
+        for (size_t row = 0; block->value && row < table->n_band * table->n_in; row++) {
+            double sum = 0.0;
+            for (size_t ring = 0; ring < table->out.n_ring; ring++)
+                for (size_t k = table->out.first[ring]; k < table->out.first[ring + 1]; k++) {
+                    const size_t cell = row * table->out.n + k;
+                    sum += block->value[cell] * area_of(&table->out, ring);
+                    block->below[cell] = sum;
+                }
+            block->total[row] = sum;
+            if (!(sum > most))
+                continue;
+            most = sum;
+            const size_t in = row % table->n_in;
+            if (table->by_patch) {
+                size_t ring = 0;
+                while (in >= table->out.first[ring + 1])
+                    ring++;
+                *theta_deg_ret =
+                    asin(sqrt(0.5 * (table->out.sin2[ring] + table->out.sin2[ring + 1]))) *
+                    (180.0 / RMAP_PI);
+            } else {
+                *theta_deg_ret = table->theta[in / table->n_turn] * (180.0 / RMAP_PI);
+            }
+        }
+    }
+    return most;
+}

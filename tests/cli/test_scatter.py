@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: MIT
+"""The promise: what `check` says of scatter models is what a reader of docs/scene.md works out from the parameters; measured
+tables are read the right way around, travel with the map, and are refused with the line where they are wrong.
+
+Klems matrices here are made: every patch of every block has a number of its own, so that a reader which takes lines for columns,
+front for back or one azimuth for another differs.
+"""
+import json
+import math
+import os
+import random
+import shutil
+import subprocess
+
+PROGRAM = os.environ["RAYMAP"]
+failures = []
+
+SCENE = """raymap: 1
+units: mm
+spectrum: {wavelengths: [%s]}
+media: {air: {index: 1}, glass: {index: 1.5168}}
+surfaces: {face: %s}
+geometries: {plate: {type: rectangle, size: [1000, 1000]}}
+objects: [{name: plate, geometry: plate, surface: face, front: air, back: %s}]
+sources: [%s]
+"""
+BEAM = "{name: s%d, type: rays, flux: 1 W, medium: air, rays: [{origin: [%r, %r, %r], direction: [%r, %r, %r]}]}"
+
+
+def beam(k, theta, phi, front=True):
+    """Light that travels towards azimuth phi, theta from the normal."""
+    s, c = math.sin(math.radians(theta)), math.cos(math.radians(theta))
+    x, y, z = s * math.cos(math.radians(phi)), s * math.sin(math.radians(phi)), -c if front else c
+    return BEAM % (k, -x, -y, -z, x, y, z)
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+
+
+def write(name, text):
+    with open(name, "w", encoding="utf-8") as file:
+        file.write(text)
+    return name
+
+
+def scene(surface, nm="587.56", back="air", sources=beam(0, 0, 0)):
+    return write("scene.yaml", SCENE % (nm, surface, back, sources))
+
+
+def fail(what):
+    failures.append(what)
+    print("FAIL " + what)
+
+
+def close(what, got, want, within):
+    if not (got is not None and abs(got - want) <= within):
+        fail(f"{what}: {got}, not {want}")
+
+
+def checked(path):
+    done = run("check", path, "--surface", "face", "--json")
+    if done.returncode != 0:
+        fail(f"check: {done.stderr}")
+        return None
+    return json.loads(done.stdout)["surface"]
+
+
+# ---- what check prints ----
+
+def check_numbers():
+    tis = {0: 1.5774e-3, 30: 1.4875e-3, 60: 1.2188e-3, 80: 9.460e-4}
+    its = checked(scene("{type: mirror, reflectance: 0.95, scatter: {model: harvey, b0: 0.13947, l: 0.01, s: -1.5}}"))
+    by = its["sides"][0]["by_angle"]
+    for angle, want in tis.items():
+        k = by["angle"].index(angle)
+        close(f"TIS at {angle}", by["reflect_diffuse"][k], want, 2e-7)
+        close(f"specular at {angle}", by["reflect_specular"][k], 0.95 - want, 2e-7)
+    if its["scatter"] != {"reflect": "harvey", "transmit": None, "reciprocal": True, "asymmetry": {"reflect": None, "transmit": None}}:
+        fail(f"scatter: {its['scatter']}")
+    bsdf = its["sides"][0]["bsdf"][1]
+    k = bsdf["angle"].index(50)
+    x = math.sin(math.radians(50)) - 0.5
+    close("BSDF from 30 to 50 degrees", bsdf["reflected"][k], 0.13947 * (1 + (x / 0.01) ** 2) ** -0.75, 1e-9)
+    # scaled: l with the wavelength, b0 with its fourth power
+    half = checked(scene("{type: mirror, reflectance: 1, scatter: {model: harvey, b0: 0.13947, l: 0.01, s: -1.5, reference: 500}}", "1000"))
+    bsdf = half["sides"][0]["bsdf"][0]
+    close("scaled", bsdf["reflected"][bsdf["angle"].index(0)], 0.13947 / 16, 1e-12)
+    lens = checked(scene("{type: fresnel, scatter: {model: harvey, roughness: 2 nm, correlation: 10 um}}", back="glass"))
+    by, r = lens["sides"][0]["by_angle"], (0.5168 / 2.5168) ** 2
+    close("rough lens, reflected", by["reflect_diffuse"][0] / r, -math.expm1(-1.8297e-3), 1e-7)
+    close("rough lens, refracted", by["transmit_diffuse"][0] / (1 - r), 1.2217e-4, 2e-8)
+    for side in lens["sides"]:
+        for k in range(len(side["by_angle"]["angle"])):
+            whole = sum(side["by_angle"][name][k] for name in
+                        ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_diffuse", "absorb"))
+            close("energy", whole, 1, 1e-12)
+    done = run("check", "scene.yaml")
+    if "surface face: harvey scatters" not in done.stdout or "0, 30, 60, 80 degrees" not in done.stdout:
+        fail("check does not say what scatters")
+    for name in ("picture.svg", "picture.png"):
+        if run("check", "scene.yaml", "--surface", "face", "--plot", name, "--force").returncode != 0 or os.path.getsize(name) < 5000:
+            fail("no picture")
+
+
+# ---- Klems ----
+
+RINGS = [(0, 10, 1), (10, 30, 6), (30, 55, 10), (55, 90, 8)]
+
+
+def patches():
+    """(area, theta, phi) of each."""
+    found = []
+    for low, high, n in RINGS:
+        area = math.pi * (math.sin(math.radians(high)) ** 2 - math.sin(math.radians(low)) ** 2) / n
+        found += [(area, (low + high) / 2 if low else 0, 360 * k / n) for k in range(n)]
+    return found
+
+
+def klems(data):
+    """data: {"Transmission Back": matrix[line][column], ...}"""
+    basis = "".join(f"<AngleBasisBlock><Theta>{(a + b) / 2}</Theta><nPhis>{n}</nPhis><ThetaBounds><LowerTheta>{a}</LowerTheta>"
+                    f"<UpperTheta>{b}</UpperTheta></ThetaBounds></AngleBasisBlock>\n" for a, b, n in RINGS)
+    blocks = "".join(f"""<WavelengthData><Wavelength unit="Integral">Visible</Wavelength><WavelengthDataBlock>
+<WavelengthDataDirection>{name}</WavelengthDataDirection><ScatteringDataType>BTDF</ScatteringDataType>
+<ScatteringData>{chr(10).join(', '.join(repr(x) for x in line) for line in matrix)}</ScatteringData>
+</WavelengthDataBlock></WavelengthData>""" for name, matrix in data.items())
+    return f"""<?xml version="1.0"?><WindowElement xmlns="http://windows.lbl.gov"><Optical><Layer><DataDefinition>
+<IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>{basis}</AngleBasis></DataDefinition>{blocks}</Layer></Optical></WindowElement>"""
+
+
+def check_klems():
+    dice, at = random.Random(4), patches()
+    data = {f"{way} {side}": [[dice.random() * (0.25 if way == "Transmission" else 0.05) for _ in at] for _ in at]
+            for way in ("Transmission", "Reflection") for side in ("Front", "Back")}
+    write("matrix.xml", klems(data))
+    surface = "{type: scatter, reflect: {model: klems, file: matrix.xml}, transmit: {model: klems, file: matrix.xml}}"
+    asked = [(j, front) for j in (0, 3, 9, 20) for front in (True, False)]
+    sources = ", ".join(beam(k, at[j][1], at[j][2], front) for k, (j, front) in enumerate(asked))
+    path = scene(surface, sources=sources)
+    run("trace", path, "-o", "klems.raymap", "-n", 400000, "--quiet", "--force")
+    os.remove("matrix.xml")  # the map has it
+    for k, (j, front) in enumerate(asked):
+        side = "Back" if front else "Front"
+        for way, event in (("Transmission", "transmit_diffuse"), ("Reflection", "reflect_diffuse")):
+            want = sum(line[j] * a for line, (a, _, _) in zip(data[f"{way} {side}"], at))
+            answer = json.loads(run("query", "klems.raymap", f"source(s{k}) and hit(plate, {event})", "--count", "--json").stdout)
+            got, n = answer["rays"]["matched"], 400000 / len(asked)
+            if abs(got - n * want) > 4 * math.sqrt(n * want * (1 - want)):
+                fail(f"{way} {side} of patch {j}: {got / n}, not {want}")
+    if run("verify", "klems.raymap").returncode != 0:
+        fail("verify of a map with a matrix")
+    shutil.rmtree("klems.raymap")
+    good = klems(data)
+    for text, complaint in [
+            ("<a>", "it is no XML"), ("<a/>", "holds no Klems matrix"),
+            (good.replace(">Columns<", ">TensorTree4<"), "IncidentDataStructure is 'TensorTree4'"),
+            (good.replace("Visible", "Infrared"), "no Reflection data of the Visible band"),
+            (good.replace("<ScatteringData>", "<ScatteringData>nan, "), "is nan"),
+            (good.replace("<ScatteringData>", "<ScatteringData>-1, "), "is -1"),
+            (good.replace("<ScatteringData>0.", "<ScatteringData> ]0."), "numbers"),
+            (good.replace("<UpperTheta>30<", "<UpperTheta>31<"), "an AngleBasisBlock"),
+            (good.replace("<ScatteringData>0.", "<ScatteringData>1000.", 4), "more than 1")]:
+        write("matrix.xml", text)
+        done = run("check", scene(surface))
+        if done.returncode != 3 or complaint not in done.stdout + done.stderr or "matrix.xml" not in done.stdout + done.stderr:
+            fail(f"'{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
+
+
+# ---- CSV ----
+
+def table(f, theta_i=(0, 30, 60, 85), theta_s=tuple(range(0, 91, 5)), phi_s=tuple(range(0, 181, 15)), nm=(0,)):
+    rows = ["# wavelength, theta_i, phi_i, theta_s, phi_s, value", "wavelength,theta_i,phi_i,theta_s,phi_s,value"]
+    rows += [f"{w},{i},0,{s},{p},{f(w, i, s, p)!r}" for w in nm for i in theta_i for s in theta_s for p in phi_s]
+    return "\n".join(rows) + "\n"
+
+
+def forward(_, i, s, p):
+    """About the specular direction, at phi_s = 180 of light from phi_i = 0."""
+    t, u = math.radians(s), math.radians(p)
+    x = math.sin(t) * math.cos(u) + math.sin(math.radians(i))
+    return 0.05 + 0.3 * math.exp(-(x * x + (math.sin(t) * math.sin(u)) ** 2) / 0.08)
+
+
+def check_table():
+    surface = "{type: scatter, reflect: {model: table, file: data.csv}}"
+    write("data.csv", table(forward))
+    its = checked(scene(surface))
+    bsdf = its["sides"][0]["bsdf"][1]  # from 30 degrees
+    for angle in (-60, -30, 0, 30, 60):
+        want = forward(0, 30, abs(angle), 180 if angle > 0 else 0)
+        close(f"table at {angle}", bsdf["reflected"][bsdf["angle"].index(angle)], want, 1e-12)
+    if not 0 < its["scatter"]["asymmetry"]["reflect"] < 0.2:  # the law is reciprocal, between its angles a table is not
+        fail(f"asymmetry: {its['scatter']}")
+    # light goes forward, whatever azimuth it comes from, and a quarter of a turn of the object changes nothing
+    for phi in (0, 77):
+        run("trace", scene(surface, sources=beam(0, 60, phi)), "-o", "table.raymap", "-n", 200000, "--quiet", "--force")
+        c, s = math.cos(math.radians(phi)), math.sin(math.radians(phi))
+        mean = json.loads(run("query", "table.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 200000
+        k = its["sides"][0]["by_angle"]["angle"].index(60)
+        close(f"share from azimuth {phi}", mean, its["sides"][0]["by_angle"]["reflect_diffuse"][k], 4 * math.sqrt(mean / 200000))
+        run("verify", "table.raymap")
+    shutil.rmtree("table.raymap")
+    write("data.csv", table(lambda w, *at: forward(w, *at) * (1 if w < 600 else 0.5), nm=(500, 700)))
+    if run("check", scene(surface, "500, 600, 700")).returncode != 0:
+        fail("a table of two wavelengths")
+    lines = table(forward).splitlines()
+    swapped = lines[:4] + [lines[5], lines[4]] + lines[6:]
+    for text, nm, complaint in [
+            (table(forward, nm=(500, 550)), "587.56", "covers 500 to 550 nm, and the scene has light from 587.56 to 587.56 nm"),
+            ("\n".join(swapped), "500", "line 5: phi_s 45 is out of order"),
+            ("\n".join(lines[:-1]), "500", "rows"),
+            (table(forward).replace("0,30,0,45,15,", "0,30,0,45,15,-"), "500", "it is not negative"),
+            (table(forward).replace("0,30,0,45,15,", "0,30,0,45,15,nan"), "500", "a row has six numbers"),
+            (table(forward, theta_s=(0, 45, 95)), "500", "theta is from 0 to 90"),
+            (table(forward, phi_s=(0, 10, 30, 180)), "500", "not in equal steps"),
+            (table(forward, phi_s=(0, 30, 60)), "500", "goes from 0 to 180, or all around"),
+            (table(lambda *_: 1.0), "500", "scatters 3.14159 of the light at 0 degrees: more than 1"),
+            ("# nothing\n", "500", "it has no rows")]:
+        write("data.csv", text)
+        done = run("check", scene(surface, nm))
+        if done.returncode != 3 or complaint not in done.stdout + done.stderr:
+            fail(f"'{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
+
+
+# ---- mistakes ----
+
+def check_mistakes():
+    for surface, complaint in [
+            ("{type: scatter, reflectance: 0.5, reflect: {model: phong}}", "known: lambert, gaussian"),
+            ("{type: scatter, reflectance: 0.5}", "a scattering surface has a model"),
+            ("{type: scatter, reflectance: 0.5, reflect: {model: gaussian}}", "'sigma' is missing"),
+            ("{type: scatter, reflect: {model: gaussian, sigma: 0.1}}", "how much of the light?"),
+            ("{type: scatter, reflectance: 0.9, specular: 0.1, reflect: {model: gaussian, sigma: 0.1}}", "not both"),
+            ("{type: scatter, reflectance: 0.5, reflect: {model: abg, A: 0.1, B: 0.1, g: 3}}",
+             "abg scatters 1.02341 of the light at 0 degrees and 587.56 nm, and its reflectance is 0.5"),
+            ("{type: scatter, reflectance: 0.5, reflect: {model: gaussian, sigma: 0.1, tis: 0.6}}", "its reflectance is 0.5"),
+            ("{type: scatter, specular: 0.5, reflect: {model: gaussian, sigma: 0.1, tis: 0.6}}", "beside the specular share is 0.5"),
+            ("{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 1, l: 0.1}}", "'s' is missing"),
+            ("{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 1, l: 0.1, s: 1}}", "'s' must be negative"),
+            ("{type: mirror, reflectance: 0.9, scatter: {model: harvey, roughness: 2, correlation: 1}}", "write its unit"),
+            ("{type: mirror, reflectance: 0.9, scatter: {model: harvey, roughness: 2 nm}}", "the correlation of its roughness"),
+            ("{type: fresnel, scatter: {model: abg, A: 0.1, B: 0.1, g: 2}}", "not how much passes"),
+            ("{type: fresnel, scatter: {model: unified, lobe: 1}}", "'sigma_alpha' is missing"),
+            ("{type: scatter, reflect: {model: unified, sigma_alpha: 3, lobe: 0.7, spike: 0.4}}", "sum to 1.1"),
+            ("{type: scatter, transmittance: 0.5, transmit: {model: ggx, alpha: 0.3}}", "type fresnel"),
+            ("{type: scatter, reflectance: 0.6, reflect: {model: lambert}, transmittance: 0.6, transmit: {model: lambert}}",
+             "reflects and lets pass 1.2 of the light"),
+            ("{type: scatter, reflect: {model: table, file: a.anisotropicbsdf}}", "has not made public"),
+            ("{type: scatter, reflect: {model: table, file: nowhere.csv}}", "nowhere.csv"),
+            ("{type: mirror, reflectance: 0.9, frame: uv, scatter: {model: ggx, alpha: [0.1, 0.2]}}", "known: object")]:
+        done = run("check", scene(surface))
+        if done.returncode != 3 or complaint not in done.stdout + done.stderr:
+            fail(f"{surface}: '{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
+
+
+check_numbers()
+check_klems()
+check_table()
+check_mistakes()
+print(f"scatter models: {len(failures)} failures")
+raise SystemExit(1 if failures else 0)
