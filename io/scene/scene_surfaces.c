@@ -3,6 +3,7 @@
  * Surfaces: what happens to light that meets one.
  */
 #include <string.h>
+#include <strings.h>
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
@@ -10,6 +11,8 @@
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_scatter.h"
 #include "io/scene/scene_surfaces.h"
+
+extern const char rmap_finishes[]; /* finishes.yaml, with a zero behind it; cmake/materials.S.in */
 
 static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *name, int32_t line)
 {
@@ -210,7 +213,66 @@ void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_t
     *surface_ret = (int32_t)(reader->scene->n_surface - 1);
 }
 
-/* `fresnel` (bare) and `absorber` exist without being defined. */
+/* Complaints about a published surface stand where it is named. */
+static void place_at(struct rmap_yaml_node *node, const struct rmap_yaml_node *at)
+{
+    node->line = at->line;
+    node->column = at->column;
+    for (size_t i = 0; i < node->n_item; i++) {
+        node->item[i].line = at->line;
+        place_at(node->item[i].value, at);
+    }
+}
+
+/* In any case, as glasses. */
+static const struct rmap_yaml_item *find_finish(const struct rmap_yaml_node *root, const char *name)
+{
+    for (size_t i = 0; root && i < root->n_item; i++)
+        if (strcasecmp(root->item[i].key, name) == 0)
+            return &root->item[i];
+    return NULL;
+}
+
+/* "unknown surface", with what the scene and the library have. */
+static void complain_of(struct rmap_reader *reader, const struct rmap_yaml_node *root,
+                        const struct rmap_yaml_node *at, const char *name)
+{
+    const size_t n = reader->surfaces.n, n_root = root ? root->n_item : 0;
+    const char **word = rmap_alloc(n + n_root, sizeof *word);
+    for (size_t i = 0; word && i < n + n_root; i++)
+        word[i] = i < n ? reader->surfaces.name[i].text : root->item[i - n].key;
+    rmap_reader_unknown(reader, at->line, at->column, "unknown surface", name, word,
+                        word ? n + n_root : 0);
+    rmap_free(word);
+}
+
+/* A surface of the published ones, read into the scene. */
+static void read_finish(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                        const char *name, int32_t *surface_ret)
+{
+    struct rmap_yaml_node *root = NULL;
+    struct rmap_diagnostics library = {0};
+    if (rmap_yaml_parse(rmap_finishes, strlen(rmap_finishes), &root, &library, &reader->failure) ==
+        RMAP_SYSTEM)
+        rmap_reader_no_memory(reader);
+    rmap_diagnostics_fini(&library);
+    const struct rmap_yaml_item *item = find_finish(root, name);
+    const struct rmap_name *known = item ? rmap_names_find(&reader->surfaces, item->key) : NULL;
+    *surface_ret = known ? known->index : -1;
+    if (!item) {
+        complain_of(reader, root, at, name);
+    } else if (!known) {
+        struct rmap_surface *surface = new_surface(reader, item->key, at->line);
+        place_at(item->value, at);
+        if (surface) {
+            *surface_ret = (int32_t)reader->scene->n_surface - 1;
+            read_surface(reader, item->value, surface);
+        }
+    }
+    rmap_yaml_destroy(root);
+}
+
+/* `fresnel` (bare), `absorber` and the published surfaces exist without being defined. */
 static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                          const char *key, enum rmap_need need, int32_t *surface_ret)
 {
@@ -225,8 +287,11 @@ static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node
         rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, surface_ret);
         return;
     }
-    *surface_ret =
-        rmap_reader_find(reader, &reader->surfaces, "surface", rmap_yaml_get(map, key), name);
+    const struct rmap_name *known = rmap_names_find(&reader->surfaces, name);
+    if (known)
+        *surface_ret = known->index;
+    else
+        read_finish(reader, rmap_yaml_get(map, key), name, surface_ret);
 }
 
 void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,

@@ -254,7 +254,27 @@ def check_mistakes():
             fail(f"{surface}: '{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
 
 
+def check_finishes():
+    """Every published surface can be read, at the wavelengths that it is known at, and is found in any case."""
+    import yaml
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "io", "scene", "finishes.yaml"), encoding="utf-8") as file:
+        finishes = yaml.safe_load(file)
+    if len(finishes) < 15:
+        fail("the library is short")
+    for name, its in finishes.items():
+        total = its.get("reflectance", {})
+        nm = f"{total['wavelength'][0]}, {total['wavelength'][-1]}" if isinstance(total, dict) and total else "550"
+        text = SCENE % (nm, "{type: absorber}", "air", beam(0, 0, 0))
+        done = run("check", write("scene.yaml", text.replace("surface: face", "surface: " + name.lower())), "--surface", name)
+        if done.returncode != 0 or done.stderr:
+            fail(f"{name}: {done.returncode} {done.stderr}")
+    done = run("check", write("scene.yaml", text.replace("surface: face", "surface: acktar metal velvt")))
+    if "did you mean 'Acktar Metal Velvet'?" not in done.stdout + done.stderr:
+        fail(f"no suggestion: {done.stdout}")
+
+
 check_numbers()
+check_finishes()
 check_klems()
 check_table()
 check_mistakes()
