@@ -95,6 +95,7 @@ outputs() { # PROGRAM FOLDER
     scene_outputs gradient-sphere
     scene_outputs luneburg focus
     scene_outputs mirage
+    scene_outputs newton sensor
     scene_outputs room floor_map
     scene_outputs selfoc image
     scene_outputs telescope disturbed

@@ -181,38 +181,6 @@ static void read_surface(struct rmap_reader *reader, const struct rmap_yaml_node
     rmap_reader_read_scatter(reader, node, surface);
 }
 
-static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
-{
-    const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-    struct rmap_surface *surface = new_surface(reader, item->key, item->line);
-    if (surface && item->value->kind == RMAP_YAML_MAP)
-        read_surface(reader, item->value, surface);
-    else if (surface)
-        rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
-                          item->key, rmap_surface_model[0].name);
-}
-
-void rmap_reader_read_surfaces(struct rmap_reader *reader)
-{
-    rmap_reader_each_named(reader, "surfaces", "surface", &reader->surfaces, read_named);
-}
-
-void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
-                                 int32_t *surface_ret)
-{
-    const struct rmap_name *known =
-        rmap_names_find(&reader->surfaces, rmap_surface_model[type].name);
-    if (known) {
-        *surface_ret = known->index;
-        return;
-    }
-    struct rmap_surface *surface = new_surface(reader, rmap_surface_model[type].name, 0);
-    if (!surface)
-        return;
-    surface->type = type;
-    *surface_ret = (int32_t)(reader->scene->n_surface - 1);
-}
-
 /* Complaints about a published surface stand where it is named. */
 static void place_at(struct rmap_yaml_node *node, const struct rmap_yaml_node *at)
 {
@@ -246,30 +214,82 @@ static void complain_of(struct rmap_reader *reader, const struct rmap_yaml_node 
     rmap_free(word);
 }
 
+/* One of the published surfaces, and the tree that it is of, to be destroyed; NULL after a
+ * complaint. */
+static const struct rmap_yaml_item *published(struct rmap_reader *reader,
+                                              const struct rmap_yaml_node *at, const char *name,
+                                              struct rmap_yaml_node **root_ret)
+{
+    struct rmap_diagnostics library = {0};
+    if (rmap_yaml_parse(rmap_finishes, strlen(rmap_finishes), root_ret, &library,
+                        &reader->failure) == RMAP_SYSTEM)
+        rmap_reader_no_memory(reader);
+    rmap_diagnostics_fini(&library);
+    const struct rmap_yaml_item *item = find_finish(*root_ret, name);
+    if (item)
+        place_at(item->value, at);
+    else
+        complain_of(reader, *root_ret, at, name);
+    return item;
+}
+
+/* mine: Acktar Metal Velvet */
+static void read_alias(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                       struct rmap_surface *surface)
+{
+    struct rmap_yaml_node *root = NULL;
+    const struct rmap_yaml_item *item = published(reader, at, at->text, &root);
+    if (item)
+        read_surface(reader, item->value, surface);
+    rmap_yaml_destroy(root);
+}
+
 /* A surface of the published ones, read into the scene. */
 static void read_finish(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                         const char *name, int32_t *surface_ret)
 {
     struct rmap_yaml_node *root = NULL;
-    struct rmap_diagnostics library = {0};
-    if (rmap_yaml_parse(rmap_finishes, strlen(rmap_finishes), &root, &library, &reader->failure) ==
-        RMAP_SYSTEM)
-        rmap_reader_no_memory(reader);
-    rmap_diagnostics_fini(&library);
-    const struct rmap_yaml_item *item = find_finish(root, name);
+    const struct rmap_yaml_item *item = published(reader, at, name, &root);
     const struct rmap_name *known = item ? rmap_names_find(&reader->surfaces, item->key) : NULL;
-    *surface_ret = known ? known->index : -1;
-    if (!item) {
-        complain_of(reader, root, at, name);
-    } else if (!known) {
-        struct rmap_surface *surface = new_surface(reader, item->key, at->line);
-        place_at(item->value, at);
-        if (surface) {
-            *surface_ret = (int32_t)reader->scene->n_surface - 1;
-            read_surface(reader, item->value, surface);
-        }
-    }
+    struct rmap_surface *surface = item && !known ? new_surface(reader, item->key, at->line) : NULL;
+    *surface_ret = known ? known->index : surface ? (int32_t)reader->scene->n_surface - 1 : -1;
+    if (surface)
+        read_surface(reader, item->value, surface);
     rmap_yaml_destroy(root);
+}
+
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)
+{
+    const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+    struct rmap_surface *surface = new_surface(reader, item->key, item->line);
+    if (surface && item->value->kind == RMAP_YAML_MAP)
+        read_surface(reader, item->value, surface);
+    else if (surface && item->value->kind == RMAP_YAML_SCALAR)
+        read_alias(reader, item->value, surface);
+    else if (surface)
+        rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
+                          item->key, rmap_surface_model[0].name);
+}
+
+void rmap_reader_read_surfaces(struct rmap_reader *reader)
+{
+    rmap_reader_each_named(reader, "surfaces", "surface", &reader->surfaces, read_named);
+}
+
+void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
+                                 int32_t *surface_ret)
+{
+    const struct rmap_name *known =
+        rmap_names_find(&reader->surfaces, rmap_surface_model[type].name);
+    if (known) {
+        *surface_ret = known->index;
+        return;
+    }
+    struct rmap_surface *surface = new_surface(reader, rmap_surface_model[type].name, 0);
+    if (!surface)
+        return;
+    surface->type = type;
+    *surface_ret = (int32_t)(reader->scene->n_surface - 1);
 }
 
 /* `fresnel` (bare), `absorber` and the published surfaces exist without being defined. */
