@@ -43,19 +43,30 @@ static inline double rmap_portable_one_minus_exp(double x)
     return n == 0 ? -e : 1.0 - scale * (1.0 + e);
 }
 
-/* exp(x): Taylor series of the remainder to a multiple of ln 2; 0 or infinite beyond 700. */
+/* exp(x): Taylor series of the remainder to a multiple of ln 2, its even and odd terms side by
+ * side; 0 or infinite beyond 700. */
 static inline double rmap_portable_exp(double x)
 {
     if (!(x < 700.0 && x > -700.0))
         return x < 0.0 ? 0.0 : x > 0.0 ? HUGE_VAL : x;
     int n = (int)(x * 1.44269504088896340736 + (x < 0.0 ? -0.5 : 0.5));
     double r = (x - (double)n * 0.693147180369123816490) - (double)n * 1.90821492927058770002e-10;
-    double sum = 0.0, scale;
-    for (int k = 14; k >= 1; k--)
-        sum = (sum + 1.0) * r / (double)k;
+    double y = r * r, scale;
+    double even = 1.0 / 87178291200.0, odd = 1.0 / 6227020800.0;
+    even = even * y + 1.0 / 479001600.0;
+    odd = odd * y + 1.0 / 39916800.0;
+    even = even * y + 1.0 / 3628800.0;
+    odd = odd * y + 1.0 / 362880.0;
+    even = even * y + 1.0 / 40320.0;
+    odd = odd * y + 1.0 / 5040.0;
+    even = even * y + 1.0 / 720.0;
+    odd = odd * y + 1.0 / 120.0;
+    even = even * y + 1.0 / 24.0;
+    odd = odd * y + 1.0 / 6.0;
+    even = even * y + 0.5;
     uint64_t bits = (uint64_t)(1023 + n) << 52;
     memcpy(&scale, &bits, sizeof scale);
-    return scale * (sum + 1.0);
+    return scale * (1.0 + (r + y * (even + r * odd)));
 }
 
 /* x^power, x >= 0. */

@@ -165,7 +165,7 @@ static double draw_x(const struct rmap_scattering *at, double u, double most)
         sigma = shape_of(at, RMAP_SHAPE_SIGMA);
         y = most / sigma;
         return sigma *
-               sqrt(-2.0 * rmap_portable_log(1.0 - u * rmap_portable_one_minus_exp(0.5 * y * y)));
+               sqrt(-2.0 * rmap_portable_log(1.0 - u * (1.0 - rmap_portable_exp(-0.5 * y * y))));
     }
 }
 

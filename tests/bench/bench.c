@@ -25,7 +25,8 @@ static const char *const measurement[] = {
     "verify_vs_decode",         "query_vs_seed",    "query_several_vs_slowest",
     "session_second_vs_first",  "stats_vs_query",   "paths_vs_query",
     "energy_vs_query",          "ranks_vs_threads", "gradient_evaluations_vs_seed",
-    "uniform_vs_gradient_code", "render_preview",   "render_overhead"};
+    "uniform_vs_gradient_code", "render_preview",   "render_overhead",
+    "scatter_vs_roofline"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -152,6 +153,8 @@ static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path
     enum rmap_status st = RMAP_OK;
     if (rmap_bench_wanted(bench, "trace_vs_roofline"))
         RMAP_TRY(rmap_bench_roofline(bench, scene, err));
+    if (rmap_bench_wanted(bench, "scatter_vs_roofline"))
+        RMAP_TRY(rmap_bench_scatter(bench, scene, err));
     if (wants_record(bench))
         RMAP_TRY(rmap_bench_record(bench, scene, err));
     if (rmap_bench_wanted(bench, "durable_vs_not") ||

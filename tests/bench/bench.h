@@ -80,6 +80,8 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
 /* The measurements. Not collective, rank 0 alone. */
 enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                      struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_scatter(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_decode(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
