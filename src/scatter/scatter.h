@@ -24,7 +24,7 @@
  *   ABG            A / (B + x^g) (Pfisterer, Approximated Scatter Models for Stray Light Analysis,
  *                  Optics & Photonics News 22 (2011) 16)
  *   HARVEY         b0 (1 + (x/l)^2)^(s/2) (Harvey, Light-scattering characteristics of optical
- *                  surfaces, Univ. of Arizona (1976)); of the roughness: README of docs/physics.md
+ *                  surfaces, Univ. of Arizona (1976)); by roughness: docs/physics.md
  *   K_CORRELATION  Rayleigh-Rice scatter of a K-correlation power spectrum (Dittman, Proc. SPIE
  *                  6291 (2006) 62910R, doi:10.1117/12.678320)
  *   GGX, BECKMANN  facets (Walter et al. 2007, doi:10.2312/EGWR/EGSR07/195-206), those that light

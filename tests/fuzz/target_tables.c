@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A measured BSDF from a stranger: CSV or XML of Klems matrices, reflected or passing. It is
+ * refused with a sentence, or becomes a table of which directions can be drawn, whose totals are
+ * finite.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_tables.h"
+#include "target.h"
+
+const unsigned rmap_fuzz_rounds = 300000;
+
+enum { LONGEST = 16384, DRAWS = 8 };
+
+static void use(struct rmap_scatter_table *table, bool passes)
+{
+    struct rmap_scatter scatter = {.model = RMAP_SCATTER_TABLE, .amount = {1.0}, .table = table};
+    double theta;
+    const double most = rmap_scatter_table_finish(table, &theta);
+    rmap_fuzz_demand(most >= 0.0 && theta >= 0.0 && theta <= 90.0, "a total and its angle");
+    for (uint64_t i = 0; i < DRAWS; i++) {
+        const double z = ((double)i + 0.5) / DRAWS, s = sqrt(1.0 - z * z);
+        const struct rmap_scattering at = {.scatter = &scatter,
+                                           .passes = passes,
+                                           .front = i % 2 == 0,
+                                           .n1 = 1.0,
+                                           .n2 = 1.0,
+                                           .in = {s * cos((double)i), s * sin((double)i), -z}};
+        const struct rmap_draw draw = {.seed = 1, .ray = i, .step = 1};
+        const struct rmap_vec3 out = rmap_lobe_draw(&at, &draw);
+        const double total = rmap_lobe_total(&at), length = rmap_length(out);
+        rmap_fuzz_demand(total >= 0.0 && total <= most * (1.0 + 1e-12), "no more than the most");
+        rmap_fuzz_demand(fabs(length - 1.0) < 1e-9, "a direction");
+        if (total > 0.0)
+            rmap_fuzz_demand(rmap_lobe_shape(&at, out) >= 0.0, "a density");
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
+{
+    static const struct rmap_channels channels = {.n = 2, .wavelength_nm = {500.0, 600.0}};
+    struct rmap_scatter_table *table = NULL;
+    struct rmap_error err = {0};
+    const int64_t live = rmap_alloc_live();
+    if (nbytes < 2 || nbytes > LONGEST || memchr(data, 0, nbytes))
+        return 0;
+    const bool passes = data[0] & 1;
+    const struct rmap_bsdf_wanted wanted = {&channels, passes, data[0] & 2};
+    char *text = rmap_alloc(nbytes, 1); /* its last byte stays 0 */
+    rmap_fuzz_demand(text != NULL, "memory");
+    memcpy(text, data + 1, nbytes - 1);
+    const enum rmap_status st = text[0] == '<'
+                                    ? rmap_bsdf_klems_read(text, nbytes - 1, &wanted, &table, &err)
+                                    : rmap_bsdf_csv_read(text, nbytes - 1, &wanted, &table, &err);
+    if (st == RMAP_OK)
+        use(table, passes);
+    else
+        rmap_fuzz_demand(st == RMAP_INPUT && err.text[0] && !table, "what is wrong is said");
+    rmap_scatter_table_destroy(table);
+    rmap_free(text);
+    rmap_fuzz_demand(rmap_alloc_live() == live, "memory is given back");
+    return 0;
+}
+
+size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
+{
+    static const char *const seed[] = {
+        "0# wavelength, theta_i, phi_i, theta_s, phi_s, value\n"
+        "0,0,0,0,0,0.1\n0,0,0,0,180,0.1\n0,0,0,60,0,0.05\n0,0,0,60,180,0.2\n"
+        "0,40,0,0,0,0.1\n0,40,0,0,180,0.1\n0,40,0,60,0,0.05\n0,40,0,60,180,0.2\n",
+        "1wavelength theta_i phi_i theta_s phi_s value\n"
+        "500 10 0 0 0 0.1\n500 10 0 45 0 0.2\n700 10 0 0 0 0.1\n700 10 0 45 0 0.3\n",
+        "0 0 10 0 0 0 .1\n0 10 0 0 180 .2\n0 10 180 0 0 .1\n0 10 180 0 180 .2\n",
+        "0<W><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>"
+        "<AngleBasisBlock><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>"
+        "<UpperTheta>40</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock>"
+        "<nPhis>2</nPhis><ThetaBounds><LowerTheta>40</LowerTheta><UpperTheta>90</UpperTheta>"
+        "</ThetaBounds></AngleBasisBlock></AngleBasis></DataDefinition><WavelengthData>"
+        "<Wavelength>Visible</Wavelength><WavelengthDataBlock><WavelengthDataDirection>"
+        "Reflection Back</WavelengthDataDirection><ScatteringData>.1, .2, .1, .1 .05 .1, .2, .1 "
+        ".1</ScatteringData></WavelengthDataBlock></WavelengthData></W>",
+    };
+    return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
+}
