@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/coat_csv.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
@@ -14,7 +15,7 @@
 enum { LAYER_MAX = 1000 };
 
 const struct rmap_mapping rmap_film_keys = {
-    "films", NULL, {{"a film", "reference substrate layers"}}};
+    "films", NULL, {{"a film", "reference substrate layers table"}}};
 const struct rmap_mapping rmap_film_layer_keys = {
     "films", NULL, {{"a layer", "material n k table quarter thickness"}}};
 
@@ -143,6 +144,29 @@ static void read_layer(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
 }
 
+/* table: {file: coat.csv} */
+static void read_measured(struct rmap_reader *reader, const struct rmap_yaml_node *table,
+                          struct rmap_thin_film *film)
+{
+    static const struct rmap_text_kind csv = {"a table", "text", "", (size_t)64 << 20};
+    struct rmap_error why;
+    size_t nbytes = 0;
+    if (!rmap_reader_check_map(reader, table, "a film's table", "file"))
+        return;
+    const char *text = rmap_reader_file(reader, table, "file", &csv, &nbytes);
+    if (!text)
+        return;
+    const enum rmap_status st =
+        rmap_coat_csv_read(text, nbytes, &reader->scene->channels, film, &why);
+    if (st == RMAP_SYSTEM) {
+        reader->failure = why;
+        rmap_reader_fail(reader, st);
+    } else if (st != RMAP_OK) {
+        rmap_reader_error(reader, rmap_yaml_get(table, "file"), "%.100s: %s",
+                          rmap_yaml_get(table, "file")->text, why.text);
+    }
+}
+
 static void read_film(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       struct rmap_thin_film *film)
 {
@@ -157,8 +181,16 @@ static void read_film(struct rmap_reader *reader, const struct rmap_yaml_node *n
     film->substrate = substrate == 0   ? RMAP_SUBSTRATE_FRONT
                       : substrate == 1 ? RMAP_SUBSTRATE_BACK
                                        : RMAP_SUBSTRATE_INSIDE;
+    if (rmap_yaml_get(node, "table")) {
+        if (layers || reference_nm > 0.0)
+            rmap_reader_error(reader, node, "a film is measured, by its 'table', or has layers");
+        read_measured(reader, rmap_yaml_get(node, "table"), film);
+        return;
+    }
     if (!layers) {
-        rmap_reader_error(reader, node, "'layers' is missing: list them from the outside on");
+        rmap_reader_error(reader, node,
+                          "'layers' is missing: list them from the outside on; or 'table: {file: "
+                          "...}' of what was measured");
         return;
     }
     if (!rmap_reader_check_list(reader, layers, "'layers'"))

@@ -286,8 +286,12 @@ void rmap_films_print(const struct rmap_scene *scene, FILE *out)
         const struct rmap_thin_film *film = &scene->film[f];
         const struct rmap_thin_film_layer *layer = film->layer + (size_t)k * film->n_layer;
         struct rmap_surface_question question;
-        fprintf(out, "    film %s: %s", film->name,
-                rmap_counted((uint64_t)film->n_layer, "layer").text);
+        if (film->n_angle > 0)
+            fprintf(out, "    film %s: measured at %s", film->name,
+                    rmap_counted((uint64_t)film->n_angle, "angle").text);
+        else
+            fprintf(out, "    film %s: %s", film->name,
+                    rmap_counted((uint64_t)film->n_layer, "layer").text);
         for (size_t i = 0; i < film->n_layer && i < SHOWN_MAX; i++)
             fprintf(out, "%s %.4g nm of n %.4g%s", i ? "," : ":",
                     layer[i].thickness * scene->channels.wavelength_nm[k], layer[i].n,
@@ -319,9 +323,10 @@ json_t *rmap_films_json(const struct rmap_scene *scene)
                                   layer[i].thickness * scene->channels.wavelength_nm[k], "n",
                                   layer[i].n, "k", layer[i].k));
         (void)json_array_append_new(list,
-                                    json_pack("{s:s, s:s, s:f, s:o}", "name", film->name,
+                                    json_pack("{s:s, s:s, s:f, s:o, s:I}", "name", film->name,
                                               "substrate", substrate[film->substrate], "wavelength",
-                                              scene->channels.wavelength_nm[k], "layers", layers));
+                                              scene->channels.wavelength_nm[k], "layers", layers,
+                                              "measured_angles", (json_int_t)film->n_angle));
     }
     return list;
 }

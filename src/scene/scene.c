@@ -51,6 +51,8 @@ static void destroy_optics(struct rmap_scene *scene)
     for (size_t i = 0; scene->film && i < scene->n_film; i++) {
         rmap_free(scene->film[i].name);
         rmap_free(scene->film[i].layer);
+        rmap_free(scene->film[i].angle);
+        rmap_free(scene->film[i].share);
     }
     rmap_free(scene->film);
     for (size_t i = 0; scene->scatter && i < scene->n_scatter; i++)

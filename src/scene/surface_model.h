@@ -57,12 +57,15 @@ enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL, RMAP_CO
  * the object, or as said. */
 enum rmap_substrate { RMAP_SUBSTRATE_INSIDE, RMAP_SUBSTRATE_FRONT, RMAP_SUBSTRATE_BACK };
 
-/* Thin films from the outside towards the substrate. */
+/* Thin films from the outside towards the substrate; or what they do, measured. */
 struct rmap_thin_film {
     char *name;
     enum rmap_substrate substrate;
     size_t n_layer;
     struct rmap_thin_film_layer *layer; /* [channels][n_layer] */
+    size_t n_angle;                     /* measured: 0, or so many */
+    double *angle; /* [n_angle] of incidence from outside, radians, ascending */
+    double *share; /* [channels][n_angle][2]: reflected, passed; linear between them */
 };
 
 /* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's

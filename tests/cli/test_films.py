@@ -46,6 +46,8 @@ def scene(film=GOOD, coat="{film: ar}", second="flint"):
     return "scene.yaml"
 
 
+pathlib.Path("bad.csv").write_text("wavelength,angle,Rs,Rp,Ts,Tp\n0,0,0.7,0.1,0.4,0.4\n", encoding="utf-8")
+pathlib.Path("other.csv").write_text("500 0 0.1 0.1 0.8 0.8\n500 60 0.3 0.2 0.6 0.7\n", encoding="utf-8")
 for film, coat, said in (
         ("{layers: [{quarter: 1}]}", "{film: ar}", "6:17: error: a layer has one of material, n (and k), table"),
         ("{layers: [{n: 1.4, table: {wavelength: [400], n: [1]}, quarter: 1}]}", "{film: ar}", "a layer has one of"),
@@ -57,6 +59,10 @@ for film, coat, said in (
         ("{layers: [{material: MgF22, thickness: 1 nm}]}", "{film: ar}", "did you mean 'MgF2'?"),
         ("{layers: {n: 1.4}}", "{film: ar}", "'layers' must be a list"),
         ("{reference: 550}", "{film: ar}", "'layers' is missing"),
+        ("{table: {file: nowhere.csv}}", "{film: ar}", "nowhere.csv"),
+        ("{table: {file: bad.csv}}", "{film: ar}", "bad.csv: line 2: Rs 0.7 and Ts 0.4 are no shares"),
+        ("{table: {file: other.csv}}", "{film: ar}", "other.csv: it covers 500 to 500 nm, and the scene has light from 450 to 650 nm"),
+        ("{table: {file: bad.csv}, layers: []}", "{film: ar}", "a film is measured, by its 'table', or has layers"),
         ("{layers: [], colour: 3}", "{film: ar}", "unknown key in a film: 'colour'"),
         (GOOD, "{film: at}", "unknown film 'at' (did you mean 'ar'?)"),
         (GOOD, "{film: ar, reflectance: 0.1}", "not both"),
@@ -107,6 +113,33 @@ run("trace", "rows.yaml", "-o", "rows.raymap", "-n", 20000, "--force", "--quiet"
 absorbed = [part["rays"]["matched"] for part in json.loads(
     run("query", "rows.raymap", *(f"ended(absorbed, lens.{k})" for k in (1, 2, 3)), "--count", "--json")[0])]
 assert absorbed[0] > 0 and absorbed[1] == 0 and absorbed[2] > 0, absorbed
+
+# A measured coat: the numbers of a film of layers as a table give the same, from either side, and travel with the map.
+def shares(film):
+    pathlib.Path("coat.yaml").write_text(f"""raymap: 1
+units: mm
+spectrum: {{wavelengths: [550]}}
+media: {{air: {{index: 1}}, glass: {{index: 1.52}}}}
+films: {{ar: {film}}}
+surfaces: {{face: {{type: fresnel, coat: {{film: ar}}}}}}
+geometries: {{plate: {{type: rectangle, size: [100, 100]}}}}
+objects: [{{name: plate, geometry: plate, surface: face, outside: air, back: glass}}]
+sources: [{{name: s, type: point, at: [0, 0, 5], flux: 1 W, medium: air}}]
+""", encoding="utf-8")
+    return [side["by_angle"] for side in json.loads(run("check", "coat.yaml", "--surface", "face", "--json")[0])["surface"]["sides"]]
+
+
+layers = shares("{reference: 550, layers: [{n: 1.38, quarter: 1}, {n: 2, k: 0.1, thickness: 5 nm}]}")
+rows = [f"0,{angle},{r!r},{r!r},{t!r},{t!r}" for angle, r, t in
+        zip(layers[0]["angle"], layers[0]["reflect_specular"], layers[0]["transmit_specular"])]
+pathlib.Path("coat.csv").write_text("\n".join(rows), encoding="utf-8")
+table = shares("{table: {file: coat.csv}}")
+for key in ("reflect_specular", "transmit_specular", "absorb"):
+    assert max(abs(a - b) for a, b in zip(layers[0][key], table[0][key])) < 1e-12, key
+assert max(abs(a - b) for a, b in zip(layers[1]["transmit_specular"], table[1]["transmit_specular"])) < 0.02  # between its angles
+run("trace", "coat.yaml", "-o", "coat.raymap", "-n", 20000, "--quiet")
+pathlib.Path("coat.csv").unlink()
+assert json.loads(run("verify", "coat.raymap", "--json")[0])["ok"]
 
 # The example: two designs, of which the better one makes fewer ghosts.
 example = pathlib.Path(os.environ["SOURCE_DIR"], "examples/double-gauss/coated.yaml")

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT
  *
- * A measured BSDF from a stranger: CSV or XML of Klems matrices, reflected or passing. It is
- * refused with a sentence, or becomes a table of which directions can be drawn, whose totals are
- * finite.
+ * A table from a stranger: a measured BSDF, CSV or XML of Klems matrices, reflected or passing; or
+ * a measured coat. It is refused with a sentence, or becomes shares, and directions that can be
+ * drawn.
  */
 #include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/coat_csv.h"
 #include "io/scene/scene_tables.h"
 #include "target.h"
 
@@ -39,6 +40,18 @@ static void use(struct rmap_scatter_table *table, bool passes)
     }
 }
 
+static void read_coat(const char *text, size_t nbytes, const struct rmap_channels *channels)
+{
+    struct rmap_thin_film film = {.n_angle = 0};
+    struct rmap_error err = {0};
+    const enum rmap_status st = rmap_coat_csv_read(text, nbytes, channels, &film, &err);
+    rmap_fuzz_demand(st == RMAP_OK || (st == RMAP_INPUT && err.text[0]), "what is wrong is said");
+    for (size_t i = 0; i < 4 * film.n_angle; i++)
+        rmap_fuzz_demand(film.share[i] >= 0.0 && film.share[i] <= 1.0 + 1e-5, "a share");
+    rmap_free(film.angle);
+    rmap_free(film.share);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
 {
     static const struct rmap_channels channels = {.n = 2, .wavelength_nm = {500.0, 600.0}};
@@ -52,6 +65,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
     char *text = rmap_alloc(nbytes, 1); /* its last byte stays 0 */
     rmap_fuzz_demand(text != NULL, "memory");
     memcpy(text, data + 1, nbytes - 1);
+    if (data[0] & 4) {
+        read_coat(text, nbytes - 1, &channels);
+        rmap_free(text);
+        rmap_fuzz_demand(rmap_alloc_live() == live, "memory is given back");
+        return 0;
+    }
     const enum rmap_status st = text[0] == '<'
                                     ? rmap_bsdf_klems_read(text, nbytes - 1, &wanted, &table, &err)
                                     : rmap_bsdf_csv_read(text, nbytes - 1, &wanted, &table, &err);
@@ -74,6 +93,8 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "1wavelength theta_i phi_i theta_s phi_s value\n"
         "500 10 0 0 0 0.1\n500 10 0 45 0 0.2\n700 10 0 0 0 0.1\n700 10 0 45 0 0.3\n",
         "0 0 10 0 0 0 .1\n0 10 0 0 180 .2\n0 10 180 0 0 .1\n0 10 180 0 180 .2\n",
+        "4wavelength angle Rs Rp Ts Tp\n500 0 .1 .1 .8 .8\n500 60 .3 .2 .6 .7\n600 0 .2 .2 .8 .8\n"
+        "600 60 .3 .2 .6 .7\n",
         "0<W><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>"
         "<AngleBasisBlock><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>"
         "<UpperTheta>40</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock>"
