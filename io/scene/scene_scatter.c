@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
@@ -259,9 +260,12 @@ static bool read_file(struct lobe *lobe)
     const char *text = rmap_reader_file(reader, lobe->node, "file", klems ? &xml : &csv, &nbytes);
     if (!text)
         return false;
+    const size_t len = strlen(at->text);
+    const bool zemax = len > 5 && strcasecmp(at->text + len - 5, ".bsdf") == 0;
     const enum rmap_status st =
-        klems ? rmap_bsdf_klems_read(text, nbytes, &wanted, &lobe->its->table, &why)
-              : rmap_bsdf_csv_read(text, nbytes, &wanted, &lobe->its->table, &why);
+        (klems   ? rmap_bsdf_klems_read
+         : zemax ? rmap_bsdf_zemax_read
+                 : rmap_bsdf_csv_read)(text, nbytes, &wanted, &lobe->its->table, &why);
     if (st == RMAP_SYSTEM) {
         reader->failure = why;
         rmap_reader_fail(reader, st);
@@ -273,7 +277,7 @@ static bool read_file(struct lobe *lobe)
     lobe->its->by_wavelength = lobe->its->table->n_band > 1;
     for (int i = 0; i < lobe->n; i++)
         lobe->its->amount[i] = 1.0;
-    const double most = rmap_scatter_table_finish(lobe->its->table, &theta);
+    const double most = rmap_scatter_table_finish(lobe->its->table, lobe->passes, &theta);
     if (!(most > 1.0 + 1e-3))
         return true;
     rmap_reader_error(reader, at, "%.100s scatters %.6g of the light at %g degrees: more than 1",

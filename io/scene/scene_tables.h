@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Measured BSDFs from files: our own CSV and WINDOW's XML of Klems matrices (docs/scene.md has
- * both).
+ * Measured BSDFs from files (docs/scene.md): our own CSV, Zemax's tabular BSDF and WINDOW's XML of
+ * Klems matrices.
  */
 #ifndef RMAP_SCENE_TABLES_H
 #define RMAP_SCENE_TABLES_H
@@ -22,6 +22,10 @@ enum rmap_status rmap_bsdf_csv_read(const char *text, size_t nbytes,
                                     const struct rmap_bsdf_wanted *wanted,
                                     struct rmap_scatter_table **table_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
+                                      const struct rmap_bsdf_wanted *wanted,
+                                      struct rmap_scatter_table **table_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bsdf_klems_read(const char *text, size_t nbytes,
                                       const struct rmap_bsdf_wanted *wanted,
                                       struct rmap_scatter_table **table_ret,

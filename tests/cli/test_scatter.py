@@ -223,6 +223,55 @@ def check_table():
             fail(f"'{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
 
 
+# ---- Zemax ----
+
+def zemax(f, radial=tuple(range(0, 181, 5)), azimuth=tuple(range(0, 181, 15)), incidence=(0, 20, 40, 60), kind="BRDF"):
+    lines = ["# made for a test", "Source  Measured", "Symmetry  PlaneSymmetrical", "SpectralContent  Monochrome", f"ScatterType  {kind}",
+             "SampleRotation  1", "0", f"AngleOfIncidence  {len(incidence)}", "\t".join(map(str, incidence)),
+             f"ScatterAzimuth {len(azimuth)}", " ".join(map(str, azimuth)), f"ScatterRadial {len(radial)}", " ".join(map(str, radial)),
+             "", "Monochrome", "DataBegin"]
+    for i in incidence:
+        lines.append("TIS 0.1")
+        lines += ["\t".join(f"{f(i, a, r):.6E}" for r in radial) for a in azimuth]
+    return "\n".join(lines + ["DataEnd", ""])
+
+
+def lobe(_, azimuth, radial):
+    """Broader towards the normal (azimuth 0) than away from it."""
+    width = 20 if azimuth < 90 else 10
+    return 0.02 + 0.8 * math.exp(-(radial / width) ** 2)
+
+
+def check_zemax():
+    surface = "{type: scatter, specular: 0.1, reflect: {model: table, file: vinyl.BSDF}}"
+    write("vinyl.BSDF", zemax(lobe))
+    its = checked(scene(surface))
+    bsdf = its["sides"][0]["bsdf"][1]  # from 30 degrees: between 20 and 40
+    for angle, want in ((30, lobe(0, 0, 0)), (20, lobe(0, 0, 10)), (40, lobe(0, 180, 10)), (0, lobe(0, 0, 30)), (-30, lobe(0, 0, 60))):
+        close(f"Zemax at {angle}", bsdf["reflected"][bsdf["angle"].index(angle)], want, 0.01 * want)
+    run("trace", scene(surface, sources=beam(0, 30, 50)), "-o", "zemax.raymap", "-n", 200000, "--quiet", "--force")
+    share = json.loads(run("query", "zemax.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 200000
+    close("Zemax share", share, its["sides"][0]["by_angle"]["reflect_diffuse"][6], 4 * math.sqrt(share / 200000))
+    if run("verify", "zemax.raymap").returncode != 0:
+        fail("verify of a map with a tabular BSDF")
+    shutil.rmtree("zemax.raymap")
+    good = zemax(lobe)
+    for text, complaint in [
+            (good.replace("BRDF", "BTDF"), "it is a BTDF, of transmitted light"),
+            (good.replace("SampleRotation  1\n0", "SampleRotation  2\n0 90"), "2 sample rotations"),
+            (good.replace("ScatterRadial 37", "ScatterRadial 38"), "a number from 0 to 180 was due"),
+            (good.replace("20\t40", "40\t20"), "AngleOfIncidence 20 is out of order"),
+            (good.replace("DataEnd", ""), "DataEnd was due"),
+            (good.replace("TIS 0.1", "TIS nan", 1), "a number from 0"),
+            (good.replace("PlaneSymmetrical", "Asymmetrical"), "ScatterAzimuth is not in equal steps"),
+            (zemax(lambda *_: 1.0), "more than 1"),
+            ("Source Measured", "it has no SampleRotation")]:
+        write("vinyl.BSDF", text)
+        done = run("check", scene(surface))
+        if done.returncode != 3 or complaint not in done.stdout + done.stderr:
+            fail(f"'{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
+
+
 # ---- mistakes ----
 
 def check_mistakes():
@@ -277,6 +326,7 @@ check_numbers()
 check_finishes()
 check_klems()
 check_table()
+check_zemax()
 check_mistakes()
 print(f"scatter models: {len(failures)} failures")
 raise SystemExit(1 if failures else 0)

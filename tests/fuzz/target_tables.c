@@ -20,7 +20,7 @@ static void use(struct rmap_scatter_table *table, bool passes)
 {
     struct rmap_scatter scatter = {.model = RMAP_SCATTER_TABLE, .amount = {1.0}, .table = table};
     double theta;
-    const double most = rmap_scatter_table_finish(table, &theta);
+    const double most = rmap_scatter_table_finish(table, passes, &theta);
     rmap_fuzz_demand(most >= 0.0 && theta >= 0.0 && theta <= 90.0, "a total and its angle");
     for (uint64_t i = 0; i < DRAWS; i++) {
         const double z = ((double)i + 0.5) / DRAWS, s = sqrt(1.0 - z * z);
@@ -71,9 +71,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
         rmap_fuzz_demand(rmap_alloc_live() == live, "memory is given back");
         return 0;
     }
-    const enum rmap_status st = text[0] == '<'
-                                    ? rmap_bsdf_klems_read(text, nbytes - 1, &wanted, &table, &err)
-                                    : rmap_bsdf_csv_read(text, nbytes - 1, &wanted, &table, &err);
+    const enum rmap_status st =
+        (text[0] == '<' ? rmap_bsdf_klems_read
+         : data[0] & 8  ? rmap_bsdf_zemax_read
+                        : rmap_bsdf_csv_read)(text, nbytes - 1, &wanted, &table, &err);
     if (st == RMAP_OK)
         use(table, passes);
     else
@@ -95,6 +96,11 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "0 0 10 0 0 0 .1\n0 10 0 0 180 .2\n0 10 180 0 0 .1\n0 10 180 0 180 .2\n",
         "4wavelength angle Rs Rp Ts Tp\n500 0 .1 .1 .8 .8\n500 60 .3 .2 .6 .7\n600 0 .2 .2 .8 .8\n"
         "600 60 .3 .2 .6 .7\n",
+        "8Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType "
+        "BRDF\n"
+        "SampleRotation 1\n0\nAngleOfIncidence 2\n0 50\nScatterAzimuth 3\n0 90 180\nScatterRadial "
+        "3\n0 10 60\nMonochrome\nDataBegin\nTIS .1\n.5 .2 .1\n.5 .2 .1\n.5 .2 .1\nTIS .1\n.5 .2 "
+        ".1\n.5 .2 .1\n.5 .3 .1\nDataEnd\n",
         "0<W><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>"
         "<AngleBasisBlock><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>"
         "<UpperTheta>40</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock>"

@@ -15,6 +15,7 @@
 #include "base/portable.h"
 #include "base/vec.h"
 #include "scatter/scatter.h"
+#include "scatter/table.h"
 
 static void near_to(double is, double want, double within)
 {
@@ -278,6 +279,47 @@ static void test_table(void **state)
     rmap_scatter_fini(&its);
 }
 
+/* Measured tables, made of a law: about the normal, and about the specular direction, where lobes
+ * of two incidences meet between them. */
+static void test_table_draws(void **state)
+{
+    enum { RINGS_OF = 6, AROUND = 8 };
+    static const double ring[2][RINGS_OF + 1] = {{0, 10, 25, 40, 60, 80, 90},
+                                                 {0, 2, 6, 15, 40, 90, 170}},
+                                           theta[] = {0, 35, 70};
+    size_t n_phi[RINGS_OF];
+    (void)state;
+    for (size_t r = 0; r < RINGS_OF; r++)
+        n_phi[r] = r ? AROUND : 1;
+    for (int about = 0; about < 2; about++) {
+        struct rmap_scatter its = {.model = RMAP_SCATTER_TABLE, .amount = {1.0}};
+        struct rmap_error err;
+        double worst;
+        assert_int_equal(
+            rmap_scatter_table_create(&(struct rmap_scatter_table_shape){.n_ring = RINGS_OF,
+                                                                         .ring_deg = ring[about],
+                                                                         .n_phi = n_phi,
+                                                                         .n_theta = 3,
+                                                                         .theta_deg = theta,
+                                                                         .n_turn = 1,
+                                                                         .n_band = 1,
+                                                                         .side = {true, true},
+                                                                         .about_specular = about},
+                                      &its.table, &err),
+            RMAP_OK);
+        for (int side = 0; side < 2; side++)
+            for (size_t i = 0; i < its.table->n_in * its.table->out.n; i++)
+                its.table->block[side].value[i] =
+                    0.3 / (1.0 + (double)(i % its.table->out.n)) * (1.0 + 0.1 * (double)(i % 5));
+        assert_true(rmap_scatter_table_finish(its.table, false, &worst) < 1);
+        check_lobe(&its, 0, false);
+        check_lobe(&its, 20, false);
+        check_lobe(&its, 60, false);
+        check_lobe(&its, 80, false);
+        rmap_scatter_fini(&its);
+    }
+}
+
 /* ---- facets ---- */
 
 static void all_reflected(const void *self, double cosine, double share[2])
@@ -455,9 +497,9 @@ int main(void)
         cmocka_unit_test(test_portable),     cmocka_unit_test(test_harvey_totals),
         cmocka_unit_test(test_abg_totals),   cmocka_unit_test(test_rough_shares),
         cmocka_unit_test(test_other_totals), cmocka_unit_test(test_lobe_draws),
-        cmocka_unit_test(test_table),        cmocka_unit_test(test_facet_draws),
-        cmocka_unit_test(test_facet_tilts),  cmocka_unit_test(test_furnace),
-        cmocka_unit_test(test_reciprocity),
+        cmocka_unit_test(test_table),        cmocka_unit_test(test_table_draws),
+        cmocka_unit_test(test_facet_draws),  cmocka_unit_test(test_facet_tilts),
+        cmocka_unit_test(test_furnace),      cmocka_unit_test(test_reciprocity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Zemax's tabular BSDF, the BSDF Data Interchange format of Radiant Imaging (R. Rykowski, 2008):
+ * words and numbers, azimuth and radial angle about the specular direction, azimuth 0 towards the
+ * normal. Its AngleOfIncidence is that of the specular direction.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_tables.h"
+
+enum { ANGLES_MAX = 2000, WORD_NBYTES = 40 };
+enum { ROTATION, INCIDENCE, AZIMUTH, RADIAL, LISTS };
+static const char *const list_name[LISTS] = {"SampleRotation", "AngleOfIncidence", "ScatterAzimuth",
+                                             "ScatterRadial"};
+
+struct scan {
+    const char *at, *end;
+    size_t line;
+    char word[WORD_NBYTES];
+    double *list[LISTS];
+    size_t n[LISTS];
+    bool is_btdf, is_xyz, is_mirrored;
+};
+
+static bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ',';
+}
+
+/* The next word, cut where it is too long; false at the end. */
+static bool next(struct scan *scan)
+{
+    size_t n = 0;
+    while (scan->at < scan->end && (is_blank(*scan->at) || *scan->at == '#')) {
+        if (*scan->at == '#')
+            while (scan->at + 1 < scan->end && scan->at[1] != '\n')
+                scan->at++;
+        scan->line += *scan->at++ == '\n';
+    }
+    for (; scan->at < scan->end && !is_blank(*scan->at); scan->at++)
+        if (n + 1 < WORD_NBYTES)
+            scan->word[n++] = *scan->at;
+    scan->word[n] = 0;
+    return n > 0;
+}
+
+static bool is_at(const struct scan *scan, const char *word)
+{
+    return strcmp(scan->word, word) == 0;
+}
+
+static enum rmap_status wrong(const struct scan *scan, const char *due, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_INPUT, "line %zu: '%s': %s was due", scan->line, scan->word,
+                          due);
+}
+
+static enum rmap_status take_number(struct scan *scan, double low, double high, double *value,
+                                    struct rmap_error *err)
+{
+    char *end = NULL;
+    if (!next(scan))
+        return wrong(scan, "a number", err);
+    *value = strtod(scan->word, &end);
+    if (*end || !(*value >= low && *value <= high))
+        return rmap_error_set(err, RMAP_INPUT, "line %zu: '%s': a number from %g to %g was due",
+                              scan->line, scan->word, low, high);
+    return RMAP_OK;
+}
+
+/* A count and so many angles, ascending. */
+static enum rmap_status take_list(struct scan *scan, int which, struct rmap_error *err)
+{
+    static const double most[LISTS] = {360.0, 90.0, 360.0, 180.0};
+    enum rmap_status st = RMAP_OK;
+    double count = 0.0;
+    RMAP_TRY(take_number(scan, 1.0, ANGLES_MAX, &count, err));
+    if (scan->list[which] || count != floor(count))
+        RMAP_TRY(wrong(scan, "one whole number of angles", err));
+    scan->n[which] = (size_t)count;
+    scan->list[which] = rmap_alloc(scan->n[which], sizeof *scan->list[which]);
+    if (!scan->list[which])
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table"));
+    for (size_t i = 0; i < scan->n[which]; i++) {
+        RMAP_TRY(take_number(scan, 0.0, most[which], &scan->list[which][i], err));
+        if (i > 0 && !(scan->list[which][i] > scan->list[which][i - 1]))
+            RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "line %zu: %s %s is out of order: they ascend",
+                                    scan->line, list_name[which], scan->word));
+    }
+out:
+    return st;
+}
+
+/* Up to DataBegin of the block that is read: of XYZ that of Y. */
+static enum rmap_status take_head(struct scan *scan, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool wanted = false, begun = false;
+    while (!begun && next(scan)) {
+        int which = 0;
+        while (which < LISTS && !is_at(scan, list_name[which]))
+            which++;
+        if (which < LISTS) {
+            RMAP_TRY(take_list(scan, which, err));
+        } else if (is_at(scan, "SpectralContent")) {
+            scan->is_xyz = next(scan) && is_at(scan, "XYZ");
+        } else if (is_at(scan, "ScatterType")) {
+            scan->is_btdf = next(scan) && is_at(scan, "BTDF");
+        } else if (is_at(scan, "Symmetry")) {
+            scan->is_mirrored = next(scan) && is_at(scan, "PlaneSymmetrical");
+        } else if (is_at(scan, scan->is_xyz ? "TristimulusY" : "Monochrome")) {
+            wanted = true;
+        } else {
+            begun = wanted && is_at(scan, "DataBegin");
+        }
+    }
+    for (int i = 0; i < LISTS && st == RMAP_OK; i++)
+        if (!scan->list[i])
+            st = rmap_error_set(err, RMAP_INPUT, "it has no %s: a tabular BSDF of Zemax has it",
+                                list_name[i]);
+    if (st == RMAP_OK && !begun)
+        st = rmap_error_set(err, RMAP_INPUT, "it has no DataBegin behind %s",
+                            scan->is_xyz ? "TristimulusY" : "Monochrome");
+out:
+    return st;
+}
+
+/* Equal steps around, or over the half that the other mirrors. */
+static enum rmap_status check_turn(const struct scan *scan, size_t *n_phi_ret,
+                                   struct rmap_error *err)
+{
+    const double *phi = scan->list[AZIMUTH], near = 1e-3;
+    size_t n = scan->n[AZIMUTH];
+    if (n > 1 && fabs(phi[n - 1] - 360.0) < near)
+        n--; /* the first once more */
+    const bool half = n > 1 && scan->is_mirrored && fabs(phi[n - 1] - 180.0) < near;
+    const double step = half ? 180.0 / (double)(n - 1) : 360.0 / (double)n;
+    bool good = true;
+    for (size_t i = 0; i < n; i++)
+        good = good && fabs(phi[i] - step * (double)i) < near;
+    *n_phi_ret = half ? 2 * (n - 1) : n;
+    return good
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_INPUT,
+                                "its ScatterAzimuth is not in equal steps from 0 around, or to 180 "
+                                "of a PlaneSymmetrical surface");
+}
+
+static enum rmap_status take_data(struct scan *scan, size_t n_phi, struct rmap_scatter_table *table,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    double tis = 0.0, f = 0.0;
+    for (size_t i = 0; i < scan->n[INCIDENCE]; i++) {
+        if (!next(scan) || !is_at(scan, "TIS"))
+            RMAP_TRY(wrong(scan, "TIS", err));
+        RMAP_TRY(take_number(scan, 0.0, HUGE_VAL, &tis, err));
+        for (size_t k = 0; k < scan->n[AZIMUTH]; k++)
+            for (size_t r = 0; r < scan->n[RADIAL]; r++) {
+                double *ring = table->block[1].value + i * table->out.n + table->out.first[r];
+                RMAP_TRY(take_number(scan, 0.0, 1e300, &f, err));
+                if (k < n_phi)
+                    ring[k] = f;
+                if (k > 0 && n_phi > scan->n[AZIMUTH])
+                    ring[n_phi - k] = f;
+            }
+    }
+    if (!next(scan) || !is_at(scan, "DataEnd"))
+        RMAP_TRY(wrong(scan, "DataEnd", err));
+    memcpy(table->block[0].value, table->block[1].value,
+           table->n_in * table->out.n * sizeof *table->block[1].value);
+out:
+    return st;
+}
+
+/* Halfway between angles; the last ends as far behind it. */
+static void set_rings(const struct scan *scan, double *edge)
+{
+    const double *radial = scan->list[RADIAL];
+    const size_t n = scan->n[RADIAL];
+    edge[0] = 0.0;
+    for (size_t r = 1; r < n; r++)
+        edge[r] = 0.5 * (radial[r - 1] + radial[r]);
+    edge[n] = n > 1 ? fmin(180.0, radial[n - 1] + 0.5 * (radial[n - 1] - radial[n - 2])) : 180.0;
+}
+
+enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
+                                      const struct rmap_bsdf_wanted *wanted,
+                                      struct rmap_scatter_table **table_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct scan scan = {.at = text, .end = text + nbytes, .line = 1};
+    struct rmap_scatter_table *table = NULL;
+    double *edge = NULL;
+    size_t *each_phi = NULL, n_phi = 1;
+    RMAP_TRY(take_head(&scan, err));
+    const size_t n_ring = scan.n[RADIAL];
+    if (scan.is_btdf != wanted->passes)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "it is a %s light",
+                                scan.is_btdf ? "BTDF, of transmitted" : "BRDF, of reflected"));
+    if (scan.n[ROTATION] > 1)
+        RMAP_TRY(
+            rmap_error_set(err, RMAP_INPUT,
+                           "it has %zu sample rotations, and one is read, as a surface without "
+                           "directions: a CSV table has room for the others",
+                           scan.n[ROTATION]));
+    RMAP_TRY(check_turn(&scan, &n_phi, err));
+    edge = rmap_alloc(n_ring + 1, sizeof *edge);
+    each_phi = rmap_alloc(n_ring, sizeof *each_phi);
+    if (!edge || !each_phi)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table"));
+    set_rings(&scan, edge);
+    for (size_t r = 0; r < n_ring; r++)
+        each_phi[r] = n_phi;
+    RMAP_TRY(rmap_scatter_table_create(
+        &(struct rmap_scatter_table_shape){.n_ring = n_ring,
+                                           .ring_deg = edge,
+                                           .n_phi = each_phi,
+                                           .n_theta = scan.n[INCIDENCE],
+                                           .theta_deg = scan.list[INCIDENCE],
+                                           .n_turn = 1,
+                                           .n_band = 1,
+                                           .side = {true, true},
+                                           .about_specular = true},
+        &table, err));
+    RMAP_TRY(take_data(&scan, n_phi, table, err));
+    *table_ret = table;
+    table = NULL;
+out:
+    rmap_scatter_table_destroy(table);
+    rmap_free(edge);
+    rmap_free(each_phi);
+    for (int i = 0; i < LISTS; i++)
+        rmap_free(scan.list[i]);
+    return st;
+}
