@@ -42,16 +42,17 @@ out:
     return st;
 }
 
-/* Lambert's law of surfaces that need no model for it, too; -1: none. */
-static int model_of(const struct rmap_scene *scene, int32_t index, bool passes)
+/* Models of a surface, as bits; Lambert's law of surfaces that need no model for it, too. */
+static uint32_t models_of(const struct rmap_scene *scene, int32_t index, bool passes)
 {
     const struct rmap_surface *surface = &scene->surface[index];
     const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, passes);
-    if (its)
-        return (int)its->model;
-    return surface->type == RMAP_SURFACE_LAMBERT || surface->type == RMAP_SURFACE_MIXTURE
-               ? (int)RMAP_SCATTER_LAMBERT
-               : -1;
+    uint32_t models = 0;
+    if (!its && (surface->type == RMAP_SURFACE_LAMBERT || surface->type == RMAP_SURFACE_MIXTURE))
+        return 1U << RMAP_SCATTER_LAMBERT;
+    for (; its; its = its->next > 0 ? &scene->scatter[its->next - 1] : NULL)
+        models |= 1U << its->model;
+    return models;
 }
 
 const char *rmap_scatter_word(size_t i)
@@ -66,9 +67,9 @@ static unsigned sides_by(const struct rmap_scene *scene, const struct rmap_objec
     unsigned sides = 0;
     for (int way = 0; way < 2; way++)
         for (int back = 0; back < 2; back++) {
-            const int model =
-                model_of(scene, back ? object->surface_back : object->surface_front, way == 1);
-            sides |= (unsigned)(model >= 0 && (models >> model & 1)) << (2 * way + back);
+            const uint32_t its =
+                models_of(scene, back ? object->surface_back : object->surface_front, way == 1);
+            sides |= (unsigned)((its & models) != 0) << (2 * way + back);
         }
     return sides;
 }

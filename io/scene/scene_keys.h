@@ -38,7 +38,7 @@ struct rmap_mapping {
     struct rmap_mapping_type {
         const char *what, *keys; /* "a plane detector", "name type on size ..." */
     } type[16];
-    struct rmap_key key[20]; /* ends with a NULL name */
+    struct rmap_key key[26]; /* ends with a NULL name */
 };
 /* The i-th mapping of scene files; NULL behind the last. */
 const struct rmap_mapping *rmap_scene_mapping(size_t i);

@@ -67,7 +67,7 @@ static const struct rmap_h5_field surface_field[] = {
 static const struct rmap_h5_field scatter_field[] = {
     NUMBER("scatter", rmap_scatter, model, I32, 1,
            "0 lambert, 1 gaussian, 2 cosine, 3 abg, 4 harvey, 5 k_correlation, 6 ggx, 7 beckmann, "
-           "8 unified, 9 retro, 10 table, 11 klems"),
+           "8 unified, 9 retro, 10 table, 11 klems, 12 contamination"),
     NUMBER("scatter", rmap_scatter, of_reflected, I32, 1,
            "row of /name/surface whose reflected light it scatters; -1: none"),
     NUMBER("scatter", rmap_scatter, of_transmitted, I32, 1,

@@ -11,6 +11,7 @@
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_tables.h"
+#include "scatter/dust.h"
 #include "scene/scene.h"
 
 /* What may stand beside `model`, on the channels. */
@@ -23,12 +24,17 @@ struct parameters {
     double roughness, correlation, reference; /* lengths in the scene's unit; nm */
     bool relative;                            /* a table is of what is reflected */
     enum { VISIBLE, SOLAR } band;
+    struct rmap_dust_kind dust;
 };
 
 static const struct rmap_range width = {1e-6, 10, "from 0.000001 to 10", RMAP_DIMENSION_NONE},
                                power = {0, 1e9, "from 0 to 1e9", RMAP_DIMENSION_NONE},
                                exponent = {0.1, 20, "from 0.1 to 20", RMAP_DIMENSION_NONE},
                                falling = {-20, -1e-3, "negative, down to -20", RMAP_DIMENSION_NONE},
+                               cleanliness = {5, 1000, "a cleanliness level, 5 to 1000",
+                                              RMAP_DIMENSION_NONE},
+                               incline = {0.1, 2, "from 0.1 to 2", RMAP_DIMENSION_NONE},
+                               index_of_dust = {0, 10, "from 0 to 10", RMAP_DIMENSION_NONE},
                                degrees = {1e-3, 60, "from 0.001 to 60 degrees",
                                           RMAP_DIMENSION_NONE};
 
@@ -57,6 +63,12 @@ const struct rmap_mapping rmap_scatter_keys = {
      {"lobe", SPECTRUM(lobe), &rmap_range_share},
      {"back", SPECTRUM(back), &rmap_range_share},
      {"relative", RMAP_KEY_TRUTH, offsetof(struct parameters, relative)},
+     {"level", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.level), &cleanliness,
+      .need = RMAP_REQUIRED},
+     {"slope", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.slope), &incline,
+      .otherwise = 0.926},
+     {"n", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.n), &index_of_dust, .otherwise = 1.53},
+     {"k", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.k), &index_of_dust, .otherwise = 1e-3},
      {"band", RMAP_KEY_WORD, offsetof(struct parameters, band), .words = "visible solar"}}};
 #undef SPECTRUM
 
@@ -305,6 +317,39 @@ static bool is_shape_alone(enum rmap_scatter_model model)
            model == RMAP_SCATTER_COSINE || model == RMAP_SCATTER_RETRO;
 }
 
+/* area: 1 ft2, or 0.1 m2 */
+static bool read_area(struct lobe *lobe, double *um2)
+{
+    static const double square_foot = 0.09290304; /* m2 */
+    const struct rmap_yaml_node *node = rmap_yaml_get(lobe->node, "area");
+    const char *unit = "ft2";
+    double value = 1.0;
+    if (node &&
+        (node->kind != RMAP_YAML_SCALAR || !rmap_reader_parse_quantity(node->text, &value, &unit) ||
+         (strcmp(unit, "ft2") != 0 && strcmp(unit, "m2") != 0) ||
+         !(value >= 1e-6 && value <= 1e6))) {
+        rmap_reader_error(lobe->reader, node,
+                          "'area' must be one that particles are counted on, as in '1 ft2' or "
+                          "'0.1 m2'");
+        return false;
+    }
+    *um2 = value * 1e12 * (strcmp(unit, "ft2") == 0 ? square_foot : 1.0);
+    return true;
+}
+
+static bool read_dust(struct lobe *lobe)
+{
+    struct rmap_dust_kind *kind = &lobe->parameters.dust;
+    struct rmap_reader *reader = lobe->reader;
+    if (!read_area(lobe, &kind->area_um2))
+        return false;
+    if (rmap_scatter_set_dust(lobe->its, kind, &reader->scene->channels, &reader->failure) ==
+        RMAP_OK)
+        return true;
+    rmap_reader_fail(reader, RMAP_SYSTEM);
+    return false;
+}
+
 static bool read_model(struct lobe *lobe)
 {
     const struct parameters *p = &lobe->parameters;
@@ -335,6 +380,8 @@ static bool read_model(struct lobe *lobe)
     case RMAP_SCATTER_TABLE:
     case RMAP_SCATTER_KLEMS:
         return read_file(lobe);
+    case RMAP_SCATTER_CONTAMINATION:
+        return read_dust(lobe);
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -367,8 +414,11 @@ static struct rmap_scatter *read_lobe(struct rmap_reader *reader, const struct r
         rmap_reader_error(reader, at, "'%s' must be a mapping, as in {model: lambert}", key);
         return NULL;
     }
-    if (!rmap_reader_choice(reader, at, "model", RMAP_REQUIRED, names, &model) || model < 0 ||
-        !rmap_reader_known(reader, at, &rmap_scatter_keys, model) ||
+    if (strcmp(key, rmap_scatter_name[RMAP_SCATTER_CONTAMINATION].name) == 0)
+        model = RMAP_SCATTER_CONTAMINATION;
+    else if (!rmap_reader_choice(reader, at, "model", RMAP_REQUIRED, names, &model))
+        return NULL;
+    if (model < 0 || !rmap_reader_known(reader, at, &rmap_scatter_keys, model) ||
         !rmap_reader_fill(reader, at, &rmap_scatter_keys, model, &lobe->parameters))
         return NULL;
     lobe->its = RMAP_READER_NEW(reader, scene->scatter, scene->n_scatter, reader->cap_scatter);
@@ -413,7 +463,8 @@ static double worst_share(const struct rmap_scatter *its, int channel, double *d
 static void check_amount(const struct lobe *lobe, const double *left, const char *what)
 {
     const struct rmap_scatter *its = lobe->its;
-    if (rmap_scatter_is_facets(its) || (its->by_roughness && its->model == RMAP_SCATTER_HARVEY))
+    if (rmap_scatter_is_facets(its) || its->model == RMAP_SCATTER_CONTAMINATION ||
+        (its->by_roughness && its->model == RMAP_SCATTER_HARVEY))
         return;
     double worst = 0.0, angle = 0.0;
     for (int i = 0; i < lobe->n; i++) {
@@ -443,6 +494,35 @@ static bool fits(const struct lobe *lobe, bool is_fresnel)
         return false;
     }
     return true;
+}
+
+/* contamination: beside what else there is. */
+static void read_contamination(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               struct rmap_surface *surface)
+{
+    static const char key[] = "contamination";
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
+    const bool facets = its && rmap_scatter_is_facets(its);
+    struct lobe lobe;
+    if (!rmap_yaml_get(node, key))
+        return;
+    if (facets) {
+        rmap_reader_error(
+            reader, rmap_yaml_get(node, key),
+            "particles lie on smooth surfaces and on lobes, not on facets: use harvey "
+            "or k_correlation beside them");
+        return;
+    }
+    if (!read_lobe(reader, node, key, false, &lobe))
+        return;
+    lobe.its->of_reflected = (int32_t)scene->n_surface - 1;
+    lobe.its->of_transmitted = -1;
+    surface->reflect_is_total = true;
+    if (surface->scatter_reflect > 0)
+        scene->scatter[surface->scatter_reflect - 1].next = (int32_t)scene->n_scatter;
+    else
+        surface->scatter_reflect = (int32_t)scene->n_scatter;
 }
 
 /* scatter: of what is reflected, and passes. */
@@ -582,6 +662,7 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
     (void)rmap_reader_choice(reader, node, "frame", RMAP_OPTIONAL, "object", &frame);
     if (surface->type != RMAP_SURFACE_SCATTER) {
         read_on_boundary(reader, node, surface);
+        read_contamination(reader, node, surface);
         return;
     }
     if (!rmap_yaml_get(node, "reflect") && !rmap_yaml_get(node, "transmit")) {

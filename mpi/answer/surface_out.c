@@ -11,6 +11,7 @@
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "io/export/raster.h"
+#include "scatter/dust.h"
 #include "scatter/table.h"
 
 /* Degrees from one row to the next, and the last row. */
@@ -104,11 +105,18 @@ static void describe(const struct rmap_surface_question *self, char *text, size_
         self->side[0].object->name);
 }
 
-/* Of a way's model; NULL: none. */
+/* Of a way's model, or of both with particles; NULL: none. */
 static const char *model_name(const struct rmap_surface_question *self, bool passes)
 {
+    static const char *const with_particles[] = {
+#define ROW(symbol, name, keys, reciprocal) name " and contamination",
+        RMAP_SCATTER_TABLE(ROW)
+#undef ROW
+    };
     const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, passes);
-    return its ? rmap_scatter_name[its->model].name : NULL;
+    return !its            ? NULL
+           : its->next > 0 ? with_particles[its->model]
+                           : rmap_scatter_name[its->model].name;
 }
 
 /* Whether all of its models are. */
@@ -138,6 +146,10 @@ static void print_scattering(const struct rmap_surface_question *self, FILE *out
     const char *reflect = model_name(self, false), *transmit = model_name(self, true);
     const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, false);
     const bool facets = its && rmap_scatter_is_facets(its);
+    for (const struct rmap_scatter *one = its; one;
+         one = one->next > 0 ? &self->scene->scatter[one->next - 1] : NULL)
+        if (one->dust)
+            fprintf(out, "  particles cover %.4g %% of it\n", 100.0 * one->dust->coverage);
     fprintf(out, "  scatters by %s%s%s, %s\n", reflect ? reflect : transmit,
             reflect && transmit && strcmp(reflect, transmit) != 0 ? " and, passing, by " : "",
             reflect && transmit && strcmp(reflect, transmit) != 0 ? transmit : "",

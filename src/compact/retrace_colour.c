@@ -145,7 +145,11 @@ static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light
                dispersive = e->near->dispersive || e->far->dispersive;
     const struct rmap_scatter *its = rmap_surface_scatter(e->scene, e->surface, passes);
     const bool facets = its && rmap_scatter_is_facets(its);
-    const bool drawn = its && (its->by_wavelength || (rmap_scatter_uses_index(its) && dispersive));
+    const struct rmap_scatter *second =
+        its && its->next > 0 ? &e->scene->scatter[its->next - 1] : NULL;
+    const bool drawn =
+        (second && second->by_wavelength) ||
+        (its && (its->by_wavelength || (rmap_scatter_uses_index(its) && dispersive)));
     if ((drawn && (diffuse || facets)) ||
         (e->event == RMAP_EVENT_TRANSMIT_SPECULAR && dispersive)) {
         if (e->channel >= 0)

@@ -8,6 +8,7 @@
 #include "base/alloc.h"
 #include "base/portable.h"
 #include "formula/azimuth.h"
+#include "scatter/dust.h"
 #include "scatter/scatter.h"
 #include "scatter/table.h"
 
@@ -78,6 +79,7 @@ static double radial(const struct rmap_scattering *at, double x)
     case RMAP_SCATTER_UNIFIED:
     case RMAP_SCATTER_TABLE:
     case RMAP_SCATTER_KLEMS:
+    case RMAP_SCATTER_CONTAMINATION:
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -110,6 +112,8 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
         return 1.0;
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_shape(at, out);
+    if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
+        return rmap_dust_shape(at, axis_of(at), out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
         double cosine = rmap_dot(axis_of(at), out);
         return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
@@ -233,6 +237,8 @@ struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct r
     double u[4], cosine, sine;
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_draw(at, draw);
+    if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
+        return rmap_dust_draw(at, axis_of(at), draw);
     if (at->scatter->model == RMAP_SCATTER_COSINE)
         return draw_cosine(at, draw);
     if (is_radial(at->scatter->model))
@@ -347,6 +353,8 @@ double rmap_lobe_total(const struct rmap_scattering *at)
         return rmap_facet_fit(at);
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_total(at);
+    if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
+        return 1.0;
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return RMAP_PI;
     return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);
@@ -357,7 +365,7 @@ enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_chann
                                        struct rmap_error *err)
 {
     if (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN ||
-        rmap_scatter_is_table(scatter))
+        scatter->model == RMAP_SCATTER_CONTAMINATION || rmap_scatter_is_table(scatter))
         return RMAP_OK;
     if (!rmap_scatter_uses_index(scatter))
         near = far = -1;
@@ -423,6 +431,7 @@ void rmap_scatter_fini(struct rmap_scatter *scatter)
         rmap_free(scatter->totals[i].at);
     rmap_free(scatter->totals);
     rmap_scatter_table_destroy(scatter->table);
+    rmap_scatter_dust_destroy(scatter->dust);
     *scatter = (struct rmap_scatter){.totals = NULL};
 }
 

@@ -32,7 +32,8 @@
  *   UNIFIED        spike, facet lobe, straight back and Lambert (Levin & Moisan 1996,
  *                  doi:10.1109/NSSMIC.1996.591410; facets as Geant4 draws them)
  *   RETRO          a Gaussian about the way back
- *   TABLE, KLEMS   measured: table.h */
+ *   TABLE, KLEMS   measured: table.h
+ *   CONTAMINATION  particles: dust.h */
 #define RMAP_SCATTER_TABLE(X)                                                                      \
     X(LAMBERT, "lambert", "tis", true)                                                             \
     X(GAUSSIAN, "gaussian", "sigma tis", true)                                                     \
@@ -45,7 +46,8 @@
     X(UNIFIED, "unified", "sigma_alpha spike lobe back", false)                                    \
     X(RETRO, "retro", "sigma tis", true)                                                           \
     X(TABLE, "table", "file relative", false)                                                      \
-    X(KLEMS, "klems", "file band", false)
+    X(KLEMS, "klems", "file band", false)                                                          \
+    X(CONTAMINATION, "contamination", "level slope area n k", true)
 
 enum rmap_scatter_model {
 #define RMAP_SCATTER_ENUM(symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
@@ -55,6 +57,7 @@ enum rmap_scatter_model {
 };
 
 struct rmap_scatter_table;
+struct rmap_scatter_dust;
 
 struct rmap_scatter_name {
     const char *name, *keys;
@@ -80,7 +83,9 @@ enum {
     RMAP_SHAPE_ALPHA_Y, /* GGX, BECKMANN */
     RMAP_SHAPE_SPIKE = 1,
     RMAP_SHAPE_LOBE,
-    RMAP_SHAPE_BACK, /* UNIFIED */
+    RMAP_SHAPE_BACK,          /* UNIFIED */
+    RMAP_SHAPE_SCATTERED = 0, /* CONTAMINATION: optical thickness of one crossing */
+    RMAP_SHAPE_EXTINCT,
     RMAP_SHAPE_MAX = 4
 };
 
@@ -106,6 +111,8 @@ struct rmap_scatter {
     double shape[RMAP_SHAPE_MAX][RMAP_CHANNEL_MAX];
     struct rmap_scatter_totals *totals; /* [n_totals], owned */
     struct rmap_scatter_table *table;   /* TABLE, KLEMS; owned */
+    struct rmap_scatter_dust *dust;     /* CONTAMINATION; owned */
+    int32_t next;                       /* 1 + row of another model of the same light; 0: none */
     size_t n_totals;
 };
 

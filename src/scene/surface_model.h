@@ -22,7 +22,8 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
  * may meet there beside absorption: letters of path("..."), the commonest first. */
 #define RMAP_SURFACE_TABLE(X)                                                                      \
     X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter frame", RMAP_LOOK_REFRACTING, "TRI")  \
-    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter frame", RMAP_LOOK_MIRROR, "R")      \
+    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter contamination frame",               \
+      RMAP_LOOK_MIRROR, "R")                                                                       \
     X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
     X(ABSORBER, "absorber", "an absorber", "", RMAP_LOOK_OTHER, "")                                \
     X(MIXTURE, "mixture", "a mixture",                                                             \

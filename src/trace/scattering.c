@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "base/portable.h"
 #include "formula/turn.h"
 #include "trace/interact.h"
 
@@ -54,10 +55,36 @@ static double cosine_beyond(const struct rmap_scatter_side *side, double cos_i)
 
 /* ---- lobes ---- */
 
+/* What particles take out of light that crosses them on its way to a mirror and back. */
+static double crossed(const struct rmap_scattering *at)
+{
+    return rmap_portable_one_minus_exp(2.0 * at->scatter->shape[RMAP_SHAPE_EXTINCT][at->channel] /
+                                       (at->in.z < -1e-9 ? -at->in.z : 1e-9));
+}
+
+/* The model beside it; NULL: none. */
+static const struct rmap_scatter *another(const struct rmap_scatter_side *side,
+                                          const struct rmap_scatter *its)
+{
+    return its->next > 0 ? &side->scene->scatter[its->next - 1] : NULL;
+}
+
+/* What particles leave of the light to the mirror below them. */
+static double uncrossed(const struct rmap_scatter_side *side, struct rmap_scattering at)
+{
+    at.scatter = rmap_surface_scatter(side->scene, side->surface, false);
+    while (at.scatter && at.scatter->model != RMAP_SCATTER_CONTAMINATION)
+        at.scatter = another(side, at.scatter);
+    return at.scatter ? 1.0 - crossed(&at) : 1.0;
+}
+
 /* What a lobe takes of the arriving light, where `smooth` of it would be reflected, or pass. */
 static double lobe_share(const struct rmap_scatter_side *side, const struct rmap_scattering *at,
                          double smooth, double total)
 {
+    if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
+        return smooth * crossed(at) * at->scatter->shape[RMAP_SHAPE_SCATTERED][at->channel] /
+               at->scatter->shape[RMAP_SHAPE_EXTINCT][at->channel];
     const double cos_1 = -at->in.z,
                  roughness = at->scatter->shape[RMAP_SHAPE_ROUGHNESS][at->channel];
     double share = at->scatter->amount[at->channel] * total;
@@ -74,7 +101,8 @@ static double lobe_share(const struct rmap_scatter_side *side, const struct rmap
     const bool of_it =
         at->scatter->by_roughness || side->surface->type != RMAP_SURFACE_SCATTER ||
         (at->passes ? side->surface->transmit_is_total : side->surface->reflect_is_total);
-    return of_it && share > smooth ? smooth : share;
+    share = of_it && share > smooth ? smooth : share;
+    return at->passes ? share : share * uncrossed(side, *at);
 }
 
 static double lobe_total(const struct rmap_scatter_side *side, const struct rmap_scattering *at)
@@ -90,11 +118,15 @@ static struct rmap_surface_shares lobe_shares(const struct rmap_scatter_side *si
                                       .transmit_specular = smooth.passed};
     const bool is_scatter = side->surface->type == RMAP_SURFACE_SCATTER;
     struct rmap_scattering at = local(side, false, in);
-    if (at.scatter) {
-        its.reflect_diffuse = lobe_share(side, &at, smooth.reflected, lobe_total(side, &at));
-        if (!is_scatter || side->surface->reflect_is_total)
-            its.reflect_specular -= its.reflect_diffuse;
+    for (; at.scatter; at.scatter = another(side, at.scatter)) {
+        const double share = lobe_share(side, &at, smooth.reflected, lobe_total(side, &at));
+        its.reflect_diffuse += share;
+        if (at.scatter->model == RMAP_SCATTER_CONTAMINATION)
+            its.reflect_specular -= smooth.reflected * crossed(&at);
+        else if (!is_scatter || side->surface->reflect_is_total)
+            its.reflect_specular -= share;
     }
+    its.reflect_specular = its.reflect_specular > 0.0 ? its.reflect_specular : 0.0;
     at = local(side, true, in);
     if (at.scatter) {
         its.transmit_diffuse = lobe_share(side, &at, smooth.passed, lobe_total(side, &at));
@@ -230,8 +262,25 @@ void rmap_scatter_frame(struct rmap_scatter_side *side)
 bool rmap_scatter_by_channel(const struct rmap_scatter_side *side, const struct rmap_scatter *its)
 {
     const struct rmap_medium *medium = side->scene->medium;
+    if (its->next > 0 && rmap_scatter_by_channel(side, another(side, its)))
+        return true;
     return its->by_wavelength || (rmap_scatter_uses_index(its) &&
                                   (medium[side->near].dispersive || medium[side->far].dispersive));
+}
+
+/* One of two models of the same light, by their shares. */
+static const struct rmap_scatter *pick(const struct rmap_scatter_side *side,
+                                       struct rmap_scattering at, const struct rmap_draw *draw)
+{
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -at.in.z);
+    const double whole = at.passes ? smooth.passed : smooth.reflected;
+    const struct rmap_scatter *first = at.scatter, *second = another(side, first);
+    double u[4];
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    const double one = lobe_share(side, &at, whole, lobe_total(side, &at));
+    at.scatter = second;
+    const double other = lobe_share(side, &at, whole, lobe_total(side, &at));
+    return u[3] * (one + other) < one ? first : second;
 }
 
 struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
@@ -245,11 +294,15 @@ struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool 
         return out;
     }
     const double cosine = rmap_dot(direction, side->normal);
-    const struct rmap_scattering at =
+    struct rmap_scattering at =
         local(side, passes,
               rmap_vec3(rmap_dot(direction, side->x), rmap_dot(direction, side->y),
                         cosine < 0.0 ? cosine : 0.0));
-    return at.scatter ? to_world(side, rmap_lobe_draw(&at, draw)) : direction;
+    if (!at.scatter)
+        return direction;
+    if (at.scatter->next > 0)
+        at.scatter = pick(side, at, draw);
+    return to_world(side, rmap_lobe_draw(&at, draw));
 }
 
 static double facet_bsdf(const struct rmap_scatter_side *side, struct rmap_scattering *at,
@@ -285,7 +338,12 @@ double rmap_scatter_bsdf(const struct rmap_scatter_side *side, struct rmap_vec3 
     if (rmap_scatter_is_facets(at.scatter))
         return facet_bsdf(side, &at, to);
     const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -from.z);
-    const double total = lobe_total(side, &at),
-                 share = lobe_share(side, &at, at.passes ? smooth.passed : smooth.reflected, total);
-    return share > 0.0 ? share / total * rmap_lobe_shape(&at, to) : 0.0;
+    double sum = 0.0;
+    for (; at.scatter; at.scatter = another(side, at.scatter)) {
+        const double total = lobe_total(side, &at),
+                     share =
+                         lobe_share(side, &at, at.passes ? smooth.passed : smooth.reflected, total);
+        sum += share > 0.0 ? share / total * rmap_lobe_shape(&at, to) : 0.0;
+    }
+    return sum;
 }

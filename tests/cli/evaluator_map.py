@@ -61,7 +61,7 @@ def _mesh_faces(blob):
     return faces
 
 
-MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro table klems".split()
+MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro table klems contamination".split()
 
 
 class PlainMap:

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import subprocess
 
@@ -101,6 +102,35 @@ def check_numbers():
     for name in ("picture.svg", "picture.png"):
         if run("check", "scene.yaml", "--surface", "face", "--plot", name, "--force").returncode != 0 or os.path.getsize(name) < 5000:
             fail("no picture")
+
+
+def check_contamination():
+    """Levels cover what the standard's sizes do; light passes the particles twice."""
+    for level, covers in ((400, "0.106 %"), (600, "0.798 %")):
+        dusty = "{type: mirror, reflectance: 0.9, contamination: {level: %d, slope: 0.926, area: 1 ft2, n: 1.53, k: 1e-3}}" % level
+        done = run("check", scene(dusty), "--surface", "face")
+        told = re.search(r"particles cover ([0-9.]+) % of it", done.stdout)
+        if not told or abs(float(told[1]) - float(covers[:-2])) > 0.0015 * float(covers[:-2]) * 4:
+            fail(f"level {level} covers {done.stdout[:300]}")
+    both = scene("{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 1.4, l: 0.01, s: -1.5}, contamination: {level: 600}}",
+                 sources=beam(0, 40, 0))
+    by = checked(both)["sides"][0]["by_angle"]
+    k = by["angle"].index(40)
+    want, harvey = by["reflect_diffuse"][k], 10 * 0.14 / 0.13947 * 1.4875e-3
+    if not want > harvey + 0.01:
+        fail(f"two models scatter {want}")
+    heavy = checked(write("heavy.yaml", SCENE % (
+        "587.56", "{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 0.7, l: 0.2, s: -1.5}, contamination: {level: 900, area: 0.02 m2}}",
+        "air", beam(0, 0, 0))))
+    for specular, diffuse in zip(heavy["sides"][0]["by_angle"]["reflect_specular"], heavy["sides"][0]["by_angle"]["reflect_diffuse"]):
+        if specular < 0 or specular + diffuse > 0.9 + 1e-12:
+            fail(f"more than the reflectance: {specular} + {diffuse}")
+    run("trace", both, "-o", "dust.raymap", "-n", 400000, "--quiet", "--force")
+    answer = json.loads(run("query", "dust.raymap", "scatter(contamination)", "scatter(harvey)", "--count", "--json").stdout)
+    close("share of both", answer[0]["rays"]["matched"] / 400000, want, 4 * math.sqrt(want / 400000))
+    if answer[0]["rays"]["matched"] != answer[1]["rays"]["matched"] or run("verify", "dust.raymap").returncode != 0:
+        fail("a map of two models")
+    shutil.rmtree("dust.raymap")
 
 
 # ---- Klems ----
@@ -297,6 +327,9 @@ def check_mistakes():
              "reflects and lets pass 1.2 of the light"),
             ("{type: scatter, reflect: {model: table, file: a.anisotropicbsdf}}", "has not made public"),
             ("{type: scatter, reflect: {model: table, file: nowhere.csv}}", "nowhere.csv"),
+            ("{type: mirror, reflectance: 0.9, contamination: {level: 2}}", "a cleanliness level"),
+            ("{type: mirror, reflectance: 0.9, contamination: {level: 400, area: 3 mm}}", "'1 ft2' or '0.1 m2'"),
+            ("{type: mirror, reflectance: 0.9, scatter: {model: ggx, alpha: 0.1}, contamination: {level: 400}}", "not on facets"),
             ("{type: mirror, reflectance: 0.9, frame: uv, scatter: {model: ggx, alpha: [0.1, 0.2]}}", "known: object")]:
         done = run("check", scene(surface))
         if done.returncode != 3 or complaint not in done.stdout + done.stderr:
@@ -324,6 +357,7 @@ def check_finishes():
 
 check_numbers()
 check_finishes()
+check_contamination()
 check_klems()
 check_table()
 check_zemax()

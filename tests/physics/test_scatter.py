@@ -100,6 +100,8 @@ MODELS = {
     "harvey": "{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 0.7, l: 0.2, s: -1.5}}",
     "harvey of roughness": "{type: mirror, metal: {n: 0.7, k: 4}, scatter: {model: harvey, roughness: 40 nm, correlation: 0.5 um}}",
     "k_correlation": "{type: mirror, reflectance: 0.9, scatter: {model: k_correlation, roughness: 12 nm, correlation: 0.2 um, s: 2.5}}",
+    "contamination": "{type: mirror, reflectance: 0.9, contamination: {level: 900, area: 0.01 m2}}",
+    "harvey and contamination": "{type: mirror, reflectance: 0.9, scatter: {model: harvey, b0: 0.7, l: 0.2, s: -1.5}, contamination: {level: 900, area: 0.02 m2}}",
     "ggx": "{type: mirror, metal: {n: 0.7, k: 4}, scatter: {model: ggx, alpha: 0.4}}",
     "ggx, two alphas": "{type: scatter, reflectance: 0.8, reflect: {model: ggx, alpha: [0.6, 0.2]}}",
     "beckmann": "{type: scatter, reflectance: 0.8, reflect: {model: beckmann, alpha: [0.2, 0.5]}}",

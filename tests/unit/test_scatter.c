@@ -14,6 +14,8 @@
 
 #include "base/portable.h"
 #include "base/vec.h"
+#include "optics/mie.h"
+#include "scatter/dust.h"
 #include "scatter/scatter.h"
 #include "scatter/table.h"
 
@@ -320,6 +322,51 @@ static void test_table_draws(void **state)
     }
 }
 
+/* A sphere of Bohren and Huffman (appendix A), a large one, and energy. */
+static void test_mie(void **state)
+{
+    enum { ANGLES = 4001 };
+    static double cosine[ANGLES], intensity[ANGLES];
+    struct rmap_mie mie;
+    struct rmap_error err;
+    const double x = 2 * RMAP_PI * 0.525 / 0.6328, ends[2] = {1, -1};
+    (void)state;
+    assert_int_equal(rmap_mie_scatter(x, 1.55, 0, 2, ends, intensity, &mie, &err), RMAP_OK);
+    near_to(mie.scattered, 3.10543, 5e-6);
+    near_to(mie.extinct, 3.10543, 5e-6);
+    near_to(4 * intensity[1] / (x * x), 2.92534, 5e-6);
+    assert_int_equal(rmap_mie_scatter(6000, 1.53, 1e-3, 0, NULL, NULL, &mie, &err), RMAP_OK);
+    near_to(mie.extinct, 2, 0.01); /* half of it diffraction */
+    for (int i = 0; i < ANGLES; i++)
+        cosine[i] = -1 + 2.0 * i / (ANGLES - 1);
+    assert_int_equal(rmap_mie_scatter(20, 1.53, 1e-3, ANGLES, cosine, intensity, &mie, &err),
+                     RMAP_OK);
+    double sum = 0;
+    for (int i = 0; i < ANGLES; i++)
+        sum += (i % (ANGLES - 1) ? i % 2 ? 4 : 2 : 1) * intensity[i];
+    near_to(sum * 2 / (ANGLES - 1) / 3 * 2 / 400, mie.scattered, 1e-6);
+}
+
+/* Levels 400 and 600 cover 0.106 and 0.798 % where spheres are counted per square foot. */
+static void test_dust(void **state)
+{
+    static const struct rmap_channels channels = {.n = 1, .wavelength_nm = {632.8}};
+    static const double level[] = {400, 600}, want[] = {0.00106, 0.00798};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const struct rmap_dust_kind kind = {level[i], 0.926, 0.09290304e12, 1.53, 1e-3};
+        struct rmap_scatter its = {.model = RMAP_SCATTER_CONTAMINATION};
+        struct rmap_error err;
+        assert_int_equal(rmap_scatter_set_dust(&its, &kind, &channels, &err), RMAP_OK);
+        near_to(its.dust->coverage, want[i], 0.01 * want[i]);
+        near_to(its.dust->below[its.dust->n_ring - 1], 1, 1e-12);
+        near_to(its.shape[RMAP_SHAPE_EXTINCT][0] / its.dust->coverage, 2.05, 0.1);
+        check_lobe(&its, 0, false);
+        check_lobe(&its, 60, false);
+        rmap_scatter_fini(&its);
+    }
+}
+
 /* ---- facets ---- */
 
 static void all_reflected(const void *self, double cosine, double share[2])
@@ -497,6 +544,7 @@ int main(void)
         cmocka_unit_test(test_portable),     cmocka_unit_test(test_harvey_totals),
         cmocka_unit_test(test_abg_totals),   cmocka_unit_test(test_rough_shares),
         cmocka_unit_test(test_other_totals), cmocka_unit_test(test_lobe_draws),
+        cmocka_unit_test(test_mie),          cmocka_unit_test(test_dust),
         cmocka_unit_test(test_table),        cmocka_unit_test(test_table_draws),
         cmocka_unit_test(test_facet_draws),  cmocka_unit_test(test_facet_tilts),
         cmocka_unit_test(test_furnace),      cmocka_unit_test(test_reciprocity),

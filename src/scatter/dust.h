@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Particles on a surface: spheres of the sizes of a cleanliness level (IEST-STD-CC1246), each of
+ * which scatters light that passes it by Mie's theory, the angles about the specular direction.
+ */
+#ifndef RMAP_SCATTER_DUST_H
+#define RMAP_SCATTER_DUST_H
+
+#include "scatter/scatter.h"
+
+/* As a scene says it: 10^(slope (log10(level)^2 - log10(d)^2)) particles per `area_um2` are larger
+ * than d micrometres, d from 1 to twice the level. */
+struct rmap_dust_kind {
+    double level, slope, area_um2;
+    double n, k; /* index of a particle */
+};
+
+struct rmap_scatter_dust {
+    size_t n_ring;
+    double *edge;    /* [n_ring + 1] squared sines of half the angle of scatter */
+    double *density; /* [n_channel][n_ring] of light scattered once, 1/sr over the sphere */
+    double *below;   /* [n_channel][n_ring]: its integral up to and with the ring */
+    double coverage; /* share of the area */
+};
+
+/* Fills the model's shape (optical thickness of one crossing) and dust. */
+enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
+                                       const struct rmap_dust_kind *kind,
+                                       const struct rmap_channels *channels,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_scatter_dust_destroy(struct rmap_scatter_dust *dust);
+
+/* What lobe.c asks; axis: the specular direction. */
+double rmap_dust_shape(const struct rmap_scattering *at, struct rmap_vec3 axis,
+                       struct rmap_vec3 out);
+struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, struct rmap_vec3 axis,
+                                const struct rmap_draw *draw);
+
+#endif
