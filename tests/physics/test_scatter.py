@@ -36,7 +36,7 @@ def beam(surface, degrees=0, nm=632.8, back="air"):
 def check_harvey():
     mirror = "{type: mirror, reflectance: 1, scatter: {model: harvey, b0: 13.947, l: 0.01, s: -1.5}}"
     for degrees, want in {0: 0.157745, 30: 0.14875, 60: 0.12188, 80: 0.09460}.items():
-        target = trace("harvey", beam(mirror, degrees), many(400_000))
+        target = trace("harvey", beam(mirror, degrees), many(200_000))
         (scattered, specular), total = rays(target, "scatter(harvey)", "hit(plate, reflect_specular)")
         checks.share(f"Harvey at {degrees} degrees", scattered, total, want)
         checks.true("nothing is lost", scattered + specular == total)
@@ -49,7 +49,7 @@ def check_rough_lens():
     r = ((1.5168 - 1) / (1.5168 + 1)) ** 2
     back = r * -math.expm1(-(4 * math.pi * 20 / 587.56) ** 2)
     on = (1 - r) * -math.expm1(-(2 * math.pi * 20 * 0.5168 / 587.56) ** 2)
-    target = trace("lens", beam(lens, 0, 587.56, "glass"), many(1_000_000))
+    target = trace("lens", beam(lens, 0, 587.56, "glass"), many(600_000))
     criteria = ["hit(plate, reflect)", "hit(plate, reflect_diffuse)", "hit(plate, transmit_diffuse)", "scatter(harvey)"]
     (reflected, lobe, passed, both), total = rays(target, *criteria)
     checks.share("reflected in all", reflected, total, r)
@@ -122,11 +122,11 @@ def check_trace_and_render():
         glass = "glass" in name
         scene = SCREEN.format(surface=surface, back="glass" if glass else "air", z=-2 if through else 2,
                               dz=0.8 if through else -0.8, back_or_air="glass" if glass else "air")
-        target = trace("screen", scene, many(500_000))
+        target = trace("screen", scene, many(250_000))
         (answer,) = count(target, "registered(sensor)")
         flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
         drop(target)
-        image, told = render("screen", scene, "--samples", 500)
+        image, told = render("screen", scene, "--samples", 300)
         n = image.shape[0] * image.shape[1]
         seen, noise = luminance(image).mean() * math.pi / 0.5, told["noise"] / math.sqrt(n) * math.pi / 0.5
         checks.true(f"{name}: light on the screen", flux > 0.1)
@@ -151,7 +151,7 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
         file.write("".join(f"v {x} {y} {z}\n" for x in (-60, 60) for y in (-60, 60) for z in (-60, 60)))
         file.write("f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
     def nbytes_of(surface):
-        run("trace", write_scene("bytes", box % surface), "-o", "bytes.raymap", "-n", 60000, "--quiet", "--force")
+        run("trace", write_scene("bytes", box % surface), "-o", "bytes.raymap", "-n", 30000, "--quiet", "--force")
         run("verify", "bytes.raymap")
         return sum(os.path.getsize(os.path.join(folder, file)) for folder, _, files in os.walk("bytes.raymap")
                    for file in files if file.startswith("piece"))

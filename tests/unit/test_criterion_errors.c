@@ -51,8 +51,10 @@ static const struct {
     {"'odd n\xc3\xa4me' or all", 1, 10,
      "'odd n\xc3\xa4me' is an object, not a test (use hit('odd n\xc3\xa4me'))"},
     {"hitt(tube)", 1, 4, "unknown test 'hitt' (did you mean 'hit'?)"},
+    {"scatter(harvy)", 9, 5, "unknown scatter model 'harvy' (did you mean 'harvey'?)"},
     {"xyzzy(tube)", 1, 5,
-     "unknown test 'xyzzy': say one of all source hit surface event medium after at registered "
+     "unknown test 'xyzzy': say one of all source hit surface scatter event medium after at "
+     "registered "
      "crossed ended path segments bounces ghost_order scatter_order wavelength flux path_length "
      "optical_path start_x start_y start_z ray angle x y world_x world_y world_z time"},
     {"hit(tube, reflect_speculr)", 11, 15,
