@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/file/input_file.h"
 #include "io/mesh/mesh_read.h"
 #include "io/scene/scene_bodies.h"
 #include "io/scene/scene_geometries.h"
@@ -216,16 +217,20 @@ const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_
     char *path = rmap_reader_path(reader, name);
     if (!path)
         return NULL;
-    enum rmap_status st = rmap_text_file_read(path, kind, &text, nbytes_ret, &reader->failure);
+    uint8_t *bytes = NULL;
+    const char *trouble = rmap_input_file_trouble(path);
+    enum rmap_status st =
+        trouble
+            ? rmap_error_set(&reader->failure, RMAP_INPUT, "cannot open %s: %s", path, trouble)
+            : rmap_input_file_read(path, kind->nbytes_max, &bytes, nbytes_ret, &reader->failure);
+    if (st == RMAP_INPUT && !trouble)
+        rmap_error_context(&reader->failure, "cannot read %s", path);
+    text = (char *)bytes;
     if (st == RMAP_OK && strlen(text) != *nbytes_ret)
         st = rmap_error_set(&reader->failure, RMAP_INPUT, "%s holds a byte 0: it is not %s", path,
                             kind->format);
-    if (st == RMAP_OK &&
-        rmap_bundle_add_file(bundle, name, text, *nbytes_ret, &reader->failure) != RMAP_OK) {
-        rmap_reader_fail(reader, RMAP_SYSTEM);
-        rmap_free(text);
-        return NULL;
-    }
+    if (st == RMAP_OK)
+        st = rmap_bundle_add_file(bundle, name, text, *nbytes_ret, &reader->failure);
     if (st != RMAP_OK)
         rmap_free(text);
     rmap_reader_made(reader, rmap_yaml_get(map, key), st);

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/portable.h"
+#include "base/search.h"
 #include "formula/azimuth.h"
 #include "optics/mie.h"
 
@@ -156,25 +157,11 @@ out:
     return st;
 }
 
-/* The ring with this squared sine, or below which there is this part. */
-static size_t search(const double *ascending, size_t n, double value)
-{
-    size_t low = 0, high = n - 1;
-    while (low < high) {
-        const size_t middle = low + (high - low) / 2;
-        if (ascending[middle] > value)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low;
-}
-
 static double density_at(const struct rmap_scattering *at, double sin2)
 {
     const struct rmap_scatter_dust *dust = at->scatter->dust;
-    return dust
-        ->density[(size_t)at->channel * dust->n_ring + search(dust->edge + 1, dust->n_ring, sin2)];
+    return dust->density[(size_t)at->channel * dust->n_ring +
+                         rmap_first_above(dust->edge + 1, dust->n_ring, sin2)];
 }
 
 /* Light that a particle sends into the mirror comes back from it. */
@@ -195,7 +182,7 @@ struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, struct rmap_ve
     struct rmap_vec3 x, y;
     rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
     const size_t ring =
-        search(dust->below + (size_t)at->channel * dust->n_ring, dust->n_ring, u[0]);
+        rmap_first_above(dust->below + (size_t)at->channel * dust->n_ring, dust->n_ring, u[0]);
     const double sin2 = dust->edge[ring] + u[1] * (dust->edge[ring + 1] - dust->edge[ring]),
                  away = 2.0 * sqrt(sin2 * (1.0 - sin2));
     rmap_basis(axis, &x, &y);

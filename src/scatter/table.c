@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/portable.h"
+#include "base/search.h"
 #include "formula/azimuth.h"
 
 /* ---- patches ---- */
@@ -262,20 +263,6 @@ double rmap_table_total(const struct rmap_scattering *at)
     return sum;
 }
 
-/* The first patch with more than `level` below its end. */
-static size_t draw_patch(const double *below, size_t n, double level)
-{
-    size_t low = 0, high = n - 1;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (below[middle] > level)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low;
-}
-
 /* By solid angle, kept by the cosine. */
 static struct rmap_vec3 draw_about(const struct rmap_scattering *at, const struct incidence *its,
                                    const double *below, const struct rmap_draw *draw)
@@ -288,7 +275,7 @@ static struct rmap_vec3 draw_about(const struct rmap_scattering *at, const struc
     for (int k = 1; k < TRIES_MAX; k++) {
         rmap_rng(draw->seed, draw->ray, draw->step, (enum rmap_rng_slot)(RMAP_RNG_LOBE + k), u);
         const struct spot spot =
-            spot_of(patches, draw_patch(below, patches->n, u[0] * whole), u[1], u[2]);
+            spot_of(patches, rmap_first_above(below, patches->n, u[0] * whole), u[1], u[2]);
         const struct rmap_vec3 out = direction_about(&axes, &spot);
         if (u[3] < side * out.z)
             return out;
@@ -320,7 +307,7 @@ struct rmap_vec3 rmap_table_draw(const struct rmap_scattering *at, const struct 
     if (table->about_specular) {
         out = draw_about(at, &its, below, draw);
     } else {
-        const size_t patch = draw_patch(below, patches->n, level / its.weight[i]);
+        const size_t patch = rmap_first_above(below, patches->n, level / its.weight[i]);
         const struct spot spot = spot_of(patches, patch, u[1], u[2]);
         const double s = sqrt(spot.sin2);
         out = rmap_vec3(s * spot.cosine, s * spot.sine,

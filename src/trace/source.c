@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "base/rng.h"
+#include "base/search.h"
 #include "formula/emit.h"
 
 struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2])
@@ -26,20 +27,6 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
     return rmap_vec3(0.0, 0.0, 1.0);
 }
 
-/* First triangle whose cumulative share exceeds u; one without area is never chosen. */
-static size_t choose_triangle(const double *cdf, size_t n, double u)
-{
-    size_t low = 0, high = n - 1;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (cdf[middle] > u)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low;
-}
-
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
  * doi:10.1145/571647.571648, eq. 1). */
 static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
@@ -48,7 +35,7 @@ static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
 {
     const struct rmap_mesh *mesh = scene->geometry[source->shape_geometry].mesh;
     struct rmap_vec3 corner[3];
-    rmap_mesh_corners(mesh, choose_triangle(source->triangle_cdf, mesh->n_triangle, u[2]), corner);
+    rmap_mesh_corners(mesh, rmap_first_above(source->triangle_cdf, mesh->n_triangle, u[2]), corner);
     for (int k = 0; k < 3; k++)
         corner[k] = rmap_affine_point(&source->frame, corner[k]);
     struct rmap_vec3 a = rmap_sub(corner[1], corner[0]), b = rmap_sub(corner[2], corner[0]);

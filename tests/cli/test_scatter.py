@@ -305,6 +305,7 @@ def check_zemax():
 # ---- mistakes ----
 
 def check_mistakes():
+    os.mkfifo("waiting")
     for surface, complaint in [
             ("{type: scatter, reflectance: 0.5, reflect: {model: phong}}", "known: lambert, gaussian"),
             ("{type: scatter, reflectance: 0.5}", "a scattering surface has a model"),
@@ -327,6 +328,9 @@ def check_mistakes():
              "reflects and lets pass 1.2 of the light"),
             ("{type: scatter, reflect: {model: table, file: a.anisotropicbsdf}}", "has not made public"),
             ("{type: scatter, reflect: {model: table, file: nowhere.csv}}", "nowhere.csv"),
+            ("{type: scatter, reflect: {model: table, file: /dev/zero}}", "/dev/zero"),
+            ("{type: scatter, reflect: {model: klems, file: .}}", "./.: "),
+            ("{type: scatter, reflect: {model: klems, file: waiting}}", "waiting"),
             ("{type: mirror, reflectance: 0.9, contamination: {level: 2}}", "a cleanliness level"),
             ("{type: mirror, reflectance: 0.9, contamination: {level: 400, area: 3 mm}}", "'1 ft2' or '0.1 m2'"),
             ("{type: mirror, reflectance: 0.9, scatter: {model: ggx, alpha: 0.1}, contamination: {level: 400}}", "not on facets"),
