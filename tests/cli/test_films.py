@@ -137,7 +137,7 @@ table = shares("{table: {file: coat.csv}}")
 for key in ("reflect_specular", "transmit_specular", "absorb"):
     assert max(abs(a - b) for a, b in zip(layers[0][key], table[0][key])) < 1e-12, key
 assert max(abs(a - b) for a, b in zip(layers[1]["transmit_specular"], table[1]["transmit_specular"])) < 0.02  # between its angles
-run("trace", "coat.yaml", "-o", "coat.raymap", "-n", 20000, "--quiet")
+run("trace", "coat.yaml", "-o", "coat.raymap", "-n", 20000, "--force", "--quiet")
 pathlib.Path("coat.csv").unlink()
 assert json.loads(run("verify", "coat.raymap", "--json")[0])["ok"]
 

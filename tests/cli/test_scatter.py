@@ -305,7 +305,8 @@ def check_zemax():
 # ---- mistakes ----
 
 def check_mistakes():
-    os.mkfifo("waiting")
+    if not os.path.exists("waiting"):
+        os.mkfifo("waiting")
     for surface, complaint in [
             ("{type: scatter, reflectance: 0.5, reflect: {model: phong}}", "known: lambert, gaussian"),
             ("{type: scatter, reflectance: 0.5}", "a scattering surface has a model"),
