@@ -114,7 +114,7 @@ enum rmap_status rmap_bsdf_csv_read(const char *text, size_t nbytes,
         .n_axis = VALUE,
         .row_is = "a row has six numbers: wavelength (nm; 0: any), theta_i, phi_i, theta_s, phi_s "
                   "(degrees), value (1/sr)"};
-    size_t n_phi = 1, n_turn = 1, *each_phi = NULL;
+    size_t n_phi = 1, n_turn = 1;
     double *edge = NULL;
     struct rmap_scatter_table *table = NULL;
     RMAP_TRY(rmap_number_rows_read(text, nbytes, &rows, err));
@@ -129,16 +129,13 @@ enum rmap_status rmap_bsdf_csv_read(const char *text, size_t nbytes,
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "phi_s begins at phi_i, %g: straight back",
                                 rows.each[PHI_I][0]));
     edge = rmap_alloc(n_ring + 1, sizeof *edge);
-    each_phi = rmap_alloc(n_ring, sizeof *each_phi);
-    if (!edge || !each_phi)
+    if (!edge)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table"));
     set_rings(&rows, edge);
-    for (size_t r = 0; r < n_ring; r++)
-        each_phi[r] = n_phi;
     RMAP_TRY(rmap_scatter_table_create(
         &(struct rmap_scatter_table_shape){.n_ring = n_ring,
                                            .ring_deg = edge,
-                                           .n_phi = each_phi,
+                                           .n_phi_each = n_phi,
                                            .n_theta = rows.count[THETA_I],
                                            .theta_deg = rows.each[THETA_I],
                                            .n_turn = n_turn,
@@ -152,7 +149,6 @@ enum rmap_status rmap_bsdf_csv_read(const char *text, size_t nbytes,
 out:
     rmap_scatter_table_destroy(table);
     rmap_free(edge);
-    rmap_free(each_phi);
     rmap_number_rows_fini(&rows);
     return st;
 }

@@ -195,7 +195,7 @@ enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
     struct scan scan = {.at = text, .end = text + nbytes, .line = 1};
     struct rmap_scatter_table *table = NULL;
     double *edge = NULL;
-    size_t *each_phi = NULL, n_phi = 1;
+    size_t n_phi = 1;
     RMAP_TRY(take_head(&scan, err));
     const size_t n_ring = scan.n[RADIAL];
     if (scan.is_btdf != wanted->passes)
@@ -209,16 +209,13 @@ enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
                            scan.n[ROTATION]));
     RMAP_TRY(check_turn(&scan, &n_phi, err));
     edge = rmap_alloc(n_ring + 1, sizeof *edge);
-    each_phi = rmap_alloc(n_ring, sizeof *each_phi);
-    if (!edge || !each_phi)
+    if (!edge)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table"));
     set_rings(&scan, edge);
-    for (size_t r = 0; r < n_ring; r++)
-        each_phi[r] = n_phi;
     RMAP_TRY(rmap_scatter_table_create(
         &(struct rmap_scatter_table_shape){.n_ring = n_ring,
                                            .ring_deg = edge,
-                                           .n_phi = each_phi,
+                                           .n_phi_each = n_phi,
                                            .n_theta = scan.n[INCIDENCE],
                                            .theta_deg = scan.list[INCIDENCE],
                                            .n_turn = 1,
@@ -232,7 +229,6 @@ enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
 out:
     rmap_scatter_table_destroy(table);
     rmap_free(edge);
-    rmap_free(each_phi);
     for (int i = 0; i < LISTS; i++)
         rmap_free(scan.list[i]);
     return st;

@@ -212,33 +212,24 @@ static double fit_of(const struct rmap_scatter_table *table, const struct rmap_s
     return fit[0] + t * (fit[1] - fit[0]);
 }
 
-/* Each row's lobe is moved to the specular direction. */
-static double shape_about(const struct rmap_scattering *at, const struct incidence *its,
-                          struct rmap_vec3 out)
-{
-    const struct rmap_scatter_table *table = table_of(at);
-    const struct rmap_scatter_block *block = block_of(at);
-    const struct axes axes = axes_of(its->specular, at->passes ? -1.0 : 1.0);
-    const struct rmap_vec3 turned = {out.x * its->cosine + out.y * its->sine,
-                                     out.y * its->cosine - out.x * its->sine, out.z};
-    const size_t patch = patch_about(&table->out, &axes, turned);
-    double sum = 0.0;
-    for (size_t i = 0; patch < table->out.n && i < its->n; i++)
-        sum += its->weight[i] * block->value[row_of(at, its->row[i]) * table->out.n + patch];
-    return sum;
-}
-
 double rmap_table_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
     const struct rmap_scatter_table *table = table_of(at);
     const struct rmap_scatter_block *block = block_of(at);
     const struct incidence its = incidence_of(at);
-    if (table->about_specular)
-        return block->value ? shape_about(at, &its, out) : 0.0;
-    const size_t patch = patch_of(&table->out, out.x * its.cosine + out.y * its.sine,
-                                  out.y * its.cosine - out.x * its.sine);
+    const struct rmap_vec3 turned = {out.x * its.cosine + out.y * its.sine,
+                                     out.y * its.cosine - out.x * its.sine, out.z};
+    if (!block->value)
+        return 0.0;
+    size_t patch;
+    if (table->about_specular) { /* each row's lobe is moved to the specular direction */
+        const struct axes axes = axes_of(its.specular, at->passes ? -1.0 : 1.0);
+        patch = patch_about(&table->out, &axes, turned);
+    } else {
+        patch = patch_of(&table->out, turned.x, turned.y);
+    }
     double sum = 0.0;
-    for (size_t i = 0; block->value && patch < table->out.n && i < its.n; i++)
+    for (size_t i = 0; patch < table->out.n && i < its.n; i++)
         sum += its.weight[i] * block->value[row_of(at, its.row[i]) * table->out.n + patch];
     return sum;
 }
@@ -393,7 +384,8 @@ enum rmap_status rmap_scatter_table_create(const struct rmap_scatter_table_shape
     for (size_t i = 0; i <= shape->n_ring; i++)
         table->out.sin2[i] = sin2_of((shape->about_specular ? 0.5 : 1.0) * shape->ring_deg[i]);
     for (size_t i = 0; i < shape->n_ring; i++)
-        table->out.first[i + 1] = table->out.first[i] + shape->n_phi[i];
+        table->out.first[i + 1] =
+            table->out.first[i] + (shape->n_phi ? shape->n_phi[i] : shape->n_phi_each);
     table->out.n = table->out.first[shape->n_ring];
     table->about_specular = shape->about_specular;
     table->by_patch = shape->n_theta == 0;

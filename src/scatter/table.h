@@ -40,12 +40,13 @@ struct rmap_scatter_table {
     struct rmap_scatter_block block[2]; /* of light from the back, from the front */
 };
 
-/* Values zero, for the caller to fill. ring_deg: [n_ring + 1]; n_phi: [n_ring]; theta_deg:
- * [n_theta] or NULL with n_theta 0: by patch. */
+/* Values zero, for the caller to fill. ring_deg: [n_ring + 1]; n_phi: [n_ring], or NULL:
+ * n_phi_each in every ring; theta_deg: [n_theta] or NULL with n_theta 0: by patch. */
 struct rmap_scatter_table_shape {
     size_t n_ring;
     const double *ring_deg;
     const size_t *n_phi;
+    size_t n_phi_each;
     size_t n_theta;
     const double *theta_deg;
     size_t n_turn, n_band;
