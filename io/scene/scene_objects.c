@@ -225,7 +225,7 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
     if (!object->name)
         return;
     place_sides(reader, plan, (int32_t)(scene->n_object - 1));
-    rmap_reader_check_films(reader, plan->node, object);
+    rmap_reader_check_sides(reader, plan->node, object);
     rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT, (int32_t)(scene->n_object - 1),
                            plan->node);
 }

@@ -496,6 +496,15 @@ static bool fits(const struct lobe *lobe, bool is_fresnel)
     return true;
 }
 
+/* The model read last goes beside what else scatters the same light. */
+static void put_beside(struct rmap_scene *scene, int32_t *first)
+{
+    if (*first > 0)
+        scene->scatter[*first - 1].next = (int32_t)scene->n_scatter;
+    else
+        *first = (int32_t)scene->n_scatter;
+}
+
 /* contamination: beside what else there is. */
 static void read_contamination(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                struct rmap_surface *surface)
@@ -516,13 +525,15 @@ static void read_contamination(struct rmap_reader *reader, const struct rmap_yam
     }
     if (!read_lobe(reader, node, key, false, &lobe))
         return;
+    const bool passes = surface->type != RMAP_SURFACE_MIRROR;
     lobe.its->of_reflected = (int32_t)scene->n_surface - 1;
-    lobe.its->of_transmitted = -1;
-    surface->reflect_is_total = true;
-    if (surface->scatter_reflect > 0)
-        scene->scatter[surface->scatter_reflect - 1].next = (int32_t)scene->n_scatter;
-    else
-        surface->scatter_reflect = (int32_t)scene->n_scatter;
+    lobe.its->of_transmitted = passes ? lobe.its->of_reflected : -1;
+    lobe.its->refracts = surface->type == RMAP_SURFACE_FRESNEL;
+    if (surface->type != RMAP_SURFACE_SCATTER)
+        surface->reflect_is_total = surface->transmit_is_total = true;
+    put_beside(scene, &surface->scatter_reflect);
+    if (passes && surface->scatter_transmit != surface->scatter_reflect)
+        put_beside(scene, &surface->scatter_transmit);
 }
 
 /* scatter: of what is reflected, and passes. */
@@ -674,4 +685,5 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
     read_way(reader, node, true, surface);
     if (reader->diagnostics->n_error == before)
         check_sum(reader, node, surface);
+    read_contamination(reader, node, surface);
 }

@@ -60,8 +60,9 @@ static void set_shape(struct rmap_compact_object *object, const struct rmap_shap
 }
 
 /* The event that this side of a surface leads to most often, ABSORB aside, which ends a ray. */
-static uint32_t usual_event(const struct rmap_surface *surface)
+static uint32_t usual_event(const struct rmap_scene *scene, const struct rmap_surface *surface)
 {
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
     double p[4] = {0, 0, 0, 0};
     static const uint32_t event[4] = {RMAP_EVENT_REFLECT_SPECULAR, RMAP_EVENT_REFLECT_DIFFUSE,
                                       RMAP_EVENT_TRANSMIT_SPECULAR, RMAP_EVENT_TRANSMIT_DIFFUSE};
@@ -76,8 +77,8 @@ static uint32_t usual_event(const struct rmap_surface *surface)
         return RMAP_EVENT_ABSORB;
     case RMAP_SURFACE_SCATTER:
         if (rmap_surface_scatters(surface))
-            return surface->scatter_reflect > 0 ? RMAP_EVENT_REFLECT_DIFFUSE
-                                                : RMAP_EVENT_TRANSMIT_DIFFUSE;
+            return its && its->model != RMAP_SCATTER_CONTAMINATION ? RMAP_EVENT_REFLECT_DIFFUSE
+                                                                   : RMAP_EVENT_TRANSMIT_DIFFUSE;
         break;
     case RMAP_SURFACE_MIXTURE:
         break;
@@ -155,9 +156,9 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
     const struct rmap_geometry *geometry = &scene->geometry[from->geometry];
     body->medium_front = from->medium_front;
     body->medium_back = from->medium_back;
-    body->expected = usual_event(&scene->surface[from->surface_front]);
+    body->expected = usual_event(scene, &scene->surface[from->surface_front]);
     if (body->expected == RMAP_EVENT_ABSORB)
-        body->expected = usual_event(&scene->surface[from->surface_back]);
+        body->expected = usual_event(scene, &scene->surface[from->surface_back]);
     body->mesh = geometry->kind == RMAP_GEOMETRY_MESH;
     bool closed = body->mesh || rmap_shape_model[geometry->shape.type].closed;
     body->inside =

@@ -105,6 +105,8 @@ static inline struct rmap_vec3 rmap_step_scattered(const struct rmap_turning *tu
     const int32_t beyond = turning->front ? object->medium_back : object->medium_front;
     if (!passes && beyond >= 0)
         far = &turning->scene->medium[beyond];
+    side.near = near ? (int32_t)(near - turning->scene->medium) : 0;
+    side.far = far ? (int32_t)(far - turning->scene->medium) : side.near;
     side.n1 = near ? near->n[turning->channel] : 1.0;
     side.n2 = far ? far->n[turning->channel] : side.n1;
     rmap_scatter_frame(&side);

@@ -23,6 +23,7 @@ void rmap_scatter_dust_destroy(struct rmap_scatter_dust *dust)
     rmap_free(dust->edge);
     rmap_free(dust->density);
     rmap_free(dust->below);
+    rmap_free(dust->onward);
     rmap_free(dust);
 }
 
@@ -100,6 +101,33 @@ static void sum_up(const struct rmap_scatter_dust *dust, size_t row)
     }
 }
 
+/* Of a circle about the axis, the part on the far side of a plane at this cosine to it. */
+static double part_onward(double cosine, double sin2)
+{
+    const double along = (1.0 - 2.0 * sin2) * cosine,
+                 swing = 2.0 * sqrt(sin2 * (1.0 - sin2)) * sqrt((1.0 - cosine) * (1.0 + cosine));
+    if (!(swing > fabs(along)))
+        return along < 0.0 ? 0.0 : 1.0;
+    const double c = -along / swing;
+    return rmap_portable_angle(c, sqrt((1.0 - c) * (1.0 + c))) / RMAP_PI;
+}
+
+static void set_onward(const struct rmap_scatter_dust *dust, size_t row)
+{
+    for (size_t k = 0; k <= RMAP_TOTAL_STEPS; k++) {
+        const double v = (double)k / RMAP_TOTAL_STEPS;
+        double sum = 0.0;
+        for (size_t i = 0; i < (size_t)RINGS * POINTS; i++) {
+            const double *edge = dust->edge + i / POINTS;
+            const double sin2 =
+                edge[0] + (edge[1] - edge[0]) * ((double)(i % POINTS) + 0.5) / POINTS;
+            sum += dust->density[row * RINGS + i / POINTS] * solid_angle(dust, i / POINTS) /
+                   POINTS * part_onward(v * v, sin2);
+        }
+        dust->onward[row * (RMAP_TOTAL_STEPS + 1) + k] = sum;
+    }
+}
+
 enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
                                        const struct rmap_dust_kind *kind,
                                        const struct rmap_channels *channels, struct rmap_error *err)
@@ -115,8 +143,10 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
         dust->edge = rmap_alloc(RINGS + 1, sizeof *dust->edge);
         dust->density = rmap_alloc(n_channel * RINGS, sizeof *dust->density);
         dust->below = rmap_alloc(n_channel * RINGS, sizeof *dust->below);
+        dust->onward = rmap_alloc(n_channel * (RMAP_TOTAL_STEPS + 1), sizeof *dust->onward);
     }
-    if (!dust || !dust->edge || !dust->density || !dust->below || !cosine || !intensity)
+    if (!dust || !dust->edge || !dust->density || !dust->below || !dust->onward || !cosine ||
+        !intensity)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for particles"));
     set_edges(0.1 * 1e-3 * channels->wavelength_nm[0] / (2.0 * kind->level), dust);
     for (size_t k = 0; k < (size_t)RINGS * POINTS; k++) {
@@ -140,6 +170,7 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
         }
         scatter->amount[c] = 1.0;
         sum_up(dust, c);
+        set_onward(dust, c);
     }
     for (int i = 0; i < SIZES; i++) {
         const double d = size_at(kind, i + 0.5);
@@ -157,6 +188,37 @@ out:
     return st;
 }
 
+/* ---- light that passes them ---- */
+
+/* In the medium that they lie in, the direction about which light is scattered, and the side of the
+ * surface that it goes on to. */
+struct passage {
+    struct rmap_vec3 axis;
+    double bend; /* index on the side asked for over that where particles lie */
+    double side; /* +1, -1: sign of z where light is asked for */
+};
+
+/* The direction beyond a boundary, on a side; along it where none leads there. */
+static struct rmap_vec3 bent(struct rmap_vec3 in, double ratio, double side)
+{
+    struct rmap_vec3 beta = {ratio * in.x, ratio * in.y, 0.0};
+    const double square = beta.x * beta.x + beta.y * beta.y;
+    if (!(square < 1.0))
+        return rmap_scale(beta, 1.0 / sqrt(square));
+    beta.z = side * sqrt(1.0 - square);
+    return beta;
+}
+
+static struct passage passage_of(const struct rmap_scattering *at)
+{
+    const double side = at->passes ? -1.0 : 1.0;
+    if (at->beyond)
+        return (struct passage){bent(at->in, at->n1 / at->n2, -1.0),
+                                at->passes ? 1.0 : at->n1 / at->n2, side};
+    return (struct passage){at->passes ? at->in : bent(at->in, 1.0, 1.0),
+                            at->passes ? at->n2 / at->n1 : 1.0, side};
+}
+
 static double density_at(const struct rmap_scattering *at, double sin2)
 {
     const struct rmap_scatter_dust *dust = at->scatter->dust;
@@ -164,32 +226,82 @@ static double density_at(const struct rmap_scattering *at, double sin2)
                          rmap_first_above(dust->edge + 1, dust->n_ring, sin2)];
 }
 
-/* Light that a particle sends into the mirror comes back from it. */
-double rmap_dust_shape(const struct rmap_scattering *at, struct rmap_vec3 axis,
-                       struct rmap_vec3 out)
+/* Light that a particle sends into a mirror comes back from it. */
+double rmap_dust_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
+    const struct passage its = passage_of(at);
+    if (its.bend != 1.0)
+        out = bent(out, its.bend, its.side);
+    if (out.z == 0.0)
+        return 0.0;
+    const double from_axis = density_at(at, 0.5 * (1.0 - rmap_dot(its.axis, out))),
+                 scale = its.bend * its.bend / fabs(out.z);
+    if (at->passes || at->beyond)
+        return (at->passes ? at->ahead : at->back) * from_axis * scale;
     const struct rmap_vec3 below = {out.x, out.y, -out.z};
-    return (density_at(at, 0.5 * (1.0 - rmap_dot(axis, out))) +
-            density_at(at, 0.5 * (1.0 - rmap_dot(axis, below)))) /
-           out.z;
+    return (at->ahead * from_axis +
+            at->back * density_at(at, 0.5 * (1.0 - rmap_dot(its.axis, below)))) *
+           scale;
 }
 
-struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, struct rmap_vec3 axis,
-                                const struct rmap_draw *draw)
+double rmap_dust_onward(const struct rmap_scatter *scatter, int channel, double cosine)
+{
+    const double *onward = scatter->dust->onward + (size_t)channel * (RMAP_TOTAL_STEPS + 1),
+                 where = RMAP_TOTAL_STEPS * sqrt(cosine);
+    const int k = where < RMAP_TOTAL_STEPS - 1 ? (int)where : RMAP_TOTAL_STEPS - 1;
+    return onward[k] + (where - k) * (onward[k + 1] - onward[k]);
+}
+
+double rmap_dust_total(const struct rmap_scattering *at)
+{
+    const double onward = rmap_dust_onward(at->scatter, at->channel, fabs(passage_of(at).axis.z));
+    if (at->passes)
+        return at->ahead * onward;
+    return at->beyond ? at->back * (1.0 - onward)
+                      : at->ahead + (at->back - at->ahead) * (1.0 - onward);
+}
+
+static struct rmap_vec3 draw_about(const struct rmap_scattering *at, struct rmap_vec3 axis,
+                                   const double u[4])
 {
     const struct rmap_scatter_dust *dust = at->scatter->dust;
-    double u[4], cosine, sine;
+    double cosine, sine;
     struct rmap_vec3 x, y;
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
     const size_t ring =
         rmap_first_above(dust->below + (size_t)at->channel * dust->n_ring, dust->n_ring, u[0]);
     const double sin2 = dust->edge[ring] + u[1] * (dust->edge[ring + 1] - dust->edge[ring]),
                  away = 2.0 * sqrt(sin2 * (1.0 - sin2));
     rmap_basis(axis, &x, &y);
     rmap_azimuth(u[2], &cosine, &sine);
-    struct rmap_vec3 out =
-        rmap_axpy(1.0 - 2.0 * sin2, axis, rmap_axpy(away * cosine, x, rmap_scale(y, away * sine)));
-    if (out.z < 0.0)
-        out.z = -out.z;
-    return out;
+    return rmap_axpy(1.0 - 2.0 * sin2, axis,
+                     rmap_axpy(away * cosine, x, rmap_scale(y, away * sine)));
+}
+
+/* Into the medium on the side that is asked for. False: it does not get there. */
+static bool arrives(const struct passage *its, struct rmap_vec3 *out)
+{
+    if (!(its->side * out->z > 0.0))
+        return false;
+    if (its->bend == 1.0)
+        return true;
+    *out = bent(*out, 1.0 / its->bend, its->side);
+    return out->z != 0.0;
+}
+
+struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    const struct passage its = passage_of(at);
+    const double most = at->ahead > at->back ? at->ahead : at->back;
+    double u[4];
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
+        rmap_rng(draw->seed, draw->ray, draw->step, (enum rmap_rng_slot)(RMAP_RNG_LOBE + k), u);
+        struct rmap_vec3 out = draw_about(at, its.axis, u);
+        if (at->passes || at->beyond) {
+            if (arrives(&its, &out))
+                return out;
+        } else if (most * u[3] < (out.z < 0.0 ? at->back : at->ahead)) {
+            return rmap_vec3(out.x, out.y, fabs(out.z));
+        }
+    }
+    return rmap_vec3(its.axis.x, its.axis.y, its.side * fabs(its.axis.z));
 }

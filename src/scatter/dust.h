@@ -20,6 +20,8 @@ struct rmap_scatter_dust {
     double *edge;    /* [n_ring + 1] squared sines of half the angle of scatter */
     double *density; /* [n_channel][n_ring] of light scattered once, 1/sr over the sphere */
     double *below;   /* [n_channel][n_ring]: its integral up to and with the ring */
+    double *onward;  /* [n_channel][RMAP_TOTAL_STEPS + 1]: share that goes on, beyond the plane of
+                        the surface, of light at cos = (k / RMAP_TOTAL_STEPS)^2 to it */
     double coverage; /* share of the area */
 };
 
@@ -30,10 +32,12 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
                                        struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scatter_dust_destroy(struct rmap_scatter_dust *dust);
 
-/* What lobe.c asks; axis: the specular direction. */
-double rmap_dust_shape(const struct rmap_scattering *at, struct rmap_vec3 axis,
-                       struct rmap_vec3 out);
-struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, struct rmap_vec3 axis,
-                                const struct rmap_draw *draw);
+/* Of light that particles scatter, the share that goes on beyond a plane at this cosine to it. */
+double rmap_dust_onward(const struct rmap_scatter *scatter, int channel, double cosine);
+
+/* What lobe.c asks. The shape and its integral hold the weights `ahead` and `back`. */
+double rmap_dust_shape(const struct rmap_scattering *at, struct rmap_vec3 out);
+double rmap_dust_total(const struct rmap_scattering *at);
+struct rmap_vec3 rmap_dust_draw(const struct rmap_scattering *at, const struct rmap_draw *draw);
 
 #endif

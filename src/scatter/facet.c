@@ -9,8 +9,6 @@
 #include "formula/azimuth.h"
 #include "scatter/scatter.h"
 
-enum { TRIES_MAX = 1000 };
-
 static double shape_of(const struct rmap_scattering *at, int k)
 {
     return at->scatter->shape[k][at->channel];
@@ -163,7 +161,7 @@ static struct rmap_vec3 draw_beckmann(const struct rmap_scattering *at,
     double c = view.z, s = sqrt(view.x * view.x + view.y * view.y);
     double steep = s * 0.28209479177387814347; /* s / (2 sqrt(pi)): mean of s max(q, 0) */
     double u[4], cosine, sine, q = 0.0, r = 0.0;
-    for (int k = 0; k < TRIES_MAX; k++) {
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
         double size = sqrt(-rmap_portable_log(u[1]));
         rmap_azimuth(u[2], &cosine, &sine);
@@ -193,7 +191,7 @@ static bool fits(const struct rmap_scattering *at, struct rmap_vec3 m)
 static struct rmap_vec3 draw_unified(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
     double sigma = shape_of(at, RMAP_SHAPE_SIGMA), u[4], cosine, sine, c, s;
-    for (int k = 1; k < TRIES_MAX; k++) { /* 0 is the choice of the part */
+    for (int k = 1; k < RMAP_TRIES_MAX; k++) { /* 0 is the choice of the part */
         draw_numbers(draw, k, u);
         double angle = sigma * sqrt(-2.0 * rmap_portable_log(u[0]));
         if (!(angle < 0.5 * RMAP_PI))

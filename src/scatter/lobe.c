@@ -12,10 +12,6 @@
 #include "scatter/scatter.h"
 #include "scatter/table.h"
 
-/* Draws until a direction lies above the horizon; then the specular one is taken. Fewer than one
- * ray in 1e12 comes so far. */
-enum { TRIES_MAX = 1000 };
-
 static double shape_of(const struct rmap_scattering *at, int k)
 {
     return at->scatter->shape[k][at->channel];
@@ -113,7 +109,7 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
-        return rmap_dust_shape(at, axis_of(at), out);
+        return rmap_dust_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
         double cosine = rmap_dot(axis_of(at), out);
         return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
@@ -192,7 +188,7 @@ static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const stru
 {
     struct rmap_vec3 c = centre_of(at);
     double most = 1.0 + sqrt(c.x * c.x + c.y * c.y), u[4], cosine, sine;
-    for (int k = 0; k < TRIES_MAX; k++) {
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
         double x = draw_x(at, u[0], most);
         rmap_azimuth(u[1], &cosine, &sine);
@@ -220,7 +216,7 @@ static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const stru
     double power = shape_of(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
     double most = fabs(axis.z) + farthest_sine(power);
     rmap_basis(axis, &x, &y);
-    for (int k = 0; k < TRIES_MAX; k++) {
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
         double along = rmap_portable_power(u[0], 1.0 / (power + 1.0)), away = lift(along * along);
         rmap_azimuth(u[1], &cosine, &sine);
@@ -238,7 +234,7 @@ struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct r
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_draw(at, draw);
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
-        return rmap_dust_draw(at, axis_of(at), draw);
+        return rmap_dust_draw(at, draw);
     if (at->scatter->model == RMAP_SCATTER_COSINE)
         return draw_cosine(at, draw);
     if (is_radial(at->scatter->model))
@@ -354,7 +350,7 @@ double rmap_lobe_total(const struct rmap_scattering *at)
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_total(at);
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
-        return 1.0;
+        return rmap_dust_total(at);
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return RMAP_PI;
     return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);

@@ -47,7 +47,7 @@
     X(RETRO, "retro", "sigma tis", true)                                                           \
     X(TABLE, "table", "file relative", false)                                                      \
     X(KLEMS, "klems", "file band", false)                                                          \
-    X(CONTAMINATION, "contamination", "level slope area n k", true)
+    X(CONTAMINATION, "contamination", "level slope area n k", false)
 
 enum rmap_scatter_model {
 #define RMAP_SCATTER_ENUM(symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
@@ -153,6 +153,10 @@ struct rmap_scattering {
     double n1, n2;       /* index before and beyond */
     struct rmap_vec3 in; /* unit, z <= 0 */
     double total;        /* where it is asked for: of rmap_scatter_total */
+    /* CONTAMINATION: do particles lie beyond the boundary, not before it? Of the light that they
+     * take, what is to go on, or to be reflected, and what they send back. */
+    bool beyond;
+    double ahead, back;
 };
 
 /* Lobes (all but facets), lobe.c. */
@@ -163,6 +167,10 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out);
 /* Integral of shape times |cos| over the hemisphere, by quadrature; good to 1e-8 of it where lobes
  * are wider than 1e-5. */
 double rmap_lobe_total(const struct rmap_scattering *at);
+
+/* Draws until a direction lies above the horizon; then the specular one is taken. Fewer than one
+ * ray in 1e12 comes so far. */
+enum { RMAP_TRIES_MAX = 1000 };
 
 /* A direction with the density shape times |cos| over that integral. Numbers are those of the
  * slots RMAP_RNG_LOBE and on. */

@@ -258,12 +258,11 @@ double rmap_table_total(const struct rmap_scattering *at)
 static struct rmap_vec3 draw_about(const struct rmap_scattering *at, const struct incidence *its,
                                    const double *below, const struct rmap_draw *draw)
 {
-    enum { TRIES_MAX = 1000 };
     const struct rmap_patches *patches = &table_of(at)->out;
     const double side = at->passes ? -1.0 : 1.0, whole = below[patches->n - 1];
     const struct axes axes = axes_of(its->specular, side);
     double u[4];
-    for (int k = 1; k < TRIES_MAX; k++) {
+    for (int k = 1; k < RMAP_TRIES_MAX; k++) {
         rmap_rng(draw->seed, draw->ray, draw->step, (enum rmap_rng_slot)(RMAP_RNG_LOBE + k), u);
         const struct spot spot =
             spot_of(patches, rmap_first_above(below, patches->n, u[0] * whole), u[1], u[2]);

@@ -21,7 +21,8 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
 /* Columns: symbol, `type` in a scene file, in sentences, keys beside `type`, look, and what light
  * may meet there beside absorption: letters of path("..."), the commonest first. */
 #define RMAP_SURFACE_TABLE(X)                                                                      \
-    X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter frame", RMAP_LOOK_REFRACTING, "TRI")  \
+    X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter contamination frame",                 \
+      RMAP_LOOK_REFRACTING, "TRI")                                                                 \
     X(MIRROR, "mirror", "a mirror", "reflectance metal scatter contamination frame",               \
       RMAP_LOOK_MIRROR, "R")                                                                       \
     X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
@@ -30,7 +31,8 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
       "reflect_specular reflect_diffuse transmit_specular transmit_diffuse", RMAP_LOOK_OTHER,      \
       "RDTdI")                                                                                     \
     X(SCATTER, "scatter", "a scattering surface",                                                  \
-      "reflectance specular reflect transmittance transmit_specular transmit frame",               \
+      "reflectance specular reflect transmittance transmit_specular transmit contamination "       \
+      "frame",                                                                                     \
       RMAP_LOOK_OTHER, "DRdTI")
 
 enum rmap_surface_type {

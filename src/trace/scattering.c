@@ -8,6 +8,7 @@
 
 #include "base/portable.h"
 #include "formula/turn.h"
+#include "scatter/dust.h"
 #include "trace/interact.h"
 
 struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side, double cos_i)
@@ -55,13 +56,6 @@ static double cosine_beyond(const struct rmap_scatter_side *side, double cos_i)
 
 /* ---- lobes ---- */
 
-/* What particles take out of light that crosses them on its way to a mirror and back. */
-static double crossed(const struct rmap_scattering *at)
-{
-    return rmap_portable_one_minus_exp(2.0 * at->scatter->shape[RMAP_SHAPE_EXTINCT][at->channel] /
-                                       (at->in.z < -1e-9 ? -at->in.z : 1e-9));
-}
-
 /* The model beside it; NULL: none. */
 static const struct rmap_scatter *another(const struct rmap_scatter_side *side,
                                           const struct rmap_scatter *its)
@@ -69,21 +63,80 @@ static const struct rmap_scatter *another(const struct rmap_scatter_side *side,
     return its->next > 0 ? &side->scene->scatter[its->next - 1] : NULL;
 }
 
-/* What particles leave of the light to the mirror below them. */
-static double uncrossed(const struct rmap_scatter_side *side, struct rmap_scattering at)
+/* Particles lie on the side of a boundary that is around the object; on a mirror or a sheet, where
+ * light comes from. */
+static bool lie_beyond(const struct rmap_scatter_side *side)
 {
-    at.scatter = rmap_surface_scatter(side->scene, side->surface, false);
-    while (at.scatter && at.scatter->model != RMAP_SCATTER_CONTAMINATION)
-        at.scatter = another(side, at.scatter);
-    return at.scatter ? 1.0 - crossed(&at) : 1.0;
+    const int32_t own = side->front ? side->object->medium_front : side->object->medium_back;
+    return side->surface->type == RMAP_SURFACE_FRESNEL && own != side->object->medium_outside;
 }
 
-/* What a lobe takes of the arriving light, where `smooth` of it would be reflected, or pass. */
-static double lobe_share(const struct rmap_scatter_side *side, const struct rmap_scattering *at,
-                         double smooth, double total)
+/* What particles take out of light that crosses them so many times. */
+static double crossed(const struct rmap_scatter_side *side, const struct rmap_scatter *particles,
+                      double cos_1, double times)
 {
+    const double cosine = lie_beyond(side) ? cosine_beyond(side, cos_1) : cos_1;
+    return rmap_portable_one_minus_exp(times * particles->shape[RMAP_SHAPE_EXTINCT][side->channel] /
+                                       (cosine > 1e-9 ? cosine : 1e-9));
+}
+
+/* The same, of light that is reflected, or passes: twice on the way to a mirror and back. */
+static double lost_to(const struct rmap_scatter_side *side, const struct rmap_scatter *particles,
+                      double cos_1, bool passes)
+{
+    if (!passes && lie_beyond(side))
+        return 0.0;
+    return crossed(side, particles, cos_1, passes ? 1.0 : 2.0);
+}
+
+static double albedo(const struct rmap_scatter *particles, int channel)
+{
+    return particles->shape[RMAP_SHAPE_SCATTERED][channel] /
+           particles->shape[RMAP_SHAPE_EXTINCT][channel];
+}
+
+/* What particles leave of the light that the other model scatters; a paint scatters what they send
+ * on to it, too. */
+static double uncrossed(const struct rmap_scatter_side *side, const struct rmap_scattering *at)
+{
+    const struct rmap_scatter *its = at->scatter;
+    const double cosine = -at->in.z;
+    while (its && its->model != RMAP_SCATTER_CONTAMINATION)
+        its = another(side, its);
+    if (!its)
+        return 1.0;
+    const double lost = lost_to(side, its, cosine, at->passes);
+    return side->surface->type != RMAP_SURFACE_SCATTER
+               ? 1.0 - lost
+               : 1.0 - lost * (1.0 - albedo(its, at->channel) *
+                                         rmap_dust_onward(its, at->channel, cosine));
+}
+
+/* Asks a model. Of particles: what they take of the light that is to pass, or to be reflected; what
+ * they send back of it, and of light that the surface would have kept. A mirror keeps none. */
+static void ask(const struct rmap_scatter_side *side, const struct rmap_scatter *model,
+                const struct rmap_coat_shares *smooth, struct rmap_scattering *at)
+{
+    at->scatter = model;
+    if (!model || model->model != RMAP_SCATTER_CONTAMINATION)
+        return;
+    const double cos_1 = -at->in.z;
+    at->beyond = lie_beyond(side);
+    at->ahead = at->back =
+        (at->passes ? smooth->passed : smooth->reflected) * lost_to(side, model, cos_1, at->passes);
+    if (at->passes || side->surface->type == RMAP_SURFACE_MIRROR)
+        return;
+    const double rest = at->beyond ? smooth->passed : 1.0 - smooth->reflected;
+    at->back += rest * crossed(side, model, cos_1, 1.0);
+}
+
+/* What a lobe takes of the arriving light, where `smooth` would be reflected, and pass. */
+static double lobe_share(const struct rmap_scatter_side *side, const struct rmap_scattering *at,
+                         const struct rmap_coat_shares *smooth, double total)
+{
+    const double whole = at->passes ? smooth->passed : smooth->reflected;
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
-        return smooth * crossed(at) * at->scatter->shape[RMAP_SHAPE_SCATTERED][at->channel] /
+        return total * at->scatter->shape[RMAP_SHAPE_SCATTERED][at->channel] /
                at->scatter->shape[RMAP_SHAPE_EXTINCT][at->channel];
     const double cos_1 = -at->in.z,
                  roughness = at->scatter->shape[RMAP_SHAPE_ROUGHNESS][at->channel];
@@ -92,17 +145,17 @@ static double lobe_share(const struct rmap_scatter_side *side, const struct rmap
         const double cos_2 = cosine_beyond(side, cos_1), n1 = at->n1, n2 = at->n2;
         const double step = n1 * cos_1 - n2 * cos_2;
         if (at->scatter->model == RMAP_SCATTER_HARVEY)
-            share = smooth * rmap_rough_share(roughness, at->passes, n1, cos_1, n2, cos_2);
+            share = whole * rmap_rough_share(roughness, at->passes, n1, cos_1, n2, cos_2);
         else if (at->passes)
-            share *= smooth * 0.25 * step * step * n2 * n2;
+            share *= whole * 0.25 * step * step * n2 * n2;
         else
-            share *= smooth * n1 * n1 * n1 * n1 * cos_1;
+            share *= whole * n1 * n1 * n1 * n1 * cos_1;
     }
     const bool of_it =
         at->scatter->by_roughness || side->surface->type != RMAP_SURFACE_SCATTER ||
         (at->passes ? side->surface->transmit_is_total : side->surface->reflect_is_total);
-    share = of_it && share > smooth ? smooth : share;
-    return at->passes ? share : share * uncrossed(side, *at);
+    share = of_it && share > whole ? whole : share;
+    return share * uncrossed(side, at);
 }
 
 static double lobe_total(const struct rmap_scatter_side *side, const struct rmap_scattering *at)
@@ -110,29 +163,35 @@ static double lobe_total(const struct rmap_scatter_side *side, const struct rmap
     return rmap_scatter_total(at, side->near, side->far);
 }
 
+/* Of what is reflected, or passes: what is scattered, and what is left. */
+static void lobe_shares_of(const struct rmap_scatter_side *side, struct rmap_vec3 in, bool passes,
+                           const struct rmap_coat_shares *smooth, double *diffuse, double *specular)
+{
+    const bool of_it =
+        side->surface->type != RMAP_SURFACE_SCATTER ||
+        (passes ? side->surface->transmit_is_total : side->surface->reflect_is_total);
+    struct rmap_scattering at = local(side, passes, in);
+    *specular = passes ? smooth->passed : smooth->reflected;
+    *diffuse = 0.0;
+    for (const struct rmap_scatter *its = at.scatter; its; its = another(side, its)) {
+        ask(side, its, smooth, &at);
+        const double share = lobe_share(side, &at, smooth, lobe_total(side, &at));
+        *diffuse += share;
+        if (its->model == RMAP_SCATTER_CONTAMINATION)
+            *specular -= at.ahead;
+        else if (of_it)
+            *specular -= share;
+    }
+    *specular = *specular > 0.0 ? *specular : 0.0;
+}
+
 static struct rmap_surface_shares lobe_shares(const struct rmap_scatter_side *side,
                                               struct rmap_vec3 in)
 {
     const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
-    struct rmap_surface_shares its = {.reflect_specular = smooth.reflected,
-                                      .transmit_specular = smooth.passed};
-    const bool is_scatter = side->surface->type == RMAP_SURFACE_SCATTER;
-    struct rmap_scattering at = local(side, false, in);
-    for (; at.scatter; at.scatter = another(side, at.scatter)) {
-        const double share = lobe_share(side, &at, smooth.reflected, lobe_total(side, &at));
-        its.reflect_diffuse += share;
-        if (at.scatter->model == RMAP_SCATTER_CONTAMINATION)
-            its.reflect_specular -= smooth.reflected * crossed(&at);
-        else if (!is_scatter || side->surface->reflect_is_total)
-            its.reflect_specular -= share;
-    }
-    its.reflect_specular = its.reflect_specular > 0.0 ? its.reflect_specular : 0.0;
-    at = local(side, true, in);
-    if (at.scatter) {
-        its.transmit_diffuse = lobe_share(side, &at, smooth.passed, lobe_total(side, &at));
-        if (!is_scatter || side->surface->transmit_is_total)
-            its.transmit_specular -= its.transmit_diffuse;
-    }
+    struct rmap_surface_shares its = {.missing = 0.0};
+    lobe_shares_of(side, in, false, &smooth, &its.reflect_diffuse, &its.reflect_specular);
+    lobe_shares_of(side, in, true, &smooth, &its.transmit_diffuse, &its.transmit_specular);
     return its;
 }
 
@@ -268,19 +327,22 @@ bool rmap_scatter_by_channel(const struct rmap_scatter_side *side, const struct 
                                   (medium[side->near].dispersive || medium[side->far].dispersive));
 }
 
-/* One of two models of the same light, by their shares. */
-static const struct rmap_scatter *pick(const struct rmap_scatter_side *side,
-                                       struct rmap_scattering at, const struct rmap_draw *draw)
+/* One of the models of the same light, by their shares. */
+static void pick(const struct rmap_scatter_side *side, const struct rmap_draw *draw,
+                 struct rmap_scattering *at)
 {
-    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -at.in.z);
-    const double whole = at.passes ? smooth.passed : smooth.reflected;
-    const struct rmap_scatter *first = at.scatter, *second = another(side, first);
+    const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -at->in.z);
+    const struct rmap_scatter *first = at->scatter, *second = another(side, first);
     double u[4];
+    ask(side, first, &smooth, at);
+    if (!second)
+        return;
     rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
-    const double one = lobe_share(side, &at, whole, lobe_total(side, &at));
-    at.scatter = second;
-    const double other = lobe_share(side, &at, whole, lobe_total(side, &at));
-    return u[3] * (one + other) < one ? first : second;
+    const double one = lobe_share(side, at, &smooth, lobe_total(side, at));
+    ask(side, second, &smooth, at);
+    const double other = lobe_share(side, at, &smooth, lobe_total(side, at));
+    if (u[3] * (one + other) < one)
+        ask(side, first, &smooth, at);
 }
 
 struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
@@ -300,8 +362,8 @@ struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool 
                         cosine < 0.0 ? cosine : 0.0));
     if (!at.scatter)
         return direction;
-    if (at.scatter->next > 0)
-        at.scatter = pick(side, at, draw);
+    if (at.scatter->next > 0 || at.scatter->model == RMAP_SCATTER_CONTAMINATION)
+        pick(side, draw, &at);
     return to_world(side, rmap_lobe_draw(&at, draw));
 }
 
@@ -339,10 +401,9 @@ double rmap_scatter_bsdf(const struct rmap_scatter_side *side, struct rmap_vec3 
         return facet_bsdf(side, &at, to);
     const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -from.z);
     double sum = 0.0;
-    for (; at.scatter; at.scatter = another(side, at.scatter)) {
-        const double total = lobe_total(side, &at),
-                     share =
-                         lobe_share(side, &at, at.passes ? smooth.passed : smooth.reflected, total);
+    for (const struct rmap_scatter *its = at.scatter; its; its = another(side, its)) {
+        ask(side, its, &smooth, &at);
+        const double total = lobe_total(side, &at), share = lobe_share(side, &at, &smooth, total);
         sum += share > 0.0 ? share / total * rmap_lobe_shape(&at, to) : 0.0;
     }
     return sum;

@@ -59,8 +59,8 @@ def close(what, got, want, within):
         fail(f"{what}: {got}, not {want}")
 
 
-def checked(path):
-    done = run("check", path, "--surface", "face", "--json")
+def checked(path, surface="face"):
+    done = run("check", path, "--surface", surface, "--json")
     if done.returncode != 0:
         fail(f"check: {done.stderr}")
         return None
@@ -131,6 +131,57 @@ def check_contamination():
     if answer[0]["rays"]["matched"] != answer[1]["rays"]["matched"] or run("verify", "dust.raymap").returncode != 0:
         fail("a map of two models")
     shutil.rmtree("dust.raymap")
+    check_dusty_glass()
+
+
+GLASS = """raymap: 1
+units: mm
+spectrum: {wavelengths: [450, 650]}
+media: {air: {index: 1}, glass: {table: {wavelength: [450, 650], n: [1.53, 1.51]}}}
+surfaces:
+  dusty: {type: fresnel, scatter: {model: harvey, roughness: 30 nm, correlation: 1 um}, contamination: {level: 900, area: 0.02 m2}}
+  paint: {type: scatter, reflectance: 0.1, reflect: {model: lambert}, contamination: {level: 900, area: 0.02 m2}}
+geometries:
+  plate: {type: box, size: [20, 20, 5]}
+  wall: {type: rectangle, size: [30, 30]}
+objects:
+  - {name: plate, geometry: plate, surface: dusty, inside: glass, outside: air}
+  - {name: wall, geometry: wall, at: [0, 0, -10], surface: paint, front: air, back: air}
+sources: [{name: sun, type: collimated, shape: {disc: 2}, at: [-3, 0, 20], direction: [0.2, 0, -1], flux: 1 W}]
+"""
+
+
+def check_dusty_glass():
+    """Particles lie outside: once crossed by what passes, not at all by what the glass reflects; one map however it is made."""
+    by = {side["from"]: side["by_angle"] for side in checked(write("glass.yaml", GLASS), "dusty")["sides"]}
+    inside = by["glass"]
+    for k, angle in enumerate(inside["angle"]):
+        sums = sum(inside[way][k] for way in ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_diffuse"))
+        if not sums < 1 + 1e-12 or (angle > 45 and abs(sums - 1) > 1e-12):
+            fail(f"dusty glass from inside at {angle}: {sums}")
+    outside = checked(write("clean.yaml", GLASS.replace("scatter: {model: harvey, roughness: 30 nm, correlation: 1 um}, ", "")), "dusty")
+    side = [side for side in outside["sides"] if side["from"] == "air"][0]["by_angle"]
+    n = {450: 1.53, 650: 1.51}[outside["wavelength"]]
+    bare = ((n - 1) / (n + 1)) ** 2
+    once, twice = side["transmit_specular"][0] / (1 - bare), side["reflect_specular"][0] / bare
+    close("light that crosses particles twice", twice, once**2, 1e-9)
+    for k in range(len(side["angle"])):
+        if side["angle"][k] == 0 and not 0.02 < side["reflect_diffuse"][k] / side["transmit_diffuse"][k] < 0.3:
+            fail("what particles send back")
+    digests = set()
+    for name, more in (("compact", []), ("plain", ["--encoding", "plain"]), ("threads", ["--threads", 2])):
+        done = run("trace", "glass.yaml", "-o", f"{name}.raymap", "-n", 30000, "--quiet", "--force", *more)
+        if done.returncode != 0 or run("verify", f"{name}.raymap").returncode != 0:
+            fail(f"dusty glass, {name}: {done.stderr[-300:]}")
+        digests.add(json.loads(run("info", f"{name}.raymap", "--json").stdout)["digest"])
+    if len(digests) != 1:
+        fail(f"dusty glass: {digests}")
+    for name in ("compact", "plain", "threads"):
+        shutil.rmtree(f"{name}.raymap", ignore_errors=True)
+    cemented = GLASS.replace("inside: glass, outside: air", "inside: glass, outside: glass")
+    done = run("check", write("cemented.yaml", cemented))
+    if done.returncode != 3 or "particles of surface 'dusty' lie on one side" not in done.stdout + done.stderr:
+        fail(f"particles on both sides: {done.stderr[-300:]}")
 
 
 # ---- Klems ----

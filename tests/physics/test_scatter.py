@@ -112,16 +112,20 @@ MODELS = {
     "ground glass": "{type: fresnel, scatter: {model: ggx, alpha: 0.3}}",
     "ground glass by beckmann": "{type: fresnel, scatter: {model: beckmann, alpha: 0.3}}",
     "ground glass by unified": "{type: fresnel, scatter: {model: unified, sigma_alpha: 15, lobe: 0.6, spike: 0.1}}",
+    "dusty glass": "{type: fresnel, contamination: {level: 900, area: 0.01 m2}}",
+    "rough dusty glass": "{type: fresnel, scatter: {model: harvey, roughness: 120 nm, correlation: 0.5 um}, contamination: {level: 900, area: 0.02 m2}}",
+    "dusty boundary": "{type: fresnel, contamination: {level: 900, area: 0.005 m2}}",
+    "dusty paint": "{type: scatter, reflectance: 0.05, reflect: {model: lambert}, contamination: {level: 900, area: 0.01 m2}}",
+    "dusty sheet, passing": "{type: scatter, transmit_specular: 0.8, transmit: {model: gaussian, sigma: 0.3, tis: 0.1}, contamination: {level: 900, area: 0.01 m2}}",
     "rough glass": "{type: fresnel, scatter: {model: harvey, roughness: 120 nm, correlation: 0.5 um}}",
 }
 
 
 def check_trace_and_render():
     for name, surface in MODELS.items():
-        through = "passing" in name or "glass" in name
-        glass = "glass" in name
+        through, glass = "passing" in name or "glass" in name, "fresnel" in surface
         scene = SCREEN.format(surface=surface, back="glass" if glass else "air", z=-2 if through else 2,
-                              dz=0.8 if through else -0.8, back_or_air="glass" if glass else "air")
+                              dz=0.8 if through else -0.8, back_or_air="glass" if glass and through else "air")
         target = trace("screen", scene, many(250_000))
         (answer,) = count(target, "registered(sensor)")
         flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]

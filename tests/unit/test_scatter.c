@@ -135,6 +135,7 @@ struct sample {
     struct rmap_vec3 *out;
     size_t n;
     double edge[RINGS + 1]; /* of x */
+    int fine;               /* more points of the integrals */
 };
 
 static double x_of(struct rmap_vec3 centre, struct rmap_vec3 out)
@@ -164,23 +165,24 @@ static void set_edges(struct rmap_vec3 centre, struct sample *sample)
 
 /* Integral of density (per projected solid angle) over a bin. */
 static double expected(const struct rmap_scattering *at, struct rmap_vec3 centre,
-                       const double *edge, int sector,
+                       const struct sample *sample, int bin,
                        double (*density)(const struct rmap_scattering *, struct rmap_vec3))
 {
-    enum { ACROSS = 60, ALONG = 110 };
+    const int across = 60 * sample->fine, along = 110 * sample->fine, sector = bin % SECTORS;
+    const double *edge = sample->edge + bin / SECTORS;
     double sum = 0;
-    for (int i = 0; i < ACROSS; i++) {
-        const double p = (i + 0.5) / ACROSS, span = edge[1] - edge[0];
-        const double x = edge[0] + span * p * p, dx = 2 * p * span / ACROSS;
-        for (int k = 0; k < ALONG; k++) {
-            const double turn = 2 * RMAP_PI * (sector + (k + 0.5) / ALONG) / SECTORS;
+    for (int i = 0; i < across; i++) {
+        const double p = (i + 0.5) / across, span = edge[1] - edge[0];
+        const double x = edge[0] + span * p * p, dx = 2 * p * span / across;
+        for (int k = 0; k < along; k++) {
+            const double turn = 2 * RMAP_PI * (sector + (k + 0.5) / along) / SECTORS;
             const double bx = centre.x + x * cos(turn), by = centre.y + x * sin(turn);
             const double rest = 1 - bx * bx - by * by;
             if (rest > 0)
                 sum += x * dx * density(at, rmap_vec3(bx, by, (at->passes ? -1 : 1) * sqrt(rest)));
         }
     }
-    return sum * 2 * RMAP_PI / SECTORS / ALONG;
+    return sum * 2 * RMAP_PI / SECTORS / along;
 }
 
 static void compare(const struct rmap_scattering *at, struct rmap_vec3 centre,
@@ -200,8 +202,7 @@ static void compare(const struct rmap_scattering *at, struct rmap_vec3 centre,
         count[ring * SECTORS + (sector < SECTORS ? sector : SECTORS - 1)]++;
     }
     for (int k = 0; k < BINS; k++) {
-        const double want = (double)n_drawn *
-                            expected(at, centre, sample->edge + k / SECTORS, k % SECTORS, density);
+        const double want = (double)n_drawn * expected(at, centre, sample, k, density);
         if (want < 8)
             continue;
         n_bin++;
@@ -217,13 +218,10 @@ static double lobe_density(const struct rmap_scattering *at, struct rmap_vec3 ou
     return rmap_lobe_shape(at, out) / at->total;
 }
 
-static void check_lobe(const struct rmap_scatter *scatter, double degrees, bool passes)
+/* centre: the tangential part of the specular direction. */
+static void check_draws(struct rmap_scattering at, double centre, int fine, const char *what)
 {
-    struct rmap_scattering at = meet(scatter, degrees);
-    struct sample sample = {.out = malloc(DRAWS * sizeof *sample.out), .n = DRAWS};
-    char what[80];
-    at.passes = passes;
-    at.n2 = passes ? 1.5 : 1.0;
+    struct sample sample = {.out = malloc(DRAWS * sizeof *sample.out), .n = DRAWS, .fine = fine};
     at.total = rmap_lobe_total(&at);
     assert_non_null(sample.out);
     for (uint64_t i = 0; i < DRAWS; i++) {
@@ -231,11 +229,21 @@ static void check_lobe(const struct rmap_scatter *scatter, double degrees, bool 
         sample.out[i] = rmap_lobe_draw(&at, &draw);
         near_to(rmap_length(sample.out[i]), 1, 1e-14);
     }
+    compare(&at, rmap_vec3(centre, 0, 0), &sample, DRAWS, what, lobe_density);
+    free(sample.out);
+}
+
+static void check_lobe(const struct rmap_scatter *scatter, double degrees, bool passes)
+{
+    struct rmap_scattering at = meet(scatter, degrees);
+    char what[80];
+    at.passes = passes;
+    at.n2 = passes ? 1.5 : 1.0;
+    at.ahead = at.back = 1.0;
     const double scale = scatter->model == RMAP_SCATTER_RETRO ? -1 : passes ? 1 / 1.5 : 1;
     (void)snprintf(what, sizeof what, "%s at %g degrees%s", rmap_scatter_name[scatter->model].name,
                    degrees, passes ? ", passing" : "");
-    compare(&at, rmap_vec3(scale * at.in.x, 0, 0), &sample, DRAWS, what, lobe_density);
-    free(sample.out);
+    check_draws(at, scale * at.in.x, 1, what);
 }
 
 static void test_lobe_draws(void **state)
@@ -363,6 +371,20 @@ static void test_dust(void **state)
         near_to(its.shape[RMAP_SHAPE_EXTINCT][0] / its.dust->coverage, 2.05, 0.1);
         check_lobe(&its, 0, false);
         check_lobe(&its, 60, false);
+        check_lobe(&its, 60, true);
+        /* before glass; and beyond it, where light is sent back into the glass */
+        struct rmap_scattering at = meet(&its, 50);
+        at.n2 = 1.5;
+        at.ahead = 0.04;
+        at.back = 1.0;
+        check_draws(at, at.in.x, 1, "particles before glass");
+        at = meet(&its, 30);
+        at.n1 = 1.5;
+        at.beyond = true;
+        at.ahead = at.back = 1.0;
+        check_draws(at, -at.in.x, 4, "particles beyond, back into the glass");
+        at.passes = true;
+        check_draws(at, 1.5 * at.in.x, 1, "particles beyond glass");
         rmap_scatter_fini(&its);
     }
 }
@@ -396,7 +418,7 @@ static double facet_density(const struct rmap_scattering *at, struct rmap_vec3 o
 static void check_facets(const struct rmap_scatter *scatter, double degrees, bool passes)
 {
     struct rmap_scattering at = meet(scatter, degrees);
-    struct sample sample = {.out = malloc(DRAWS * sizeof *sample.out)};
+    struct sample sample = {.out = malloc(DRAWS * sizeof *sample.out), .fine = 1};
     double total[3], share[2];
     char what[80];
     at.passes = passes;
