@@ -2,8 +2,8 @@
  *
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
- * gradient media are made of stands at the end, where there is any; and behind that the texts of
- * tables.
+ * gradient media are made of stands at the end, where there is any; behind that the texts of
+ * tables, and then the tangents of meshes that have them.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -16,6 +16,7 @@
 static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
 static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
 static const char magic_files[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '3'};
+static const char magic_tangents[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '4'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -105,12 +106,35 @@ static void put_files(struct sink *sink, const struct rmap_bundle *bundle)
     }
 }
 
+static bool has_tangents(const struct rmap_bundle *bundle)
+{
+    bool has = false;
+    for (size_t i = 0; i < bundle->n_mesh; i++)
+        has = has || bundle->mesh[i].mesh->tangent;
+    return has;
+}
+
+static void put_tangents(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        const struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        const size_t n = mesh->tangent ? mesh->n_triangle : 0;
+        put_u64(sink, n);
+        put_bytes(sink, mesh->tangent, n * sizeof *mesh->tangent);
+    }
+}
+
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    const bool files = bundle->n_file > 0;
-    const bool fields = files || bundle->n_grid || bundle->n_plugin;
-    put_bytes(sink, files ? magic_files : fields ? magic_fields : magic, sizeof magic);
+    const bool tangents = has_tangents(bundle), files = tangents || bundle->n_file > 0,
+               fields = files || bundle->n_grid || bundle->n_plugin;
+    put_bytes(sink,
+              tangents ? magic_tangents
+              : files  ? magic_files
+              : fields ? magic_fields
+                       : magic,
+              sizeof magic);
     put_text(sink, bundle->path);
     put_u64(sink, bundle->text_nbytes);
     put_bytes(sink, bundle->text, bundle->text_nbytes);
@@ -129,6 +153,8 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
         put_fields(sink, bundle);
     if (files)
         put_files(sink, bundle);
+    if (tangents)
+        put_tangents(sink, bundle);
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -243,16 +269,24 @@ out:
     return st;
 }
 
+static enum rmap_status take_points(struct cursor *in, float (*point)[3], size_t n)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < 3 * n; i++) {
+        uint32_t bits = 0;
+        RMAP_TRY(take_u32(in, &bits));
+        memcpy(&point[i / 3][i % 3], &bits, sizeof bits);
+        if (!isfinite(point[i / 3][i % 3]))
+            RMAP_TRY(damaged(in, "a vertex lies nowhere"));
+    }
+out:
+    return st;
+}
+
 static enum rmap_status take_mesh_arrays(struct cursor *in, struct rmap_mesh *mesh)
 {
     enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; i < 3 * mesh->n_vertex; i++) {
-        uint32_t bits = 0;
-        RMAP_TRY(take_u32(in, &bits));
-        memcpy(&mesh->vertex[i / 3][i % 3], &bits, sizeof bits);
-        if (!isfinite(mesh->vertex[i / 3][i % 3]))
-            RMAP_TRY(damaged(in, "a vertex lies nowhere"));
-    }
+    RMAP_TRY(take_points(in, mesh->vertex, mesh->n_vertex));
     for (size_t i = 0; i < 3 * mesh->n_triangle; i++) {
         uint32_t *index = &mesh->triangle[i / 3][i % 3];
         RMAP_TRY(take_u32(in, index));
@@ -395,13 +429,34 @@ out:
     return st;
 }
 
+static enum rmap_status take_tangents(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        size_t n = 0;
+        RMAP_TRY(take_count(in, 12, &n));
+        if (n == 0)
+            continue;
+        if (n != mesh->n_triangle)
+            RMAP_TRY(damaged(in, "tangents are not those of its triangles"));
+        mesh->tangent = rmap_alloc(n, sizeof *mesh->tangent);
+        if (!mesh->tangent)
+            RMAP_TRY(no_memory(in));
+        RMAP_TRY(take_points(in, mesh->tangent, n));
+    }
+out:
+    return st;
+}
+
 static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
     bool known = in->left >= sizeof magic;
-    const bool files = known && memcmp(in->at, magic_files, sizeof magic) == 0;
+    const bool tangents = known && memcmp(in->at, magic_tangents, sizeof magic) == 0;
+    const bool files = tangents || (known && memcmp(in->at, magic_files, sizeof magic) == 0);
     const bool fields = files || (known && memcmp(in->at, magic_fields, sizeof magic) == 0);
     if (!known || (!fields && memcmp(in->at, magic, sizeof magic) != 0))
         return damaged(in, "it does not begin like one");
@@ -424,6 +479,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
         RMAP_TRY(take_fields(in, bundle));
     if (files)
         RMAP_TRY(take_files(in, bundle));
+    if (tangents)
+        RMAP_TRY(take_tangents(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

@@ -340,6 +340,7 @@ enum rmap_status rmap_gltf_numbers(struct rmap_gltf *gltf, size_t accessor, size
                                    struct rmap_gltf_numbers *to)
 {
     enum rmap_status st = RMAP_OK;
+    static const char *const type_of[] = {"SCALAR", "VEC2", "VEC3"};
     const json_t *entry = json_array_get(json_object_get(gltf->root, "accessors"), accessor);
     const json_t *sparse = json_object_get(entry, "sparse");
     const char *shape = json_string_value(json_object_get(entry, "type"));
@@ -348,7 +349,7 @@ enum rmap_status rmap_gltf_numbers(struct rmap_gltf *gltf, size_t accessor, size
     if (!find_type(entry, &type, &nbytes) || !rmap_gltf_count(entry, "count", 0, &to->n) ||
         !rmap_gltf_count(entry, "bufferView", SIZE_MAX, &view) ||
         !rmap_gltf_count(entry, "byteOffset", 0, &offset) || !shape ||
-        strcmp(shape, n_component == 3 ? "VEC3" : "SCALAR") != 0)
+        strcmp(shape, type_of[n_component - 1]) != 0)
         return rmap_gltf_refuse(gltf, "its accessor %zu is not there or wrong", accessor);
     if (view != SIZE_MAX)
         RMAP_TRY(find_place(gltf, view, offset, to->n, n_component * nbytes, &place));

@@ -42,7 +42,7 @@ void rmap_gltf_fini(struct rmap_gltf *gltf);
  * 16 for each of its bytes. */
 enum rmap_status rmap_gltf_charge(struct rmap_gltf *gltf, size_t n) RMAP_MUST_USE;
 
-/* The accessor's elements, of n_component values each, charged. */
+/* The accessor's elements, of n_component values each (1 to 3), charged. */
 enum rmap_status rmap_gltf_numbers(struct rmap_gltf *gltf, size_t accessor, size_t n_component,
                                    struct rmap_gltf_numbers *numbers) RMAP_MUST_USE;
 

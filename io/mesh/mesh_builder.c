@@ -66,8 +66,35 @@ static struct rmap_vec3 widened(const float p[3])
     return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
 }
 
+/* Along which u grows on a triangle, of length 1; 0 where the texture has no area there. */
+static void find_tangent(const struct rmap_vec3 corner[3], const double uv[6], float tangent[3])
+{
+    const double u1 = uv[2] - uv[0], v1 = uv[3] - uv[1], u2 = uv[4] - uv[0], v2 = uv[5] - uv[1],
+                 area = u1 * v2 - u2 * v1;
+    struct rmap_vec3 way = rmap_axpy(-v1, rmap_sub(corner[2], corner[0]),
+                                     rmap_scale(rmap_sub(corner[1], corner[0]), v2));
+    const double length = rmap_length(way);
+    if (!(fabs(area) > 0.0 && length > 0.0) || !isfinite(area) || !isfinite(length))
+        return;
+    way = rmap_scale(way, (area < 0.0 ? -1.0 : 1.0) / length);
+    round_corner(way, tangent);
+}
+
+static enum rmap_status add_tangent(struct rmap_mesh_builder *b, const struct rmap_vec3 corner[3],
+                                    const double *uv)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(RMAP_RESERVE(b->tangent, b->cap_tangent, b->n_triangle + 1, b->err));
+    memset(b->tangent[b->n_triangle], 0, sizeof *b->tangent);
+    b->has_tangents = b->has_tangents || uv;
+    if (uv)
+        find_tangent(corner, uv, b->tangent[b->n_triangle]);
+out:
+    return st;
+}
+
 enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
-                                       const struct rmap_vec3 corner[3])
+                                       const struct rmap_vec3 corner[3], const double *uv)
 {
     enum rmap_status st = RMAP_OK;
     float p[3][3];
@@ -86,6 +113,8 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
         return rmap_error_set(b->err, RMAP_INPUT, "it has more than 2^31 triangles");
     RMAP_TRY(RMAP_RESERVE(b->triangle, b->cap_triangle, b->n_triangle + 1, b->err));
     RMAP_TRY(RMAP_RESERVE(b->face, b->cap_face, b->n_triangle + 1, b->err));
+    if (b->wants_tangents)
+        RMAP_TRY(add_tangent(b, corner, uv));
     for (int k = 0; k < 3; k++)
         RMAP_TRY(vertex_index(b, p[k], &b->triangle[b->n_triangle][k]));
     b->face[b->n_triangle++] = (uint32_t)b->n_face;
@@ -142,7 +171,11 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
     memcpy(mesh->vertex, b->vertex, b->n_vertex * sizeof *b->vertex);
     memcpy(mesh->triangle, b->triangle, b->n_triangle * sizeof *b->triangle);
     memcpy(mesh->face, b->face, b->n_triangle * sizeof *b->face);
-    for (size_t i = 0; i < b->n_face; i++) { /* taken over */
+    if (b->has_tangents) { /* taken over, as the names are */
+        mesh->tangent = b->tangent;
+        b->tangent = NULL;
+    }
+    for (size_t i = 0; i < b->n_face; i++) {
         mesh->face_name[i] = b->face_name[i];
         b->face_name[i] = NULL;
     }
@@ -156,6 +189,7 @@ void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
     for (size_t i = 0; i < b->n_face; i++)
         rmap_free(b->face_name[i]);
     rmap_free(b->face_name);
+    rmap_free(b->tangent);
     rmap_free(b->vertex);
     rmap_free(b->triangle);
     rmap_free(b->face);

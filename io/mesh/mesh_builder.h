@@ -20,18 +20,22 @@ struct rmap_mesh_builder {
     uint32_t (*triangle)[3];
     uint32_t *face;
     char **face_name;
+    float (*tangent)[3]; /* of those that had texture coordinates; only where they are wanted */
+    bool wants_tangents, has_tangents;
     size_t n_vertex, n_triangle, n_face;
-    size_t cap_vertex, cap_triangle, cap_face, cap_face_name;
+    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_tangent;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
     size_t n_slot;
     struct rmap_mesh_left_out left_out;
     struct rmap_error *err;
 };
 
-/* Zero-initialise, set err, then: any number of triangles and faces. A triangle belongs to the
- * face that will be closed next. RMAP_INPUT when there are too many. */
+/* Zero-initialise, set err (and wants_tangents), then: any number of triangles and faces. A
+ * triangle belongs to the face that will be closed next. uv: [3][2], texture coordinates;
+ * NULL: none. RMAP_INPUT when there are too many. */
 enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *builder,
-                                       const struct rmap_vec3 corner[3]) RMAP_MUST_USE;
+                                       const struct rmap_vec3 corner[3],
+                                       const double *uv) RMAP_MUST_USE;
 
 /* Ends the face of the triangles added since the last one ended; without any, there is none.
  * The name is copied; NULL: none. */

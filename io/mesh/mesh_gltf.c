@@ -22,7 +22,7 @@ struct gatherer {
     struct rmap_mesh_builder *builder;
     bool *visited; /* [n_node] */
     size_t n_node;
-    struct rmap_gltf_numbers point, corner;
+    struct rmap_gltf_numbers point, corner, texture;
 };
 
 /* ---- places ---- */
@@ -80,7 +80,9 @@ static enum rmap_status add_triangles(struct gatherer *g, size_t mode, size_t n_
     const bool mirrored = rmap_affine_determinant(place) < 0;
     const size_t n = mode == TRIANGLES ? n_corner / 3 : n_corner < 3 ? 0 : n_corner - 2;
     for (size_t i = 0; i < n; i++) {
+        const bool textured = g->texture.n == g->point.n;
         struct rmap_vec3 corner[3];
+        double uv[3][2];
         for (size_t k = 0; k < 3; k++) {
             /* A mirror turns the sense of rotation: two corners change places. */
             const size_t at = corner_of(mode, i, mirrored ? 2 - k : k);
@@ -88,9 +90,11 @@ static enum rmap_status add_triangles(struct gatherer *g, size_t mode, size_t n_
             if (!(index >= 0 && index < (double)g->point.n))
                 return rmap_gltf_refuse(&g->gltf, "a triangle has a vertex that is not there");
             const double *v = &g->point.value[3 * (size_t)index];
+            if (textured)
+                memcpy(uv[k], &g->texture.value[2 * (size_t)index], sizeof uv[k]);
             corner[k] = rmap_scale(rmap_affine_point(place, rmap_vec3(v[0], v[1], v[2])), g->scale);
         }
-        RMAP_TRY(rmap_mesh_builder_add(g->builder, corner));
+        RMAP_TRY(rmap_mesh_builder_add(g->builder, corner, textured ? uv[0] : NULL));
     }
 out:
     return st;
@@ -128,16 +132,21 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
     for (size_t i = 0; i < json_array_size(parts); i++) {
         const json_t *part = json_array_get(parts, i);
         const bool indexed = json_object_get(part, "indices");
-        size_t mode, position, indices, material;
+        const json_t *attributes = json_object_get(part, "attributes");
+        size_t mode, position, texture, indices, material;
         RMAP_TRY(rmap_gltf_charge(&g->gltf, 1));
         if (!rmap_gltf_count(part, "mode", TRIANGLES, &mode) ||
             !rmap_gltf_count(part, "indices", 0, &indices) ||
             !rmap_gltf_count(part, "material", SIZE_MAX, &material) ||
-            !rmap_gltf_count(json_object_get(part, "attributes"), "POSITION", SIZE_MAX, &position))
+            !rmap_gltf_count(attributes, "POSITION", SIZE_MAX, &position) ||
+            !rmap_gltf_count(attributes, "TEXCOORD_0", SIZE_MAX, &texture))
             return rmap_gltf_refuse(&g->gltf, "its mesh %zu is wrong", index);
         if (mode < TRIANGLES || mode > FAN || position == SIZE_MAX)
             continue; /* points and lines; nothing */
         RMAP_TRY(rmap_gltf_numbers(&g->gltf, position, 3, &g->point));
+        g->texture.n = 0;
+        if (texture != SIZE_MAX && g->builder->wants_tangents)
+            RMAP_TRY(rmap_gltf_numbers(&g->gltf, texture, 2, &g->texture));
         if (indexed)
             RMAP_TRY(rmap_gltf_numbers(&g->gltf, indices, 1, &g->corner));
         RMAP_TRY(add_triangles(g, mode, indexed ? g->corner.n : g->point.n, indexed, place));
@@ -203,6 +212,7 @@ out:
     rmap_free(g.visited);
     rmap_free(g.point.value);
     rmap_free(g.corner.value);
+    rmap_free(g.texture.value);
     rmap_gltf_fini(&g.gltf);
     return st;
 }

@@ -21,7 +21,7 @@ enum { ELEMENTS_MAX = 16, PROPERTIES_MAX = 64, WORDS_MAX = 6 };
 enum type { I8, U8, I16, U16, I32, U32, F32, F64, TYPE_COUNT };
 static const size_t type_nbytes[TYPE_COUNT] = {1, 1, 2, 2, 4, 4, 4, 8};
 
-enum role { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_CORNERS };
+enum role { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_U, ROLE_V, ROLE_CORNERS };
 
 struct property {
     enum type type, count_type;
@@ -44,7 +44,8 @@ struct ply {
     enum form form;
     int n_element;
     struct element element[ELEMENTS_MAX];
-    double (*vertex)[3];
+    double (*vertex)[5]; /* x, y, z, u, v */
+    bool has_u, has_v;
     uint64_t n_vertex;
     uint64_t *corner; /* of the polygon being read */
     size_t cap_corner;
@@ -121,15 +122,20 @@ static enum rmap_status read_element(struct ply *ply, char *word[WORDS_MAX], int
 static enum role role_of(const struct element *element, const struct property *property,
                          const char *name)
 {
-    static const char *const axis[] = {"x", "y", "z"};
+    static const struct {
+        const char *name;
+        enum role role;
+    } known[] = {{"x", ROLE_X}, {"y", ROLE_Y}, {"z", ROLE_Z},
+                 {"u", ROLE_U}, {"s", ROLE_U}, {"texture_u", ROLE_U},
+                 {"v", ROLE_V}, {"t", ROLE_V}, {"texture_v", ROLE_V}};
     if (property->is_list)
         return strcmp(element->name, "face") == 0 &&
                        (strcmp(name, "vertex_indices") == 0 || strcmp(name, "vertex_index") == 0)
                    ? ROLE_CORNERS
                    : ROLE_NONE;
-    for (int k = 0; k < 3; k++)
-        if (strcmp(element->name, "vertex") == 0 && strcmp(name, axis[k]) == 0)
-            return (enum role)(ROLE_X + k);
+    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
+        if (strcmp(element->name, "vertex") == 0 && strcmp(name, known[k].name) == 0)
+            return known[k].role;
     return ROLE_NONE;
 }
 
@@ -147,6 +153,8 @@ static enum rmap_status read_property(struct ply *ply, char *word[WORDS_MAX], in
     if (!good)
         return refuse(ply, wrong);
     property->role = role_of(element, property, word[n_word - 1]);
+    ply->has_u = ply->has_u || property->role == ROLE_U;
+    ply->has_v = ply->has_v || property->role == ROLE_V;
     return RMAP_OK;
 }
 
@@ -276,11 +284,14 @@ static enum rmap_status add_polygon(struct ply *ply, size_t n)
     for (size_t i = 2; i < n; i++) {
         const uint64_t index[3] = {ply->corner[0], ply->corner[i - 1], ply->corner[i]};
         struct rmap_vec3 corner[3];
+        double uv[3][2];
         for (int k = 0; k < 3; k++) {
             const double *v = ply->vertex[index[k]];
+            memcpy(uv[k], v + 3, sizeof uv[k]);
             corner[k] = rmap_scale(rmap_vec3(v[0], v[1], v[2]), ply->scale);
         }
-        RMAP_TRY(rmap_mesh_builder_add(ply->builder, corner));
+        RMAP_TRY(
+            rmap_mesh_builder_add(ply->builder, corner, ply->has_u && ply->has_v ? uv[0] : NULL));
     }
 out:
     return st;

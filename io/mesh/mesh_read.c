@@ -42,14 +42,19 @@ static enum rmap_status add_triangles(struct gatherer *g, const struct aiMesh *f
 {
     enum rmap_status st = RMAP_OK;
     for (unsigned i = 0; from->mVertices && i < from->mNumFaces; i++) {
+        const struct aiVector3D *texture = from->mTextureCoords[0];
         struct rmap_vec3 corner[3];
+        double uv[3][2];
         if (!is_triangle(from, i))
             continue;
         for (int k = 0; k < 3; k++) {
-            const struct aiVector3D *v = &from->mVertices[from->mFaces[i].mIndices[k]];
+            const unsigned at = from->mFaces[i].mIndices[k];
+            const struct aiVector3D *v = &from->mVertices[at];
+            uv[k][0] = texture ? (double)texture[at].x : 0.0;
+            uv[k][1] = texture ? (double)texture[at].y : 0.0;
             corner[k] = rmap_scale(rmap_vec3((double)v->x, (double)v->y, (double)v->z), g->scale);
         }
-        RMAP_TRY(rmap_mesh_builder_add(g->builder, corner));
+        RMAP_TRY(rmap_mesh_builder_add(g->builder, corner, texture ? uv[0] : NULL));
     }
 out:
     return st;
@@ -241,11 +246,12 @@ static bool is_known(const char *path)
     return fits;
 }
 
-enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
+                                struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_mesh_builder builder = {.err = err};
+    struct rmap_mesh_builder builder = {.err = err, .wants_tangents = tangents};
     uint8_t *bytes = NULL;
     size_t nbytes = 0;
     const char *trouble;
@@ -276,6 +282,12 @@ enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh *
     memcpy(mesh->vertex, from->vertex, from->n_vertex * sizeof *from->vertex);
     memcpy(mesh->triangle, from->triangle, from->n_triangle * sizeof *from->triangle);
     memcpy(mesh->face, from->face, from->n_triangle * sizeof *from->face);
+    if (from->tangent) {
+        mesh->tangent = rmap_alloc(from->n_triangle, sizeof *mesh->tangent);
+        if (!mesh->tangent)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
+        memcpy(mesh->tangent, from->tangent, from->n_triangle * sizeof *from->tangent);
+    }
     for (size_t i = 0; i < from->n_face; i++) {
         mesh->face_name[i] = rmap_strdup(from->face_name[i]);
         if (from->face_name[i] && !mesh->face_name[i])

@@ -9,8 +9,10 @@
 #include "io/mesh/bundle.h"
 #include "io/mesh/mesh_builder.h"
 
-/* scale: of the file's lengths. RMAP_INPUT with the path when it is no mesh. */
-enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+/* scale: of the file's lengths; tangents: keeps where u grows, of a texture. RMAP_INPUT with the
+ * path when it is no mesh. */
+enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
+                                struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 

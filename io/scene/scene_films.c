@@ -228,40 +228,27 @@ void rmap_reader_read_films(struct rmap_reader *reader)
     rmap_reader_each_named(reader, "films", "film", &reader->films, read_named);
 }
 
-static bool holds_particles(const struct rmap_scene *scene, const struct rmap_surface *surface)
-{
-    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
-    while (its && its->next > 0)
-        its = &scene->scatter[its->next - 1];
-    return its && its->model == RMAP_SCATTER_CONTAMINATION;
-}
-
 static void check_side(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                        const struct rmap_object *object, int32_t surface_index)
 {
     const struct rmap_surface *surface =
         surface_index < 0 ? NULL : &reader->scene->surface[surface_index];
-    const bool front = object->medium_front == object->medium_outside,
-               back = object->medium_back == object->medium_outside;
-    const char *side = front ? "both sides" : "neither side", *verb = front ? "are" : "is";
-    if (!surface || surface->type != RMAP_SURFACE_FRESNEL || front != back)
-        return;
-    if (holds_particles(reader->scene, surface))
-        rmap_reader_error(reader, at,
-                          "%s of '%.60s' %s the medium around it: particles of surface '%.60s' "
-                          "lie on one side, where an object meets what is around it",
-                          side, object->name, verb, surface->name);
-    if (surface->coat != RMAP_COAT_FILM || surface->film < 0) /* of no name: complained of */
+    if (!surface || surface->type != RMAP_SURFACE_FRESNEL || surface->coat != RMAP_COAT_FILM ||
+        surface->film < 0) /* of no name: complained of */
         return;
     const struct rmap_thin_film *film = &reader->scene->film[surface->film];
-    if (film->substrate == RMAP_SUBSTRATE_INSIDE)
-        rmap_reader_error(reader, at,
-                          "%s of '%.60s' %s the medium around it: say in film '%.60s' on which "
-                          "side its last layer lies, as in 'substrate: back'",
-                          side, object->name, verb, film->name);
+    const bool front = object->medium_front == object->medium_outside,
+               back = object->medium_back == object->medium_outside;
+    if (film->substrate != RMAP_SUBSTRATE_INSIDE || front != back)
+        return;
+    rmap_reader_error(reader, at,
+                      "%s of '%.60s' %s the medium around it: say in film '%.60s' on which side "
+                      "its last layer lies, as in 'substrate: back'",
+                      front ? "both sides" : "neither side", object->name, front ? "are" : "is",
+                      film->name);
 }
 
-void rmap_reader_check_sides(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+void rmap_reader_check_films(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                              const struct rmap_object *object)
 {
     check_side(reader, at, object, object->surface_front);

@@ -9,8 +9,8 @@
 
 void rmap_reader_read_films(struct rmap_reader *reader);
 
-/* Complains of a film, or of particles, that may lie on either side of the object. */
-void rmap_reader_check_sides(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+/* Complains of a film whose last layer may lie on either side of the object. */
+void rmap_reader_check_films(struct rmap_reader *reader, const struct rmap_yaml_node *at,
                              const struct rmap_object *object);
 
 #endif

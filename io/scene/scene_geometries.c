@@ -258,7 +258,10 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
     char *path = rmap_reader_path(reader, at->text);
     if (!path)
         return NULL;
-    enum rmap_status st = rmap_mesh_read(path, scale, &mesh, &left_out, &reader->failure);
+    bool tangents = false;
+    for (size_t i = 0; i < reader->scene->n_surface; i++)
+        tangents = tangents || reader->scene->surface[i].frame_uv;
+    enum rmap_status st = rmap_mesh_read(path, scale, tangents, &mesh, &left_out, &reader->failure);
     if (st == RMAP_OK && left_out.degenerate)
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
                          left_out.degenerate);

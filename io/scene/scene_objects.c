@@ -16,6 +16,7 @@
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
+#include "io/scene/scene_scatter.h"
 #include "io/scene/scene_surfaces.h"
 
 /* Where things stand: `at`, `rotate`, `scale`, `matrix`, `direction`. */
@@ -225,7 +226,8 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
     if (!object->name)
         return;
     place_sides(reader, plan, (int32_t)(scene->n_object - 1));
-    rmap_reader_check_sides(reader, plan->node, object);
+    rmap_reader_check_films(reader, plan->node, object);
+    rmap_reader_check_scatter(reader, plan->node, object);
     rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT, (int32_t)(scene->n_object - 1),
                            plan->node);
 }

@@ -669,8 +669,9 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
                               struct rmap_surface *surface)
 {
     const size_t before = reader->diagnostics->n_error;
-    int frame = 0; /* the only one that there is */
-    (void)rmap_reader_choice(reader, node, "frame", RMAP_OPTIONAL, "object", &frame);
+    int frame = 0;
+    (void)rmap_reader_choice(reader, node, "frame", RMAP_OPTIONAL, "object uv", &frame);
+    surface->frame_uv = frame == 1;
     if (surface->type != RMAP_SURFACE_SCATTER) {
         read_on_boundary(reader, node, surface);
         read_contamination(reader, node, surface);
@@ -686,4 +687,47 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
     if (reader->diagnostics->n_error == before)
         check_sum(reader, node, surface);
     read_contamination(reader, node, surface);
+}
+
+/* ---- on objects ---- */
+
+static bool holds_particles(const struct rmap_scene *scene, const struct rmap_surface *surface)
+{
+    const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
+    while (its && its->next > 0)
+        its = &scene->scatter[its->next - 1];
+    return its && its->model == RMAP_SCATTER_CONTAMINATION;
+}
+
+static void check_side(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                       const struct rmap_object *object, int32_t surface_index)
+{
+    const struct rmap_scene *scene = reader->scene;
+    const struct rmap_surface *surface = surface_index < 0 ? NULL : &scene->surface[surface_index];
+    const bool front = object->medium_front == object->medium_outside,
+               back = object->medium_back == object->medium_outside;
+    if (!surface)
+        return;
+    if (surface->type == RMAP_SURFACE_FRESNEL && front == back && holds_particles(scene, surface))
+        rmap_reader_error(reader, at,
+                          "%s of '%.60s' %s the medium around it: particles of surface '%.60s' "
+                          "lie on one side, where an object meets what is around it",
+                          front ? "both sides" : "neither side", object->name, front ? "are" : "is",
+                          surface->name);
+    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+    if (surface->frame_uv && geometry->kind == RMAP_GEOMETRY_MESH &&
+        (!geometry->mesh || !geometry->mesh->tangent))
+        rmap_reader_error(reader, at,
+                          "surface '%.60s' has 'frame: uv', and the mesh of '%.60s' has no texture "
+                          "coordinates: say 'frame: object', or take a mesh file that has them "
+                          "(OBJ, glTF or PLY)",
+                          surface->name, object->name);
+}
+
+void rmap_reader_check_scatter(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                               const struct rmap_object *object)
+{
+    check_side(reader, at, object, object->surface_front);
+    if (object->surface_back != object->surface_front)
+        check_side(reader, at, object, object->surface_back);
 }

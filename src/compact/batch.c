@@ -178,11 +178,14 @@ static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, 
 }
 
 static struct rmap_turning turning_of(const struct rmap_retrace *r,
-                                      const struct rmap_batch_ray *ray, double cosine)
+                                      const struct rmap_batch_ray *ray, struct rmap_vec3 position,
+                                      double cosine)
 {
     size_t row = ray->row;
     return (struct rmap_turning){.scene = r->model->scene,
                                  .object = r->object[row],
+                                 .primitive = r->primitive[row],
+                                 .position = position,
                                  .front = cosine < 0.0,
                                  .seed = r->seed,
                                  .ray = ray->id,
@@ -231,7 +234,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
     if (ray->segment->flags & RMAP_BATCH_CROSSES)
         batch_cross(run, ray, facing.position, facing.t);
     if (met && row + 1 < ray->end) {
-        const struct rmap_turning turning = turning_of(r, ray, cosine);
+        const struct rmap_turning turning = turning_of(r, ray, facing.position, cosine);
         direction = rmap_step_turned(
             &turning, direction, cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
     }
@@ -443,7 +446,8 @@ static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
 static void scatter_pack(const struct rmap_retrace *r, size_t n, struct rmap_batch_pack *pack)
 {
     for (size_t i = 0; i < n; i++) {
-        const struct rmap_turning turning = turning_of(r, pack->ray[i], pack->cosine[i]);
+        const struct rmap_turning turning = turning_of(
+            r, pack->ray[i], rmap_vec3(pack->px[i], pack->py[i], pack->pz[i]), pack->cosine[i]);
         const double side = pack->cosine[i] < 0.0 ? 1.0 : -1.0;
         const struct rmap_vec3 out =
             rmap_step_turned(&turning, rmap_vec3(pack->dx[i], pack->dy[i], pack->dz[i]),

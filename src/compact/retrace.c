@@ -336,19 +336,20 @@ static void offer_colour(struct walk *walk, size_t row)
 }
 
 /* Direction and colour behind the surface at the end of segment `segment`. */
-static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_vec3 normal)
+static void meet(struct walk *walk, size_t row, uint32_t segment, const struct rmap_facing *facing)
 {
     const struct rmap_retrace *r = walk->r;
     const struct rmap_compact_object *object = &r->model->object[r->object[row]];
     const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]),
                              *far = rmap_step_medium(r->model, r->medium[row + 1]);
     uint32_t event = r->event[row];
-    double cosine = rmap_dot(walk->direction, normal);
+    double cosine = rmap_dot(walk->direction, facing->normal);
     bool front = cosine < 0.0;
-    if (!front)
-        normal = rmap_scale(normal, -1.0);
+    struct rmap_vec3 normal = front ? facing->normal : rmap_scale(facing->normal, -1.0);
     const struct rmap_turning turning = {.scene = r->model->scene,
                                          .object = r->object[row],
+                                         .primitive = r->primitive[row],
+                                         .position = facing->position,
                                          .front = front,
                                          .seed = r->seed,
                                          .ray = r->id[walk->ray],
@@ -418,7 +419,7 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
         walk->optical_path += segment.index * segment.length;
     }
     if (met && !last)
-        meet(walk, row, number, facing.normal);
+        meet(walk, row, number, &facing);
     walk->position = facing.position;
     walk->object = met ? r->object[row] : -1;
 }

@@ -80,7 +80,9 @@ struct rmap_turning {
     int channel;                          /* that refracts */
     const struct rmap_scene *scene;
     int32_t object; /* that is met */
-    bool front;     /* on this side */
+    int32_t primitive;
+    bool front; /* on this side */
+    struct rmap_vec3 position;
 };
 
 /* By the scatter model of the side that is met; direction after a diffuse event. */
@@ -95,6 +97,8 @@ static inline struct rmap_vec3 rmap_step_scattered(const struct rmap_turning *tu
     struct rmap_scatter_side side = {.scene = turning->scene,
                                      .object = &turning->scene->object[turning->object],
                                      .front = turning->front,
+                                     .position = turning->position,
+                                     .primitive = turning->primitive,
                                      .surface = surface,
                                      .channel = turning->channel,
                                      .normal = normal};

@@ -37,6 +37,7 @@ void rmap_mesh_destroy(struct rmap_mesh *mesh)
         for (size_t i = 0; i < mesh->n_face; i++)
             rmap_free(mesh->face_name[i]);
     rmap_free(mesh->face_name);
+    rmap_free(mesh->tangent);
     rmap_free(mesh->face);
     rmap_free(mesh->triangle);
     rmap_free(mesh->vertex);

@@ -18,6 +18,8 @@ struct rmap_mesh {
     uint32_t (*triangle)[3]; /* [n_triangle], vertex indices */
     uint32_t *face;          /* [n_triangle], face of each triangle, in [0, n_face) */
     char **face_name;        /* [n_face]; an entry may be NULL */
+    float (*tangent)[3];     /* [n_triangle] unit vector along which the u of its texture grows; 0:
+                                it has none. NULL: nobody asks */
 };
 
 /* Room for so many; contents zero. */

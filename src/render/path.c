@@ -328,6 +328,8 @@ static struct rmap_scatter_side side_met(const struct path *path, const struct r
         .scene = scene,
         .object = object,
         .front = front,
+        .position = hit->position,
+        .primitive = hit->primitive,
         .surface = &scene->surface[front ? object->surface_front : object->surface_back],
         .near = near == RMAP_MEDIUM_ANY ? path->walk.ray.medium : near,
         .far = far == RMAP_MEDIUM_ANY ? path->walk.ray.medium : far,

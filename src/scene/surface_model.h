@@ -83,6 +83,7 @@ struct rmap_surface {
     int32_t scatter_reflect, scatter_transmit; /* 1 + row of the scene's models; 0: none */
     bool reflect_is_total, transmit_is_total;  /* SCATTER: the specular share is what its model
                                                   leaves of it */
+    bool frame_uv; /* x of its models is where u grows, not the object's x axis */
     double reflect_specular[RMAP_CHANNEL_MAX];
     double reflect_diffuse[RMAP_CHANNEL_MAX];
     double transmit_specular[RMAP_CHANNEL_MAX];

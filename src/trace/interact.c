@@ -19,6 +19,7 @@ struct side {
     const struct rmap_object *object;
     bool front; /* light comes from there */
     const struct rmap_surface *surface;
+    const struct rmap_hit *hit;
     int32_t far;             /* medium beyond; the light's own where none is stated */
     int32_t far_gradient;    /* its place, as struct rmap_ray has it */
     const double *n1, *n2;   /* indices per channel, here and beyond */
@@ -42,6 +43,7 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
         return false;
     side->object = object;
     side->front = front;
+    side->hit = hit;
     side->surface = &scene->surface[front ? object->surface_front : object->surface_back];
     side->far = ray->medium;
     side->far_gradient = ray->gradient;
@@ -167,6 +169,8 @@ static struct rmap_scatter_side scatter_side(const struct rmap_scene *scene,
     struct rmap_scatter_side its = {.scene = scene,
                                     .object = side->object,
                                     .front = side->front,
+                                    .position = side->hit->position,
+                                    .primitive = side->hit->primitive,
                                     .surface = side->surface,
                                     .near = ray->medium,
                                     .far = side->far,

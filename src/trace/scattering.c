@@ -295,6 +295,23 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
     return is_of_facets(side) ? facet_shares(side, in) : lobe_shares(side, in);
 }
 
+/* In the object's frame; 0 where there is none. */
+static struct rmap_vec3 along_u(const struct rmap_scatter_side *side)
+{
+    const struct rmap_geometry *geometry = &side->scene->geometry[side->object->geometry];
+    if (geometry->kind == RMAP_GEOMETRY_MESH) {
+        const struct rmap_mesh *mesh = geometry->mesh;
+        if (!mesh->tangent || side->primitive < 0 || (size_t)side->primitive >= mesh->n_triangle)
+            return rmap_vec3(0.0, 0.0, 0.0);
+        const float *u = mesh->tangent[side->primitive];
+        return rmap_vec3((double)u[0], (double)u[1], (double)u[2]);
+    }
+    if (!rmap_shape_model[geometry->shape.type].revolved)
+        return rmap_vec3(1.0, 0.0, 0.0);
+    const struct rmap_vec3 at = rmap_affine_point(&side->object->to_local, side->position);
+    return rmap_vec3(-at.y, at.x, 0.0);
+}
+
 void rmap_scatter_frame(struct rmap_scatter_side *side)
 {
     bool matters = false;
@@ -306,11 +323,13 @@ void rmap_scatter_frame(struct rmap_scatter_side *side)
         rmap_basis(side->normal, &side->x, &side->y);
         return;
     }
-    for (int k = 0; k < 2; k++) {
-        struct rmap_vec3 axis = rmap_affine_vector(&side->object->to_world,
-                                                   rmap_vec3(k ? 0.0 : 1.0, k ? 1.0 : 0.0, 0.0));
-        axis = rmap_normalize(axis);
-        side->x = rmap_axpy(-rmap_dot(axis, side->normal), side->normal, axis);
+    const struct rmap_vec3 axis[3] = {side->surface->frame_uv ? along_u(side)
+                                                              : rmap_vec3(0.0, 0.0, 0.0),
+                                      rmap_vec3(1.0, 0.0, 0.0), rmap_vec3(0.0, 1.0, 0.0)};
+    for (int k = side->surface->frame_uv ? 0 : 1; k < 3; k++) {
+        const struct rmap_vec3 along =
+            rmap_normalize(rmap_affine_vector(&side->object->to_world, axis[k]));
+        side->x = rmap_axpy(-rmap_dot(along, side->normal), side->normal, along);
         if (rmap_dot(side->x, side->x) > 1e-6)
             break;
     }

@@ -15,6 +15,8 @@ struct rmap_scatter_side {
     const struct rmap_scene *scene;
     const struct rmap_object *object;
     bool front;
+    struct rmap_vec3 position; /* in the world, and triangle: where u grows */
+    int32_t primitive;
     const struct rmap_surface *surface;
     int32_t near, far; /* media */
     int channel;
@@ -32,7 +34,8 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
                                                struct rmap_vec3 in);
 
 /* x and y across the normal: of an anisotropic model from the object's x axis (its y, where the
- * normal is along x), seen from its front. */
+ * normal is along x), seen from its front; or x where u grows: along a mesh's texture, around the z
+ * axis of what is round, along a rectangle's x. */
 void rmap_scatter_frame(struct rmap_scatter_side *side);
 
 /* Is the direction that light is scattered to one of the channel? */

@@ -5,12 +5,14 @@ tables are read the right way around, travel with the map, and are refused with 
 Klems matrices here are made: every patch of every block has a number of its own, so that a reader which takes lines for columns,
 front for back or one azimuth for another differs.
 """
+import base64
 import json
 import math
 import os
 import random
 import re
 import shutil
+import struct
 import subprocess
 
 PROGRAM = os.environ["RAYMAP"]
@@ -182,6 +184,100 @@ def check_dusty_glass():
     done = run("check", write("cemented.yaml", cemented))
     if done.returncode != 3 or "particles of surface 'dusty' lie on one side" not in done.stdout + done.stderr:
         fail(f"particles on both sides: {done.stderr[-300:]}")
+
+
+# ---- which way the surface is brushed ----
+
+BRUSHED = """raymap: 1
+units: mm
+spectrum: {wavelengths: [550]}
+media: {air: {index: 1}}
+surfaces: {brushed: {type: scatter, reflectance: 1, reflect: {model: ggx, alpha: [0.02, 0.3]}, frame: %s}}
+geometries: {plate: %s, screen: {type: rectangle, size: [200, 200]}}
+objects:
+  - {name: plate, geometry: plate, surface: brushed, front: air, back: air, rotate: [0, 0, %s]}
+  - {name: screen, geometry: screen, at: [0, 0, 50], surface: absorber, front: air, back: air}
+sources: [{name: s, type: collimated, shape: {disc: 0.1}, at: [%s, 20], direction: [0, 0, -1], flux: 1 W}]
+detectors: [{name: sensor, type: plane, at: [0, 0, 49.9], direction: [0, 0, -1], size: [200, 200], cells: 1}]
+"""
+CORNERS = [(-10, -10), (10, -10), (10, 10), (-10, 10)]
+
+
+def texture(x, y):
+    """u grows towards 30 degrees; v three times as fast, and the other way around."""
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    return x * c + y * s, -3 * (-x * s + y * c)
+
+
+def write_plates():
+    """One plate in three formats, and without a texture."""
+    points, uv = [(x, y, 0) for x, y in CORNERS], [texture(x, y) for x, y in CORNERS]
+    vertices = "".join("v %g %g %g\n" % p for p in points)
+    write("plate.obj", vertices + "".join("vt %.9g %.9g\n" % t for t in uv) + "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n")
+    write("bare.obj", vertices + "f 1 2 3\nf 1 3 4\n")
+    write("plate.ply", "ply\nformat ascii 1.0\nelement vertex 4\n" + "".join(f"property float {name}\n" for name in "xyzst")
+          + "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+          + "".join("%g %g %g %.9g %.9g\n" % (*p, *t) for p, t in zip(points, uv)) + "3 0 1 2\n3 0 2 3\n")
+    data = b"".join([*(struct.pack("<3f", *p) for p in points), *(struct.pack("<2f", *t) for t in uv), struct.pack("<6H", 0, 1, 2, 0, 2, 3)])
+    write("plate.gltf", json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}]}],
+        "accessors": [{"bufferView": k, "componentType": c, "count": n, "type": t}
+                      for k, (c, n, t) in enumerate([(5126, 4, "VEC3"), (5126, 4, "VEC2"), (5123, 6, "SCALAR")])],
+        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": n} for at, n in ((0, 48), (48, 32), (80, 12))],
+        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}]}))
+
+
+def strip(degrees, x, y):
+    """A narrow part of the screen about (x, y), along this direction; its x is the world's -x."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    corners = [(x + a * c - b * s, y + a * s + b * c) for a, b in ((-80, -8), (80, -8), (80, 8), (-80, 8))]
+    return "registered(sensor, polygon(%s, world))" % ", ".join("%.9g, %.9g" % corner for corner in corners)
+
+
+def brushed(name, frame, geometry, along, turn=0, x=0, y=0):
+    """Light leaves across the grain, which is along these degrees. The digest, one of both encodings."""
+    path, digests = write(f"{name}.yaml", BRUSHED % (frame, geometry, turn, f"{x}, {y}")), set()
+    for encoding in ("compact", "plain"):
+        done = run("trace", path, "-o", "brushed.raymap", "-n", 4000, "--quiet", "--force", "--encoding", encoding)
+        if done.returncode != 0 or run("verify", "brushed.raymap").returncode != 0:
+            fail(f"{name}: {done.stderr[-300:]}")
+            return None
+        digests.add(json.loads(run("info", "brushed.raymap", "--json").stdout)["digest"])
+    across, by = (json.loads(run("query", "brushed.raymap", strip(degrees, x, y), "--count", "--json").stdout)["rays"]["matched"]
+                  for degrees in (along + 90, along))
+    if len(digests) != 1 or not (across > 0.85 * 4000 and by < 0.35 * 4000):
+        fail(f"{name}: {digests}, {across} across the grain, {by} along it")
+    shutil.rmtree("brushed.raymap")
+    return digests.pop()
+
+
+def check_brushed():
+    write_plates()
+    meshes = {brushed(f"{form} mesh", "uv", "{type: mesh, file: plate.%s}" % form, 30) for form in ("obj", "ply", "gltf")}
+    if len(meshes) != 1:
+        fail(f"one plate in three formats: {meshes}")
+    brushed("turned mesh", "uv", "{type: mesh, file: plate.obj}", 75, turn=45)
+    brushed("mesh by the object", "object", "{type: mesh, file: plate.obj}", 45, turn=45)
+    plate = "{type: rectangle, size: [20, 20]}"
+    if brushed("rectangle", "uv", plate, 20, turn=20) != brushed("rectangle by the object", "object", plate, 20, turn=20):
+        fail("a rectangle's u is its x")
+    for degrees in (0, 60, 200):  # as a lathe leaves it
+        x, y = 6 * math.cos(math.radians(degrees)), 6 * math.sin(math.radians(degrees))
+        brushed(f"disc at {degrees}", "uv", "{type: disc, radius: 10}", degrees + 90, x=x, y=y)
+    brushed("disc, by the object", "object", "{type: disc, radius: 10}", 0, x=3, y=5)
+    for geometry in ("{type: mesh, file: bare.obj}", "{type: box, size: [1, 1, 1]}"):
+        done = run("check", write("bare.yaml", BRUSHED % ("uv", geometry, 0, "0, 0")))
+        if done.returncode != 3 or "has no texture coordinates" not in done.stdout + done.stderr:
+            fail(f"{geometry} has no u: {done.stdout[-200:]} {done.stderr[-200:]}")
+    run("trace", "turned mesh.yaml", "-o", "moved.raymap", "-n", 2000, "--quiet", "--force")
+    want = json.loads(run("info", "moved.raymap", "--json").stdout)["digest"]
+    os.remove("plate.obj")
+    run("convert", "moved.raymap", "-o", "again.raymap", "--encoding", "plain", "--force")
+    if json.loads(run("info", "again.raymap", "--json").stdout)["digest"] != want:
+        fail("a map without its mesh file")
+    shutil.rmtree("moved.raymap")
+    shutil.rmtree("again.raymap")
 
 
 # ---- Klems ----
@@ -386,7 +482,7 @@ def check_mistakes():
             ("{type: mirror, reflectance: 0.9, contamination: {level: 2}}", "a cleanliness level"),
             ("{type: mirror, reflectance: 0.9, contamination: {level: 400, area: 3 mm}}", "'1 ft2' or '0.1 m2'"),
             ("{type: mirror, reflectance: 0.9, scatter: {model: ggx, alpha: 0.1}, contamination: {level: 400}}", "not on facets"),
-            ("{type: mirror, reflectance: 0.9, frame: uv, scatter: {model: ggx, alpha: [0.1, 0.2]}}", "known: object")]:
+            ("{type: mirror, reflectance: 0.9, frame: grain, scatter: {model: ggx, alpha: [0.1, 0.2]}}", "known: object, uv")]:
         done = run("check", scene(surface))
         if done.returncode != 3 or complaint not in done.stdout + done.stderr:
             fail(f"{surface}: '{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
@@ -414,6 +510,7 @@ def check_finishes():
 check_numbers()
 check_finishes()
 check_contamination()
+check_brushed()
 check_klems()
 check_table()
 check_zemax()
