@@ -2,7 +2,9 @@
  *
  * Zemax's tabular BSDF, the BSDF Data Interchange format of Radiant Imaging (R. Rykowski, 2008):
  * words and numbers, azimuth and radial angle about the specular direction, azimuth 0 towards the
- * normal. Its AngleOfIncidence is that of the specular direction.
+ * normal. Its AngleOfIncidence is that of the specular direction; its SampleRotation is
+ * counter-clockwise, as seen against the light, from the normal of the plane of incidence (the
+ * light's travel x the surface's normal) to the sample's x axis.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -128,50 +130,115 @@ out:
     return st;
 }
 
-/* Equal steps around, or over the half that the other mirrors. */
-static enum rmap_status check_turn(const struct scan *scan, size_t *n_phi_ret,
-                                   struct rmap_error *err)
+static bool is_near(double angle, double due)
 {
-    const double *phi = scan->list[AZIMUTH], near = 1e-3;
-    size_t n = scan->n[AZIMUTH];
-    if (n > 1 && fabs(phi[n - 1] - 360.0) < near)
-        n--; /* the first once more */
-    const bool half = n > 1 && scan->is_mirrored && fabs(phi[n - 1] - 180.0) < near;
-    const double step = half ? 180.0 / (double)(n - 1) : 360.0 / (double)n;
-    bool good = true;
-    for (size_t i = 0; i < n; i++)
-        good = good && fabs(phi[i] - step * (double)i) < near;
+    return fabs(angle - due) < 1e-3;
+}
+
+/* Of a list: without the first angle once more, after a whole turn. */
+static size_t n_around(const struct scan *scan, int which)
+{
+    const size_t n = scan->n[which];
+    return n > 1 && is_near(scan->list[which][n - 1], 360.0) ? n - 1 : n;
+}
+
+static double step_to(size_t i, size_t n_step)
+{
+    return 360.0 * (double)i / (double)n_step;
+}
+
+/* The first of n angles that is not where so many equal steps of a turn, from 0, have it; n: all
+ * are. */
+static size_t first_uneven(const double *angle, size_t n, size_t n_step)
+{
+    size_t i = 0;
+    while (i < n && is_near(angle[i], step_to(i, n_step)))
+        i++;
+    return i;
+}
+
+/* Equal steps around, or over the half that the other mirrors. */
+static enum rmap_status check_azimuth(const struct scan *scan, size_t *n_phi_ret,
+                                      struct rmap_error *err)
+{
+    const double *phi = scan->list[AZIMUTH];
+    const size_t n = n_around(scan, AZIMUTH);
+    const bool half = n > 1 && scan->is_mirrored && is_near(phi[n - 1], 180.0);
     *n_phi_ret = half ? 2 * (n - 1) : n;
-    return good
+    return first_uneven(phi, n, *n_phi_ret) == n
                ? RMAP_OK
                : rmap_error_set(err, RMAP_INPUT,
                                 "its ScatterAzimuth is not in equal steps from 0 around, or to 180 "
                                 "of a PlaneSymmetrical surface");
 }
 
-static enum rmap_status take_data(struct scan *scan, size_t n_phi, struct rmap_scatter_table *table,
+/* One rotation, whichever it is, or equal steps around. */
+static enum rmap_status check_rotation(const struct scan *scan, size_t *n_turn_ret,
+                                       struct rmap_error *err)
+{
+    const double *rotation = scan->list[ROTATION];
+    const size_t n = n_around(scan, ROTATION), k = n > 1 ? first_uneven(rotation, n, n) : n;
+    *n_turn_ret = n;
+    return k == n ? RMAP_OK
+                  : rmap_error_set(
+                        err, RMAP_INPUT,
+                        "SampleRotation %g, of %zu, stands where %g was due: they go from 0 around "
+                        "in equal steps, as in 0 10 ... 350, those that the surface's symmetry "
+                        "makes equal written out; or it is one, of a surface without directions",
+                        rotation[k], n, step_to(k, n));
+}
+
+/* Every value takes a character and a blank: tables that the text has no room for are not made. */
+static enum rmap_status check_room(const struct scan *scan, struct rmap_error *err)
+{
+    double due = 1.0;
+    for (int i = 0; i < LISTS; i++)
+        due *= (double)scan->n[i];
+    return 2.0 * due <= (double)(scan->end - scan->at)
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_INPUT,
+                                "its angles ask for %.0f values, and less stands behind DataBegin",
+                                due);
+}
+
+/* The lobe of one rotation and incidence into a row of patches; NULL: it is passed over. */
+static enum rmap_status take_lobe(struct scan *scan, size_t n_phi,
+                                  const struct rmap_patches *patches, double *row,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     double tis = 0.0, f = 0.0;
-    for (size_t i = 0; i < scan->n[INCIDENCE]; i++) {
-        if (!next(scan) || !is_at(scan, "TIS"))
-            RMAP_TRY(wrong(scan, "TIS", err));
-        RMAP_TRY(take_number(scan, 0.0, HUGE_VAL, &tis, err));
-        for (size_t k = 0; k < scan->n[AZIMUTH]; k++)
-            for (size_t r = 0; r < scan->n[RADIAL]; r++) {
-                double *ring = table->block[1].value + i * table->out.n + table->out.first[r];
-                RMAP_TRY(take_number(scan, 0.0, 1e300, &f, err));
-                if (k < n_phi)
-                    ring[k] = f;
-                if (k > 0 && n_phi > scan->n[AZIMUTH])
-                    ring[n_phi - k] = f;
-            }
-    }
+    if (!next(scan) || !is_at(scan, "TIS"))
+        RMAP_TRY(wrong(scan, "TIS", err));
+    RMAP_TRY(take_number(scan, 0.0, HUGE_VAL, &tis, err));
+    for (size_t k = 0; k < scan->n[AZIMUTH]; k++)
+        for (size_t r = 0; r < scan->n[RADIAL]; r++) {
+            RMAP_TRY(take_number(scan, 0.0, 1e300, &f, err));
+            if (row && k < n_phi)
+                row[patches->first[r] + k] = f;
+            if (row && k > 0 && n_phi > scan->n[AZIMUTH])
+                row[patches->first[r] + n_phi - k] = f;
+        }
+out:
+    return st;
+}
+
+/* The sample turned one way is the plane of incidence turned the other way about it. */
+static enum rmap_status take_data(struct scan *scan, size_t n_phi, struct rmap_scatter_table *table,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_turn = table->n_turn;
+    double *value = table->block[1].value;
+    for (size_t j = 0; j < scan->n[ROTATION]; j++)
+        for (size_t i = 0; i < scan->n[INCIDENCE]; i++) {
+            const size_t row = i * n_turn + (n_turn - j % n_turn) % n_turn;
+            RMAP_TRY(take_lobe(scan, n_phi, &table->out,
+                               j < n_turn ? value + row * table->out.n : NULL, err));
+        }
     if (!next(scan) || !is_at(scan, "DataEnd"))
         RMAP_TRY(wrong(scan, "DataEnd", err));
-    memcpy(table->block[0].value, table->block[1].value,
-           table->n_in * table->out.n * sizeof *table->block[1].value);
+    memcpy(table->block[0].value, value, table->n_in * table->out.n * sizeof *value);
 out:
     return st;
 }
@@ -195,19 +262,15 @@ enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
     struct scan scan = {.at = text, .end = text + nbytes, .line = 1};
     struct rmap_scatter_table *table = NULL;
     double *edge = NULL;
-    size_t n_phi = 1;
+    size_t n_phi = 1, n_turn = 1;
     RMAP_TRY(take_head(&scan, err));
     const size_t n_ring = scan.n[RADIAL];
     if (scan.is_btdf != wanted->passes)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "it is a %s light",
                                 scan.is_btdf ? "BTDF, of transmitted" : "BRDF, of reflected"));
-    if (scan.n[ROTATION] > 1)
-        RMAP_TRY(
-            rmap_error_set(err, RMAP_INPUT,
-                           "it has %zu sample rotations, and one is read, as a surface without "
-                           "directions: a CSV table has room for the others",
-                           scan.n[ROTATION]));
-    RMAP_TRY(check_turn(&scan, &n_phi, err));
+    RMAP_TRY(check_rotation(&scan, &n_turn, err));
+    RMAP_TRY(check_azimuth(&scan, &n_phi, err));
+    RMAP_TRY(check_room(&scan, err));
     edge = rmap_alloc(n_ring + 1, sizeof *edge);
     if (!edge)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table"));
@@ -218,7 +281,8 @@ enum rmap_status rmap_bsdf_zemax_read(const char *text, size_t nbytes,
                                            .n_phi_each = n_phi,
                                            .n_theta = scan.n[INCIDENCE],
                                            .theta_deg = scan.list[INCIDENCE],
-                                           .n_turn = 1,
+                                           .n_turn = n_turn,
+                                           .first_turn = 0.25, /* at 0 it travels along y */
                                            .n_band = 1,
                                            .side = {true, true},
                                            .about_specular = true},

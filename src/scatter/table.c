@@ -160,16 +160,17 @@ static struct incidence incidence_of(const struct rmap_scattering *at)
     if (k + 1 < table->n_theta && theta > table->theta[k])
         t = (theta - table->theta[k]) / (table->theta[k + 1] - table->theta[k]);
     const size_t next = t > 0.0 ? k + 1 : k;
+    if (sine > 0.0 && (table->n_turn == 1 || table->about_specular)) {
+        its.cosine = x / sine;
+        its.sine = y / sine;
+    }
     if (table->n_turn == 1) {
-        if (sine > 0.0) {
-            its.cosine = x / sine;
-            its.sine = y / sine;
-        }
         add(&its, k, 1.0 - t);
         add(&its, next, t);
         return its;
     }
-    const double turn = (sine > 0.0 ? azimuth_of(x, y) : 0.0) * (double)table->n_turn;
+    const double from_first = (sine > 0.0 ? azimuth_of(x, y) : 0.0) - table->first_turn,
+                 turn = (from_first < 0.0 ? from_first + 1.0 : from_first) * (double)table->n_turn;
     size_t a = (size_t)turn;
     const double s = turn - (double)a;
     a = a < table->n_turn ? a : 0;
@@ -390,6 +391,7 @@ enum rmap_status rmap_scatter_table_create(const struct rmap_scatter_table_shape
     table->by_patch = shape->n_theta == 0;
     table->n_theta = shape->n_theta;
     table->n_turn = shape->n_turn;
+    table->first_turn = shape->first_turn;
     for (size_t i = 0; i < shape->n_theta; i++)
         table->theta[i] = shape->theta_deg[i] * (RMAP_PI / 180.0);
     table->n_in = table->by_patch ? table->out.n : shape->n_theta * shape->n_turn;

@@ -35,6 +35,7 @@ struct rmap_scatter_table {
     bool by_patch;          /* incidence is a patch of `out`; else: */
     size_t n_theta, n_turn; /* by angles, and by equal turns of the surface; n_turn 1: isotropic,
                                and outgoing azimuths are about the plane of incidence */
+    double first_turn;      /* azimuth of the light's travel in the first of them, in turns */
     double *theta;          /* [n_theta] radians, ascending */
     size_t n_in, n_band;    /* n_band: 1, or the number of channels */
     struct rmap_scatter_block block[2]; /* of light from the back, from the front */
@@ -50,7 +51,8 @@ struct rmap_scatter_table_shape {
     size_t n_theta;
     const double *theta_deg;
     size_t n_turn, n_band;
-    bool side[2]; /* which blocks there are: back, front */
+    double first_turn; /* 0 <= it < 1 */
+    bool side[2];      /* which blocks there are: back, front */
     bool about_specular;
 };
 enum rmap_status rmap_scatter_table_create(const struct rmap_scatter_table_shape *shape,

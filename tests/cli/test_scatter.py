@@ -435,7 +435,9 @@ def check_zemax():
     good = zemax(lobe)
     for text, complaint in [
             (good.replace("BRDF", "BTDF"), "it is a BTDF, of transmitted light"),
-            (good.replace("SampleRotation  1\n0", "SampleRotation  2\n0 90"), "2 sample rotations"),
+            (good.replace("SampleRotation  1\n0", "SampleRotation  2\n0 90"), "SampleRotation 90, of 2, stands where 180 was due"),
+            (good.replace("SampleRotation  1\n0", "SampleRotation  3\n10 130 250"), "SampleRotation 10, of 3, stands where 0 was due"),
+            (good.replace("SampleRotation  1\n0", "SampleRotation  2\n0 180"), "'DataEnd': TIS was due"),
             (good.replace("ScatterRadial 37", "ScatterRadial 38"), "a number from 0 to 180 was due"),
             (good.replace("20\t40", "40\t20"), "AngleOfIncidence 20 is out of order"),
             (good.replace("DataEnd", ""), "DataEnd was due"),

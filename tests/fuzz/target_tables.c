@@ -101,6 +101,10 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "SampleRotation 1\n0\nAngleOfIncidence 2\n0 50\nScatterAzimuth 3\n0 90 180\nScatterRadial "
         "3\n0 10 60\nMonochrome\nDataBegin\nTIS .1\n.5 .2 .1\n.5 .2 .1\n.5 .2 .1\nTIS .1\n.5 .2 "
         ".1\n.5 .2 .1\n.5 .3 .1\nDataEnd\n",
+        "9Symmetry Asymmetrical4D\nScatterType BTDF\nSampleRotation 4\n0 120 240 360\n"
+        "AngleOfIncidence 1\n30\nScatterAzimuth 2\n0 180\nScatterRadial 2\n0 20\nMonochrome\n"
+        "DataBegin\nTIS 0\n.5 .2\n.5 .1\nTIS 0\n.5 .2\n.5 .3\nTIS 0\n.5 .2\n.5 .4\nTIS 0\n.5 "
+        ".2\n.5 .1\nDataEnd\n",
         "0<W><DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>"
         "<AngleBasisBlock><nPhis>1</nPhis><ThetaBounds><LowerTheta>0</LowerTheta>"
         "<UpperTheta>40</UpperTheta></ThetaBounds></AngleBasisBlock><AngleBasisBlock>"

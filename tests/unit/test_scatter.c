@@ -290,10 +290,11 @@ static void test_table(void **state)
 }
 
 /* Measured tables, made of a law: about the normal, and about the specular direction, where lobes
- * of two incidences meet between them. */
+ * of two incidences meet between them, and of two turns of the surface. */
 static void test_table_draws(void **state)
 {
-    enum { RINGS_OF = 6, AROUND = 8 };
+    enum { RINGS_OF = 6, AROUND = 8, TABLES = 3 };
+    static const size_t n_turn[TABLES] = {1, 1, 3};
     static const double ring[2][RINGS_OF + 1] = {{0, 10, 25, 40, 60, 80, 90},
                                                  {0, 2, 6, 15, 40, 90, 170}},
                                            theta[] = {0, 35, 70};
@@ -301,7 +302,8 @@ static void test_table_draws(void **state)
     (void)state;
     for (size_t r = 0; r < RINGS_OF; r++)
         n_phi[r] = r ? AROUND : 1;
-    for (int about = 0; about < 2; about++) {
+    for (int k = 0; k < TABLES; k++) {
+        const bool about = k > 0;
         struct rmap_scatter its = {.model = RMAP_SCATTER_TABLE, .amount = {1.0}};
         struct rmap_error err;
         double worst;
@@ -311,7 +313,8 @@ static void test_table_draws(void **state)
                                                                          .n_phi = n_phi,
                                                                          .n_theta = 3,
                                                                          .theta_deg = theta,
-                                                                         .n_turn = 1,
+                                                                         .n_turn = n_turn[k],
+                                                                         .first_turn = 0.25,
                                                                          .n_band = 1,
                                                                          .side = {true, true},
                                                                          .about_specular = about},
