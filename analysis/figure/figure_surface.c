@@ -83,6 +83,38 @@ static void draw_panel(const struct plot *plot, const struct rmap_axes *axes, bo
     rmap_axes_draw(plot->svg, axes);
 }
 
+/* The channels on curves of more of them, those that are in the panel. */
+static void draw_channels(const struct plot *plot, const struct rmap_axes *axes)
+{
+    const double radius = 2.8;
+    double share[SHARES];
+    for (size_t s = 0; s < plot->n; s++)
+        for (int k = 0; k < plot->scene->channels.n; k++) {
+            shares_of(plot, s, k, 0.0, share);
+            for (int i = 0; i < SHARES; i++)
+                if (share[i] <= axes->y_range[1])
+                    rmap_svg_circle(
+                        plot->svg, rmap_axes_x(axes, plot->scene->channels.wavelength_nm[k]),
+                        rmap_axes_y(axes, share[i]), radius,
+                        &(struct rmap_svg_style){.fill = mark_of(s, (enum share)i).ink});
+        }
+}
+
+/* Straight on. curves: of the same surface, with the channels of `plot` and maybe more. */
+static void draw_wavelengths(const struct plot *plot, const struct plot *curves,
+                             struct rmap_axes axes)
+{
+    const struct rmap_channels *channels = &curves->scene->channels;
+    axes.x_range[0] = channels->wavelength_nm[0];
+    axes.x_range[1] = channels->wavelength_nm[channels->n - 1];
+    axes.x_label = "wavelength, straight on";
+    axes.x_unit = "nm";
+    axes.y_range[1] = 1.02 * most_lost(curves);
+    draw_panel(curves, &axes, false);
+    if (curves->scene != plot->scene)
+        draw_channels(plot, &axes);
+}
+
 static double scatter_angle(int k)
 {
     return 90.0 * (2.0 * (k + 1) / (BSDF_POINTS + 1) - 1.0);
@@ -166,16 +198,15 @@ static void draw_legend(const struct plot *plot)
     }
 }
 
-enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
-                                     const struct rmap_surface_side *side, size_t n, int channel,
-                                     const char *title, struct rmap_svg **svg_ret,
-                                     struct rmap_error *err)
+enum rmap_status rmap_figure_surface(const struct rmap_surface_picture *its,
+                                     struct rmap_svg **svg_ret, struct rmap_error *err)
 {
-    struct plot plot = {.scene = scene, .side = side, .n = n, .channel = channel};
-    const struct rmap_channels *channels = &scene->channels;
+    struct plot plot = {
+        .scene = its->scene, .side = its->side, .n = its->n, .channel = its->channel};
+    const struct rmap_channels *channels = &its->scene->channels;
     const bool spectral = channels->mode == RMAP_COLOUR_SPECTRAL;
-    const bool several = spectral && channels->n > 1;
-    char line[120];
+    const bool several = spectral && (its->between || channels->n > 1);
+    char line[160];
     struct rmap_axes axes = {.x = LEFT,
                              .y = TOP,
                              .width = WIDTH,
@@ -188,8 +219,8 @@ enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
                              .y_unit = ""};
     double powers[2];
     const struct rmap_surface *surface =
-        &scene->surface[side[0].front ? side[0].object->surface_front
-                                      : side[0].object->surface_back];
+        &its->scene->surface[its->side[0].front ? its->side[0].object->surface_front
+                                                : its->side[0].object->surface_back];
     const bool scatters = rmap_surface_scatters(surface) && bsdf_range(&plot, powers);
     enum rmap_status st = rmap_svg_create(
         LEFT + WIDTH + LEGEND_RIGHT, TOP + HEIGHT + BOTTOM + (several + scatters) * (GAP + HEIGHT),
@@ -198,13 +229,13 @@ enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
         return st;
     draw_panel(&plot, &axes, true);
     if (several) {
+        struct plot curves = plot;
+        if (its->between) {
+            curves.scene = its->between;
+            curves.side = its->side_between;
+        }
         axes.y += HEIGHT + GAP;
-        axes.x_range[0] = channels->wavelength_nm[0];
-        axes.x_range[1] = channels->wavelength_nm[channels->n - 1];
-        axes.x_label = "wavelength, straight on";
-        axes.x_unit = "nm";
-        axes.y_range[1] = 1.02 * most_lost(&plot);
-        draw_panel(&plot, &axes, false);
+        draw_wavelengths(&plot, &curves, axes);
     }
     if (scatters) {
         axes = (struct rmap_axes){.x = LEFT,
@@ -221,10 +252,11 @@ enum rmap_status rmap_figure_surface(const struct rmap_scene *scene,
         draw_bsdf(&plot, &axes);
     }
     draw_legend(&plot);
-    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light%s",
-                   channels->wavelength_nm[channel],
+    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light%s%s",
+                   channels->wavelength_nm[its->channel],
+                   its->between ? "; dots: the scene's wavelengths" : "",
                    scatters ? "; of the BSDF, what passes is dashed" : "");
-    rmap_captions(plot.svg, 16, (const char *const[]){title, line}, 2);
+    rmap_captions(plot.svg, 16, (const char *const[]){its->title, line}, 2);
     *svg_ret = plot.svg;
     return RMAP_OK;
 }

@@ -263,16 +263,28 @@ json_t *rmap_surface_json(const struct rmap_surface_question *self)
                      "sides", sides);
 }
 
-enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self, const char *path,
+enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self,
+                                   const struct rmap_scene *between, const char *path,
                                    struct rmap_error *err)
 {
     struct rmap_svg *svg = NULL;
+    struct rmap_surface_question more;
     char title[400];
+    struct rmap_surface_picture its = {.scene = self->scene,
+                                       .side = self->side,
+                                       .n = self->n_side,
+                                       .channel = self->channel,
+                                       .title = title};
+    enum rmap_status st = RMAP_OK;
     describe(self, title, sizeof title);
-    enum rmap_status st =
-        rmap_figure_surface(self->scene, self->side, self->n_side, self->channel, title, &svg, err);
-    if (st == RMAP_OK)
-        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+    if (between) {
+        RMAP_TRY(rmap_surface_ask(between, self->surface->name, &more, err));
+        its.between = between;
+        its.side_between = more.side;
+    }
+    RMAP_TRY(rmap_figure_surface(&its, &svg, err));
+    st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+out:
     rmap_svg_destroy(svg);
     return st;
 }

@@ -26,7 +26,9 @@ enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *na
 
 void rmap_surface_print(const struct rmap_surface_question *question, FILE *out);
 json_t *rmap_surface_json(const struct rmap_surface_question *question);
-enum rmap_status rmap_surface_draw(const struct rmap_surface_question *question, const char *path,
+/* between: of rmap_scene_between, NULL: none. */
+enum rmap_status rmap_surface_draw(const struct rmap_surface_question *question,
+                                   const struct rmap_scene *between, const char *path,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* The scene's films: their layers, and what they reflect straight on, where they are used first. */

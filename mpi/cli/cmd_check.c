@@ -4,6 +4,7 @@
  */
 #include <stdio.h>
 
+#include "mpi/answer/scene_between.h"
 #include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
 #include "mpi/answer/surface_out.h"
@@ -110,7 +111,17 @@ static enum rmap_status print_result(const struct rmap_context *context,
     return RMAP_OK;
 }
 
-/* Rank 0 does it all: a scene is read once. */
+/* n_warning: of the reading of the scene. */
+static enum rmap_status draw(const struct checked *checked, size_t n_warning,
+                             const struct rmap_surface_question *asked, struct rmap_error *err)
+{
+    struct rmap_scene *between = rmap_scene_between(checked->bundle, checked->scene, n_warning);
+    enum rmap_status st = rmap_surface_draw(asked, between, checked->plot, err);
+    rmap_scene_destroy(between);
+    return st;
+}
+
+/* Rank 0 does it all: files are read once. */
 static enum rmap_status check_scene(const struct rmap_context *context,
                                     struct rmap_scene_options *options_given, uint64_t seed,
                                     struct checked *checked, struct rmap_error *err)
@@ -119,6 +130,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     struct rmap_surface_question question, *asked = NULL;
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
+    const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
     if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
         rmap_diagnostics_add(
             &checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
@@ -135,7 +147,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
         asked = &question;
     }
     if (asked && checked->plot)
-        RMAP_TRY(rmap_surface_draw(asked, checked->plot, err));
+        RMAP_TRY(draw(checked, n_warning, asked, err));
     RMAP_TRY(print_result(context, checked, asked, err));
     if (checked->diagnostics.n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s: %zu error%s", checked->path,

@@ -5,6 +5,7 @@ films bit by bit in either encoding, on any number of ranks; `check` lists films
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -87,6 +88,36 @@ for curves in (side["by_angle"], side["by_wavelength"]):
 text = run("check", path, "--surface", "silver", "--plot", "silver.svg", "--force")[0]
 assert "film ar: 2 layers: " in text and "surface silver: mirror, on mirror, at 550 nm" in text, text
 assert pathlib.Path("silver.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+def drawn(*arguments, surface="coated"):
+    """Lengths of the curves of a picture, their points, and its dots."""
+    said = run("check", *arguments, "--surface", surface, "--plot", "curves.svg", "--force", "--quiet")[1]
+    assert not said, said
+    text = pathlib.Path("curves.svg").read_text(encoding="utf-8")
+    curves = [[tuple(map(float, point.split())) for point in curve.split("L")] for curve in re.findall('<path d="M([^"]*)"', text)]
+    return [len(curve) for curve in curves], curves, {tuple(map(float, dot)) for dot in re.findall('<circle cx="([^"]*)" cy="([^"]*)"', text)}
+
+
+# Three wavelengths, and 62 between each two of them; the three are dots on the curves, and alone in the JSON.
+BOTH, ANGLES, WAVELENGTHS = 6, 181, 127  # shares of two sides
+n, curves, dots = drawn(path)
+assert n == BOTH * [ANGLES] + BOTH * [WAVELENGTHS] and len(dots) >= 9, (n, dots)
+assert len({x for x, y in dots}) == 3 and all(any(dot in curve for curve in curves[BOTH:]) for dot in dots), dots
+assert all(len(one["by_wavelength"]["wavelength"]) == 3 for one in told["surface"]["sides"])
+# A layer that reflects least between two of them.
+reflected = drawn(scene("{reference: 500, substrate: back, layers: [{n: 1.23, quarter: 3}]}"))[1][BOTH]
+assert max(reflected[0][1], reflected[63][1]) < 645 and max(y for x, y in reflected[:63]) > 700, reflected
+scene()
+# One has others beside it as far as the data of all media go, a measured coat at one wavelength none; rgb has no wavelengths.
+BK7 = ["--set", "media.flint.glass=N-BK7"]  # from 300 nm
+for nm in (550, 340):
+    assert drawn(path, *BK7, "--set", f"spectrum.wavelengths={nm}")[0] == BOTH * [ANGLES] + BOTH * [WAVELENGTHS], nm
+for few in ([*BK7, "--set", "spectrum.wavelengths=310"], ["--color", "rgb"],
+            ["--set", "spectrum.wavelengths=500", "--set", "films.ar={substrate: back, table: {file: other.csv}}"]):
+    n, _, dots = drawn(path, *few)
+    assert n == BOTH * [ANGLES] and not dots, (few, n, dots)
+n, _, dots = drawn(path, "--set", "spectrum.wavelengths={from: 400, to: 700, step: 3}")  # many as they are
+assert n == BOTH * [ANGLES] + BOTH * [101] and not dots, (n, dots)
 assert "no such surface" in run("check", path, "--surface", "gold", status=3)[1]
 assert "no object has it" in run("check", path, "--set", "surfaces.spare={type: fresnel}", "--surface", "spare", status=3)[1]
 
