@@ -27,7 +27,8 @@ static const char *const scene_text =
     "  hot: {gradient: {type: index_of, law: air, field: {type: formula, formula: 20 + a * z, "
     "constants: {a: 2}}}, scattering: 0.1}\n"
     "surfaces:\n"
-    "  silver: {type: mirror, metal: {n: 0.2, k: 3}}\n"
+    "  silver: {type: mirror, metal: {n: 0.2, k: 3}, scatter: {model: ggx, alpha: [0.1, 0.3]}, "
+    "frame: uv}\n"
     "  coat: {type: fresnel, coat: {reflectance: {wavelength: [400, 700], value: [0, 0.1]}}}\n"
     "geometries:\n"
     "  body: {type: mesh, file: tetra.obj, scale: cm}\n"
@@ -51,7 +52,9 @@ static const char *const scene_text =
     "  - {name: q, rays: 7, without: [r]}\n";
 
 static const char *const tetra = "g sides\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-                                 "f 1 3 2\nf 1 2 4\ng slope\nf 1 4 3\nf 2 3 4\n";
+                                 "vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n"
+                                 "f 1/1 3/3 2/2\nf 1/1 2/2 4/4\ng slope\n"
+                                 "f 1/1 4/4 3/3\nf 2/2 3/3 4/4\n";
 
 static void write_file(const char *path, const void *bytes, size_t n)
 {
@@ -112,6 +115,9 @@ static char *portrait(const struct rmap_scene *scene)
             struct rmap_vec3 c[3];
             rmap_mesh_corners(mesh, k, c);
             fprintf(out, "%a %a %a %s\n", c[0].x, c[1].y, c[2].z, mesh->face_name[mesh->face[k]]);
+            assert_non_null(mesh->tangent);
+            for (int axis = 0; axis < 3; axis++)
+                fprintf(out, "%a\n", (double)mesh->tangent[k][axis]);
         }
     }
     for (size_t i = 0; i < scene->n_object; i++)
