@@ -341,8 +341,8 @@ static bool read_dust(struct lobe *lobe)
     struct rmap_reader *reader = lobe->reader;
     if (!read_area(lobe, &kind->area_um2))
         return false;
-    if (rmap_scatter_set_dust(lobe->its, kind, &reader->scene->channels, &reader->failure) ==
-        RMAP_OK)
+    if (rmap_scatter_set_dust(lobe->its, kind, &reader->scene->channels, reader->scene->scatter,
+                              reader->scene->n_scatter - 1, &reader->failure) == RMAP_OK)
         return true;
     rmap_reader_fail(reader, RMAP_SYSTEM);
     return false;

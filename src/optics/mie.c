@@ -6,6 +6,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "base/portable.h"
@@ -50,23 +51,35 @@ static void coefficients(double x, double complex m, size_t n_term, const double
     }
 }
 
-static double intensity_at(double mu, size_t n_term, const double complex *a,
-                           const double complex *b)
+/* Angles side by side. */
+enum { ABREAST = 16 };
+
+static void intensities(const double *mu, size_t n_term, const double complex *a,
+                        const double complex *b, double *intensity)
 {
-    double complex s1 = 0.0, s2 = 0.0;
-    double pi0 = 0.0, pi1 = 1.0;
-    for (size_t n = 1; n <= n_term; n++) {
-        const double tau = (double)n * mu * pi1 - ((double)n + 1.0) * pi0;
-        const double f = (2.0 * (double)n + 1.0) / ((double)n * ((double)n + 1.0));
-        s1 += f * (a[n] * pi1 + b[n] * tau);
-        s2 += f * (a[n] * tau + b[n] * pi1);
-        const double pi2 =
-            ((2.0 * (double)n + 1.0) * mu * pi1 - ((double)n + 1.0) * pi0) / (double)n;
-        pi0 = pi1;
-        pi1 = pi2;
+    double re1[ABREAST] = {0.0}, im1[ABREAST] = {0.0}, re2[ABREAST] = {0.0}, im2[ABREAST] = {0.0},
+           pi0[ABREAST] = {0.0}, pi1[ABREAST];
+    for (int k = 0; k < ABREAST; k++)
+        pi1[k] = 1.0;
+    for (size_t i = 1; i <= n_term; i++) {
+        const double n = (double)i, f = (2.0 * n + 1.0) / (n * (n + 1.0)), up = (2.0 * n + 1.0) / n,
+                     down = (n + 1.0) / n;
+        const double ar = f * creal(a[i]), ai = f * cimag(a[i]), br = f * creal(b[i]),
+                     bi = f * cimag(b[i]);
+        for (int k = 0; k < ABREAST; k++) {
+            const double tau = n * mu[k] * pi1[k] - (n + 1.0) * pi0[k],
+                         pi2 = up * mu[k] * pi1[k] - down * pi0[k];
+            re1[k] += ar * pi1[k] + br * tau;
+            im1[k] += ai * pi1[k] + bi * tau;
+            re2[k] += ar * tau + br * pi1[k];
+            im2[k] += ai * tau + bi * pi1[k];
+            pi0[k] = pi1[k];
+            pi1[k] = pi2;
+        }
     }
-    return 0.5 * (creal(s1) * creal(s1) + cimag(s1) * cimag(s1) + creal(s2) * creal(s2) +
-                  cimag(s2) * cimag(s2));
+    for (int k = 0; k < ABREAST; k++)
+        intensity[k] =
+            0.5 * (re1[k] * re1[k] + im1[k] * im1[k] + re2[k] * re2[k] + im2[k] * im2[k]);
 }
 
 enum rmap_status rmap_mie_scatter(double x, double n, double k, size_t n_angle,
@@ -92,8 +105,13 @@ enum rmap_status rmap_mie_scatter(double x, double n, double k, size_t n_angle,
     }
     mie->extinct *= 2.0 / (x * x);
     mie->scattered *= 2.0 / (x * x);
-    for (size_t i = 0; i < n_angle; i++)
-        intensity[i] = intensity_at(cosine[i], n_term, a, b);
+    for (size_t i = 0; i < n_angle; i += ABREAST) {
+        const size_t left = n_angle - i < ABREAST ? n_angle - i : ABREAST;
+        double mu[ABREAST] = {0.0}, some[ABREAST];
+        memcpy(mu, cosine + i, left * sizeof *mu);
+        intensities(mu, n_term, a, b, some);
+        memcpy(intensity + i, some, left * sizeof *some);
+    }
     rmap_free(room);
     return RMAP_OK;
 }

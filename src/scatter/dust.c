@@ -5,6 +5,7 @@
 #include "scatter/dust.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "base/portable.h"
@@ -128,16 +129,10 @@ static void set_onward(const struct rmap_scatter_dust *dust, size_t row)
     }
 }
 
-enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
-                                       const struct rmap_dust_kind *kind,
-                                       const struct rmap_channels *channels, struct rmap_error *err)
+static enum rmap_status create(size_t n_channel, struct rmap_scatter_dust **dust_ret,
+                               struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    const size_t n_channel = (size_t)channels->n,
-                 step = (n_channel + WAVELENGTHS_MAX - 1) / WAVELENGTHS_MAX;
     struct rmap_scatter_dust *dust = rmap_alloc(1, sizeof *dust);
-    double *cosine = rmap_alloc((size_t)RINGS * POINTS, sizeof *cosine),
-           *intensity = rmap_alloc((size_t)RINGS * POINTS, sizeof *intensity);
     if (dust) {
         dust->n_ring = RINGS;
         dust->edge = rmap_alloc(RINGS + 1, sizeof *dust->edge);
@@ -145,8 +140,37 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
         dust->below = rmap_alloc(n_channel * RINGS, sizeof *dust->below);
         dust->onward = rmap_alloc(n_channel * (RMAP_TOTAL_STEPS + 1), sizeof *dust->onward);
     }
-    if (!dust || !dust->edge || !dust->density || !dust->below || !dust->onward || !cosine ||
-        !intensity)
+    *dust_ret = dust;
+    return dust && dust->edge && dust->density && dust->below && dust->onward
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_SYSTEM, "out of memory for particles");
+}
+
+/* A channel's numbers are those of another's. */
+static void copy_channel(const struct rmap_scatter *from, const struct rmap_scatter_dust *from_dust,
+                         size_t k, struct rmap_scatter *scatter, struct rmap_scatter_dust *dust,
+                         size_t c)
+{
+    const size_t n = RMAP_TOTAL_STEPS + 1;
+    memcpy(dust->density + c * RINGS, from_dust->density + k * RINGS,
+           RINGS * sizeof *dust->density);
+    memcpy(dust->below + c * RINGS, from_dust->below + k * RINGS, RINGS * sizeof *dust->below);
+    memcpy(dust->onward + c * n, from_dust->onward + k * n, n * sizeof *dust->onward);
+    for (int i = 0; i < 2; i++)
+        scatter->shape[i][c] = from->shape[i][k];
+}
+
+static enum rmap_status work_out_all(const struct rmap_channels *channels,
+                                     struct rmap_scatter *scatter, struct rmap_scatter_dust *dust,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_dust_kind *kind = &dust->kind;
+    const size_t n_channel = (size_t)channels->n,
+                 step = (n_channel + WAVELENGTHS_MAX - 1) / WAVELENGTHS_MAX;
+    double *cosine = rmap_alloc((size_t)RINGS * POINTS, sizeof *cosine),
+           *intensity = rmap_alloc((size_t)RINGS * POINTS, sizeof *intensity);
+    if (!cosine || !intensity)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for particles"));
     set_edges(0.1 * 1e-3 * channels->wavelength_nm[0] / (2.0 * kind->level), dust);
     for (size_t k = 0; k < (size_t)RINGS * POINTS; k++) {
@@ -155,20 +179,16 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
             1.0 - 2.0 * (edge[0] + (edge[1] - edge[0]) * ((double)(k % POINTS) + 0.5) / POINTS);
     }
     for (size_t c = 0; c < n_channel; c++) {
-        double *density = dust->density + c * RINGS, thickness[2];
         const size_t middle = c / step * step + step / 2, of = middle < n_channel ? middle : c;
-        if (c % step == 0) {
-            RMAP_TRY(work_out(kind, 1e-3 * channels->wavelength_nm[of], cosine, intensity, dust,
-                              density, thickness, err));
-            scatter->shape[RMAP_SHAPE_SCATTERED][c] = thickness[0];
-            scatter->shape[RMAP_SHAPE_EXTINCT][c] = thickness[1];
-        } else {
-            for (size_t r = 0; r < RINGS; r++)
-                density[r] = (density - RINGS)[r];
-            for (int k = 0; k < 2; k++)
-                scatter->shape[k][c] = scatter->shape[k][c - 1];
+        double thickness[2];
+        if (c % step != 0) {
+            copy_channel(scatter, dust, c - 1, scatter, dust, c);
+            continue;
         }
-        scatter->amount[c] = 1.0;
+        RMAP_TRY(work_out(kind, 1e-3 * channels->wavelength_nm[of], cosine, intensity, dust,
+                          dust->density + c * RINGS, thickness, err));
+        scatter->shape[RMAP_SHAPE_SCATTERED][c] = thickness[0];
+        scatter->shape[RMAP_SHAPE_EXTINCT][c] = thickness[1];
         sum_up(dust, c);
         set_onward(dust, c);
     }
@@ -178,13 +198,51 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
             0.25 * RMAP_PI * d * d *
             (larger_than(kind, size_at(kind, i)) - larger_than(kind, size_at(kind, i + 1)));
     }
-    scatter->by_wavelength = n_channel > 1;
+out:
+    rmap_free(cosine);
+    rmap_free(intensity);
+    return st;
+}
+
+/* Spheres of that kind that are there; NULL: none. */
+static const struct rmap_scatter *find_alike(const struct rmap_dust_kind *kind,
+                                             const struct rmap_scatter *others, size_t n_other)
+{
+    for (size_t i = 0; i < n_other; i++) {
+        const struct rmap_dust_kind *its = others[i].dust ? &others[i].dust->kind : NULL;
+        if (its && its->level == kind->level && its->slope == kind->slope &&
+            its->area_um2 == kind->area_um2 && its->n == kind->n && its->k == kind->k)
+            return &others[i];
+    }
+    return NULL;
+}
+
+enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
+                                       const struct rmap_dust_kind *kind,
+                                       const struct rmap_channels *channels,
+                                       const struct rmap_scatter *others, size_t n_other,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scatter *alike = find_alike(kind, others, n_other);
+    struct rmap_scatter_dust *dust = NULL;
+    RMAP_TRY(create((size_t)channels->n, &dust, err));
+    dust->kind = *kind;
+    if (alike) {
+        memcpy(dust->edge, alike->dust->edge, (RINGS + 1) * sizeof *dust->edge);
+        for (size_t c = 0; c < (size_t)channels->n; c++)
+            copy_channel(alike, alike->dust, c, scatter, dust, c);
+        dust->coverage = alike->dust->coverage;
+    } else {
+        RMAP_TRY(work_out_all(channels, scatter, dust, err));
+    }
+    for (int c = 0; c < channels->n; c++)
+        scatter->amount[c] = 1.0;
+    scatter->by_wavelength = channels->n > 1;
     scatter->dust = dust;
     dust = NULL;
 out:
     rmap_scatter_dust_destroy(dust);
-    rmap_free(cosine);
-    rmap_free(intensity);
     return st;
 }
 

@@ -23,12 +23,15 @@ struct rmap_scatter_dust {
     double *onward;  /* [n_channel][RMAP_TOTAL_STEPS + 1]: share that goes on, beyond the plane of
                         the surface, of light at cos = (k / RMAP_TOTAL_STEPS)^2 to it */
     double coverage; /* share of the area */
+    struct rmap_dust_kind kind;
 };
 
-/* Fills the model's shape (optical thickness of one crossing) and dust. */
+/* Fills the model's shape (optical thickness of one crossing) and dust; spheres of one of `others`
+ * of the same kind, whose channels are these, are taken over. */
 enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
                                        const struct rmap_dust_kind *kind,
                                        const struct rmap_channels *channels,
+                                       const struct rmap_scatter *others, size_t n_other,
                                        struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scatter_dust_destroy(struct rmap_scatter_dust *dust);
 

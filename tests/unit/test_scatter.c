@@ -368,7 +368,7 @@ static void test_dust(void **state)
         const struct rmap_dust_kind kind = {level[i], 0.926, 0.09290304e12, 1.53, 1e-3};
         struct rmap_scatter its = {.model = RMAP_SCATTER_CONTAMINATION};
         struct rmap_error err;
-        assert_int_equal(rmap_scatter_set_dust(&its, &kind, &channels, &err), RMAP_OK);
+        assert_int_equal(rmap_scatter_set_dust(&its, &kind, &channels, NULL, 0, &err), RMAP_OK);
         near_to(its.dust->coverage, want[i], 0.01 * want[i]);
         near_to(its.dust->below[its.dust->n_ring - 1], 1, 1e-12);
         near_to(its.shape[RMAP_SHAPE_EXTINCT][0] / its.dust->coverage, 2.05, 0.1);
