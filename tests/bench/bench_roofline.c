@@ -7,7 +7,9 @@
 #include "base/alloc.h"
 #include "bench.h"
 #include "mpi/parallel/progress.h"
+#include "scatter/dust.h"
 #include "scatter/scatter.h"
+#include "scatter/table.h"
 #include "trace/tracer.h"
 
 /* Keeps the query of every segment, as the tracer asked it. */
@@ -139,7 +141,52 @@ static const struct model model[] = {
     {RMAP_SCATTER_BECKMANN, {0.3, 0.3}},
     {RMAP_SCATTER_UNIFIED, {0.1, 0, 1, 0}},
     {RMAP_SCATTER_RETRO, {0.01}},
+    {RMAP_SCATTER_TABLE, {0}},
+    {RMAP_SCATTER_CONTAMINATION, {0}},
 };
+
+/* Every 5 degrees, from 7 angles of incidence. */
+static enum rmap_status make_table(struct rmap_scatter *scatter, struct rmap_error *err)
+{
+    enum { RINGS = 18, TURNS = 72, INCIDENCES = 7 };
+    enum rmap_status st = RMAP_OK;
+    double edge[RINGS + 1], theta[INCIDENCES], worst;
+    for (int i = 0; i <= RINGS; i++)
+        edge[i] = 5.0 * i;
+    for (int i = 0; i < INCIDENCES; i++)
+        theta[i] = 14.0 * i;
+    RMAP_TRY(rmap_scatter_table_create(&(struct rmap_scatter_table_shape){.n_ring = RINGS,
+                                                                          .ring_deg = edge,
+                                                                          .n_phi_each = TURNS,
+                                                                          .n_theta = INCIDENCES,
+                                                                          .theta_deg = theta,
+                                                                          .n_turn = 1,
+                                                                          .n_band = 1,
+                                                                          .side = {true, true}},
+                                       &scatter->table, err));
+    for (size_t i = 0; i < scatter->table->n_in * scatter->table->out.n; i++)
+        scatter->table->block[0].value[i] = scatter->table->block[1].value[i] =
+            0.1 + 0.01 * (double)(i % 11);
+    (void)rmap_scatter_table_finish(scatter->table, false, &worst);
+out:
+    return st;
+}
+
+static enum rmap_status make_model(const struct model *its, struct rmap_scatter *scatter,
+                                   struct rmap_error *err)
+{
+    static const double one = 1.0;
+    static const struct rmap_channels channels = {.n = 1, .wavelength_nm = {550.0}};
+    static const struct rmap_dust_kind dust = {400, 0.926, 0.09290304e12, 1.53, 1e-3};
+    *scatter = (struct rmap_scatter){.model = its->model, .amount = {1.0}};
+    for (int i = 0; i < RMAP_SHAPE_MAX; i++)
+        scatter->shape[i][0] = its->shape[i];
+    if (its->model == RMAP_SCATTER_TABLE)
+        return make_table(scatter, err);
+    if (its->model == RMAP_SCATTER_CONTAMINATION)
+        return rmap_scatter_set_dust(scatter, &dust, &channels, NULL, 0, err);
+    return rmap_scatter_tabulate(scatter, 1, -1, -1, &one, &one, err);
+}
 
 /* A direction of each of n rays, and the BSDF towards it. */
 static double draw_directions(const struct rmap_scatter *scatter, size_t n)
@@ -152,7 +199,9 @@ static double draw_directions(const struct rmap_scatter *scatter, size_t n)
                                            .n1 = 1.0,
                                            .n2 = 1.0,
                                            .in = {sqrt(1.0 - z * z), 0.0, -z},
-                                           .total = 1.0};
+                                           .total = 1.0,
+                                           .ahead = 1.0,
+                                           .back = 1.0};
         if (rmap_scatter_is_facets(scatter)) {
             const struct rmap_vec3 out = rmap_facet_reflected(at.in, rmap_facet_draw(&at, &draw));
             sum += out.z > 0.0 ? rmap_facet_bsdf(&at, out, &cosine) : 0.0;
@@ -168,17 +217,13 @@ enum rmap_status rmap_bench_scatter(struct rmap_bench *bench, const struct rmap_
 {
     enum rmap_status st = RMAP_OK;
     const uint64_t n_ray = bench->quick ? 10000 : 50000;
-    static const double one = 1.0;
     struct rmap_replay_ray *segment = NULL;
     struct rmap_scatter scatter = {.model = RMAP_SCATTER_LAMBERT};
     size_t n_segment = 0;
     RMAP_TRY(keep_segments(scene, n_ray, &segment, &n_segment, err));
     for (size_t k = 0; k < sizeof model / sizeof *model; k++) {
         struct rmap_bench_series series = {0};
-        scatter = (struct rmap_scatter){.model = model[k].model, .amount = {1.0}};
-        for (int i = 0; i < RMAP_SHAPE_MAX; i++)
-            scatter.shape[i][0] = model[k].shape[i];
-        RMAP_TRY(rmap_scatter_tabulate(&scatter, 1, -1, -1, &one, &one, err));
+        RMAP_TRY(make_model(&model[k], &scatter, err));
         for (int i = 0; i < bench->n_repeat; i++) {
             const double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
             const double sum = draw_directions(&scatter, n_segment);

@@ -7,6 +7,8 @@
 #   slurm_up DIRECTORY     0 and SLURM_CONF exported once the node is idle
 #   slurm_down             ends the three daemons
 
+PATH=$PATH:/usr/sbin:/sbin # where Debian has daemons; a user does not look there
+
 slurm_missing() { # the first command that is not here, or nothing
     local command
     for command in munged slurmctld slurmd sbatch scontrol squeue scancel sinfo; do

@@ -13,7 +13,7 @@ mkdir -p driver
 cp "$tests/package.json" "$tests/package-lock.json" driver/
 if ! cmp -s driver/package-lock.json driver/installed; then
     (cd driver && npm ci --ignore-scripts --no-audit --no-fund >npm.txt 2>&1) ||
-        { echo "skipped: npm cannot fetch playwright-core: $(tail -1 driver/npm.txt)"; exit 77; }
+        { echo "skipped: npm cannot fetch playwright-core: $(head -3 driver/npm.txt)"; exit 77; }
     cp driver/package-lock.json driver/installed
 fi
 
