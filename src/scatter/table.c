@@ -245,14 +245,18 @@ static double part_of(const struct rmap_scattering *at, const struct incidence *
            (table->about_specular ? fit_of(table, block, row, its->theta) : block->total[row]);
 }
 
+static double total_of(const struct rmap_scattering *at, const struct incidence *its)
+{
+    double sum = 0.0;
+    for (size_t i = 0; block_of(at)->value && i < its->n; i++)
+        sum += part_of(at, its, i);
+    return sum;
+}
+
 double rmap_table_total(const struct rmap_scattering *at)
 {
-    const struct rmap_scatter_block *block = block_of(at);
     const struct incidence its = incidence_of(at);
-    double sum = 0.0;
-    for (size_t i = 0; block->value && i < its.n; i++)
-        sum += part_of(at, &its, i);
-    return sum;
+    return total_of(at, &its);
 }
 
 /* By solid angle, kept by the cosine. */
@@ -283,7 +287,7 @@ struct rmap_vec3 rmap_table_draw(const struct rmap_scattering *at, const struct 
     const double side = at->passes ? -1.0 : 1.0;
     double u[4];
     rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
-    double level = u[0] * rmap_table_total(at);
+    double level = u[0] * total_of(at, &its);
     if (!block->value || its.n == 0)
         return rmap_vec3(at->in.x, at->in.y, -side * at->in.z);
     size_t i = 0;
