@@ -122,50 +122,94 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 
 /* ---- draws ---- */
 
-/* x of the density x (1 + (x/l)^2)^(power/2) on (0, most). */
-static double draw_power_law(double u, double l, double power, double most)
+/* What draws of x on (0, most) share: a law that x follows, or is kept from. log_y, grown: the
+ * logarithm of the range's end, and its power less 1. */
+struct radius {
+    double most, l, power, log_y, span, grown; /* HARVEY, K_CORRELATION, and ABG beyond its knee */
+    double knee, inner, outer;                 /* ABG: integrals on either side */
+    double sigma, reach;                       /* GAUSSIAN, RETRO */
+};
+
+static bool is_logarithm(const struct radius *its) /* that a power tends to */
 {
-    double p = 0.5 * power + 1.0, y = most / l, log_y = rmap_portable_log(1.0 + y * y);
-    double span = p * log_y;
-    if (span < 1e-7 && span > -1e-7) /* the logarithm that it tends to */
-        y = rmap_portable_exp(u * log_y);
-    else
-        y = rmap_portable_exp(rmap_portable_log(1.0 + u * (rmap_portable_exp(span) - 1.0)) / p);
-    return y > 1.0 ? l * sqrt(y - 1.0) : 0.0;
+    return its->span < 1e-7 && its->span > -1e-7;
 }
 
-/* x of the density x / max(B, x^g) on (0, most), which is at most twice that of ABg. */
-static double draw_abg(double u, double b, double g, double most)
+/* x of the density x (1 + (x/l)^2)^(power/2). */
+static void set_power_law(double l, double power, struct radius *its)
 {
-    double knee = rmap_portable_power(b, 1.0 / g), p = 2.0 - g;
-    if (!(knee < most))
-        return most * sqrt(u);
-    double inner = 0.5 * knee * knee / b, log_y = rmap_portable_log(most / knee);
-    double tail = rmap_portable_power(knee, p), span = p * log_y, outer;
-    bool is_log = span < 1e-7 && span > -1e-7;
-    outer = is_log ? tail * log_y : tail * (rmap_portable_exp(span) - 1.0) / p;
-    double v = u * (inner + outer);
-    if (v < inner)
-        return knee * sqrt(v / inner);
-    v = (v - inner) / outer;
-    v = is_log ? v * log_y : rmap_portable_log(1.0 + v * (rmap_portable_exp(span) - 1.0)) / p;
-    return knee * rmap_portable_exp(v);
+    const double y = its->most / l;
+    its->l = l;
+    its->power = 0.5 * power + 1.0;
+    its->log_y = rmap_portable_log(1.0 + y * y);
+    its->span = its->power * its->log_y;
+    its->grown = rmap_portable_exp(its->span) - 1.0;
 }
 
-static double draw_x(const struct rmap_scattering *at, double u, double most)
+static double draw_power_law(const struct radius *its, double u)
 {
-    double sigma, y;
+    const double y = is_logarithm(its)
+                         ? rmap_portable_exp(u * its->log_y)
+                         : rmap_portable_exp(rmap_portable_log(1.0 + u * its->grown) / its->power);
+    return y > 1.0 ? its->l * sqrt(y - 1.0) : 0.0;
+}
+
+/* x of the density x / max(B, x^g), which is at most twice that of ABg. */
+static void set_abg(double b, double g, struct radius *its)
+{
+    its->knee = rmap_portable_power(b, 1.0 / g);
+    its->power = 2.0 - g;
+    if (!(its->knee < its->most))
+        return;
+    const double tail = rmap_portable_power(its->knee, its->power);
+    its->inner = 0.5 * its->knee * its->knee / b;
+    its->log_y = rmap_portable_log(its->most / its->knee);
+    its->span = its->power * its->log_y;
+    its->grown = rmap_portable_exp(its->span) - 1.0;
+    its->outer = is_logarithm(its) ? tail * its->log_y : tail * its->grown / its->power;
+}
+
+static double draw_abg(const struct radius *its, double u)
+{
+    if (!(its->knee < its->most))
+        return its->most * sqrt(u);
+    double v = u * (its->inner + its->outer);
+    if (v < its->inner)
+        return its->knee * sqrt(v / its->inner);
+    v = (v - its->inner) / its->outer;
+    v = is_logarithm(its) ? v * its->log_y : rmap_portable_log(1.0 + v * its->grown) / its->power;
+    return its->knee * rmap_portable_exp(v);
+}
+
+static struct radius radius_of(const struct rmap_scattering *at, double most)
+{
+    struct radius its = {.most = most};
     switch (at->scatter->model) {
     case RMAP_SCATTER_HARVEY:
     case RMAP_SCATTER_K_CORRELATION:
-        return draw_power_law(u, width_of(at), power_of(at), most);
+        set_power_law(width_of(at), power_of(at), &its);
+        break;
     case RMAP_SCATTER_ABG:
-        return draw_abg(u, shape_of(at, RMAP_SHAPE_B), shape_of(at, RMAP_SHAPE_G), most);
+        set_abg(shape_of(at, RMAP_SHAPE_B), shape_of(at, RMAP_SHAPE_G), &its);
+        break;
     default:
-        sigma = shape_of(at, RMAP_SHAPE_SIGMA);
-        y = most / sigma;
-        return sigma *
-               sqrt(-2.0 * rmap_portable_log(1.0 - u * (1.0 - rmap_portable_exp(-0.5 * y * y))));
+        its.sigma = shape_of(at, RMAP_SHAPE_SIGMA);
+        its.reach = most / its.sigma;
+        its.reach = 1.0 - rmap_portable_exp(-0.5 * its.reach * its.reach);
+    }
+    return its;
+}
+
+static double draw_x(const struct rmap_scattering *at, const struct radius *its, double u)
+{
+    switch (at->scatter->model) {
+    case RMAP_SCATTER_HARVEY:
+    case RMAP_SCATTER_K_CORRELATION:
+        return draw_power_law(its, u);
+    case RMAP_SCATTER_ABG:
+        return draw_abg(its, u);
+    default:
+        return its->sigma * sqrt(-2.0 * rmap_portable_log(1.0 - u * its->reach));
     }
 }
 
@@ -187,16 +231,17 @@ static void draw_numbers(const struct rmap_draw *draw, int k, double u[4])
 static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
     struct rmap_vec3 c = centre_of(at);
-    double most = 1.0 + sqrt(c.x * c.x + c.y * c.y), u[4], cosine, sine;
+    double u[4], cosine, sine;
+    const struct radius radius = radius_of(at, 1.0 + sqrt(c.x * c.x + c.y * c.y));
     for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
-        double x = draw_x(at, u[0], most);
+        double x = draw_x(at, &radius, u[0]);
         rmap_azimuth(u[1], &cosine, &sine);
         double bx = c.x + x * cosine, by = c.y + x * sine, square = bx * bx + by * by;
-        if (!(square < 1.0) || !(u[2] < kept(at, x)))
+        if (!(square < 1.0))
             continue;
         double z = sqrt(1.0 - square);
-        if (is_oblique(at) && !(u[3] < z))
+        if ((is_oblique(at) && !(u[3] < z)) || !(u[2] < kept(at, x)))
             continue;
         return rmap_vec3(bx, by, side_of(at) * z);
     }
