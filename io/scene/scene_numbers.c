@@ -64,10 +64,13 @@ static const struct rmap_h5_field surface_field[] = {
         "scatter/shape_" #k, RMAP_F64, 0, offsetof(struct rmap_scatter, shape[k]),                 \
             "parameter of its shape, per channel"                                                  \
     }
+/* ", 0 lambert, 1 gaussian, ..." */
+static const char models[] =
+#define ROW(number, symbol, name, keys, reciprocal) ", " #number " " name
+    RMAP_SCATTER_TABLE(ROW);
+#undef ROW
 static const struct rmap_h5_field scatter_field[] = {
-    NUMBER("scatter", rmap_scatter, model, I32, 1,
-           "0 lambert, 1 gaussian, 2 cosine, 3 abg, 4 harvey, 5 k_correlation, 6 ggx, 7 beckmann, "
-           "8 unified, 9 retro, 10 table, 11 klems, 12 contamination"),
+    NUMBER("scatter", rmap_scatter, model, I32, 1, &models[2]),
     NUMBER("scatter", rmap_scatter, of_reflected, I32, 1,
            "row of /name/surface whose reflected light it scatters; -1: none"),
     NUMBER("scatter", rmap_scatter, of_transmitted, I32, 1,

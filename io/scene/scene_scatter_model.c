@@ -42,7 +42,7 @@ static const struct rmap_range width = {1e-6, 10, "from 0.000001 to 10", RMAP_DI
 const struct rmap_mapping rmap_scatter_keys = {
     "scatter models",
     NULL,
-#define ROW(symbol, name, keys, reciprocal) {"a " name " model", "model " keys},
+#define ROW(number, symbol, name, keys, reciprocal) {"a " name " model", "model " keys},
     {RMAP_SCATTER_TABLE(ROW)},
 #undef ROW
     {{"tis", SPECTRUM(tis), &rmap_range_share},
@@ -400,7 +400,7 @@ bool rmap_reader_read_model(struct rmap_reader *reader, const struct rmap_yaml_n
                             const char *key, bool passes, struct rmap_model_read *read)
 {
     static const char names[] =
-#define ROW(symbol, name, keys, reciprocal) name " "
+#define ROW(number, symbol, name, keys, reciprocal) name " "
         RMAP_SCATTER_TABLE(ROW);
 #undef ROW
     const struct rmap_yaml_node *at = rmap_yaml_get(node, key);

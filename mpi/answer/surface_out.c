@@ -109,7 +109,7 @@ static void describe(const struct rmap_surface_question *self, char *text, size_
 static const char *model_name(const struct rmap_surface_question *self, bool passes)
 {
     static const char *const with_particles[] = {
-#define ROW(symbol, name, keys, reciprocal) name " and contamination",
+#define ROW(number, symbol, name, keys, reciprocal) name " and contamination",
         RMAP_SCATTER_TABLE(ROW)
 #undef ROW
     };

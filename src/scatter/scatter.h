@@ -16,7 +16,8 @@
 #include "base/vec.h"
 #include "optics/spectrum.h"
 
-/* Columns: symbol, `model` in a scene file, keys beside `model`, whether it is reciprocal.
+/* Columns: number in maps, which it keeps; symbol, `model` in a scene file, keys beside `model`,
+ * whether it is reciprocal.
  *
  *   LAMBERT        the same radiance in all directions
  *   GAUSSIAN       exp(-x^2 / (2 sigma^2))
@@ -35,26 +36,30 @@
  *   TABLE, KLEMS   measured: table.h
  *   CONTAMINATION  particles: dust.h */
 #define RMAP_SCATTER_TABLE(X)                                                                      \
-    X(LAMBERT, "lambert", "tis", true)                                                             \
-    X(GAUSSIAN, "gaussian", "sigma tis", true)                                                     \
-    X(COSINE, "cosine", "power tis", true)                                                         \
-    X(ABG, "abg", "A B g", true)                                                                   \
-    X(HARVEY, "harvey", "b0 l s reference roughness correlation", true)                            \
-    X(K_CORRELATION, "k_correlation", "roughness correlation s reference", true)                   \
-    X(GGX, "ggx", "alpha", true)                                                                   \
-    X(BECKMANN, "beckmann", "alpha", true)                                                         \
-    X(UNIFIED, "unified", "sigma_alpha spike lobe back", false)                                    \
-    X(RETRO, "retro", "sigma tis", true)                                                           \
-    X(TABLE, "table", "file relative", false)                                                      \
-    X(KLEMS, "klems", "file band", false)                                                          \
-    X(CONTAMINATION, "contamination", "level slope area n k", false)
+    X(0, LAMBERT, "lambert", "tis", true)                                                          \
+    X(1, GAUSSIAN, "gaussian", "sigma tis", true)                                                  \
+    X(2, COSINE, "cosine", "power tis", true)                                                      \
+    X(3, ABG, "abg", "A B g", true)                                                                \
+    X(4, HARVEY, "harvey", "b0 l s reference roughness correlation", true)                         \
+    X(5, K_CORRELATION, "k_correlation", "roughness correlation s reference", true)                \
+    X(6, GGX, "ggx", "alpha", true)                                                                \
+    X(7, BECKMANN, "beckmann", "alpha", true)                                                      \
+    X(8, UNIFIED, "unified", "sigma_alpha spike lobe back", false)                                 \
+    X(9, RETRO, "retro", "sigma tis", true)                                                        \
+    X(10, TABLE, "table", "file relative", false)                                                  \
+    X(11, KLEMS, "klems", "file band", false)                                                      \
+    X(12, CONTAMINATION, "contamination", "level slope area n k", false)
 
 enum rmap_scatter_model {
-#define RMAP_SCATTER_ENUM(symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
+#define RMAP_SCATTER_ENUM(number, symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
     RMAP_SCATTER_TABLE(RMAP_SCATTER_ENUM)
 #undef RMAP_SCATTER_ENUM
         RMAP_SCATTER_COUNT
 };
+#define RMAP_SCATTER_NUMBER(number, symbol, name, keys, reciprocal)                                \
+    _Static_assert(RMAP_SCATTER_##symbol == (number), "rows stand by number: " name);
+RMAP_SCATTER_TABLE(RMAP_SCATTER_NUMBER)
+#undef RMAP_SCATTER_NUMBER
 
 struct rmap_scatter_table;
 struct rmap_scatter_dust;
@@ -65,7 +70,7 @@ struct rmap_scatter_name {
 };
 
 static const struct rmap_scatter_name rmap_scatter_name[] = {
-#define RMAP_SCATTER_ROW(symbol, name, keys, reciprocal) {name, keys, reciprocal},
+#define RMAP_SCATTER_ROW(number, symbol, name, keys, reciprocal) {name, keys, reciprocal},
     RMAP_SCATTER_TABLE(RMAP_SCATTER_ROW)
 #undef RMAP_SCATTER_ROW
 };

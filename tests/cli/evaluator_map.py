@@ -61,7 +61,12 @@ def _mesh_faces(blob):
     return faces
 
 
-MODELS = "lambert gaussian cosine abg harvey k_correlation ggx beckmann unified retro table klems contamination".split()
+def _models(index):
+    """{number: name} of the scatter models, as the map says it of itself."""
+    if "model/0/scatter" not in index:
+        return {}
+    said = index["model/0/scatter/model"].attrs["description"].decode()
+    return {int(number): name for number, name in re.findall(r"(\d+) (\w+)", said)}
 
 
 class PlainMap:
@@ -81,6 +86,7 @@ class PlainMap:
             self.object = {name: data[:] for name, data in model["object"].items()}
             self.surface = {name: data[:] for name, data in model["surface"].items()}
             self.scatter = {name: data[:] for name, data in model["scatter"].items()} if "scatter" in model else {}
+            self.models = _models(index)
             self.detector = {name: data[:] for name, data in model["detector"].items()}
             self.is_mesh = model["geometry/kind"][:][self.object["geometry"]] == 1
             self.length_unit = float(index.attrs["length_unitSI"])
@@ -194,7 +200,7 @@ class PlainMap:
         for k, model in enumerate(self.scatter.get("model", [])):
             for of, row in ((reflect, self.scatter["of_reflected"][k]), (transmit, self.scatter["of_transmitted"][k])):
                 if row >= 0:
-                    of[row] = MODELS[model]
+                    of[row] = self.models[model]
         event, met = self.segment["event"], self.surface_met
         hit = np.zeros(len(event), dtype=bool)
         for of, name in ((reflect, "reflect_diffuse"), (transmit, "transmit_diffuse")):
@@ -215,7 +221,7 @@ class PlainMap:
         through = (s["type"] == 0) | (by["transmit_specular"] + by["transmit_diffuse"] > 0)
         for k, model in enumerate(self.scatter.get("model", [])):
             through[self.scatter["of_transmitted"][k]] |= self.scatter["of_transmitted"][k] >= 0
-            if MODELS[model] == "ggx":
+            if self.models[model] == "ggx":
                 mirror[self.scatter["of_reflected"][k]] = 0
         return np.append(through | ((mirror > 0) & (mirror < 0.5)), False)
 
