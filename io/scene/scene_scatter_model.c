@@ -18,7 +18,7 @@
 struct parameters {
     double tis[RMAP_CHANNEL_MAX], sigma[RMAP_CHANNEL_MAX], power[RMAP_CHANNEL_MAX];
     double a[RMAP_CHANNEL_MAX], b[RMAP_CHANNEL_MAX], g[RMAP_CHANNEL_MAX];
-    double b0[RMAP_CHANNEL_MAX], l[RMAP_CHANNEL_MAX], s[RMAP_CHANNEL_MAX];
+    double b0[RMAP_CHANNEL_MAX], l[RMAP_CHANNEL_MAX], s[RMAP_CHANNEL_MAX], r[RMAP_CHANNEL_MAX];
     double sigma_alpha[RMAP_CHANNEL_MAX], spike[RMAP_CHANNEL_MAX], lobe[RMAP_CHANNEL_MAX],
         back[RMAP_CHANNEL_MAX];
     double roughness, correlation, reference; /* lengths in the scene's unit; nm */
@@ -47,6 +47,7 @@ const struct rmap_mapping rmap_scatter_keys = {
 #undef ROW
     {{"tis", SPECTRUM(tis), &rmap_range_share},
      {"sigma", SPECTRUM(sigma), &width, .need = RMAP_REQUIRED},
+     {"r", SPECTRUM(r), &rmap_range_share, .need = RMAP_REQUIRED},
      {"power", SPECTRUM(power), &power, .need = RMAP_REQUIRED},
      {"A", SPECTRUM(a), &rmap_range_nonnegative, .need = RMAP_REQUIRED},
      {"B", SPECTRUM(b), &rmap_range_positive, .need = RMAP_REQUIRED},
@@ -296,6 +297,13 @@ static bool read_file(struct lobe *lobe)
     return false;
 }
 
+static void set_by_wavelength(struct rmap_scatter *its, int n_channel)
+{
+    for (int k = 0; k < RMAP_SHAPE_MAX; k++)
+        for (int i = 1; i < n_channel; i++)
+            its->by_wavelength = its->by_wavelength || its->shape[k][i] != its->shape[k][0];
+}
+
 void rmap_scatter_set_amount(struct rmap_scatter *its, int n_channel, const double *share)
 {
     for (int i = 0; i < n_channel; i++) {
@@ -306,13 +314,18 @@ void rmap_scatter_set_amount(struct rmap_scatter *its, int n_channel, const doub
         else if (its->model != RMAP_SCATTER_LAMBERT)
             whole = 2.0 * RMAP_PI * sigma * sigma;
         its->amount[i] = share[i] / whole;
+        if (its->model == RMAP_SCATTER_OREN_NAYAR)
+            rmap_rough_diffuse(its->shape[RMAP_SHAPE_R][i], share[i], &its->amount[i],
+                               &its->shape[RMAP_SHAPE_SEVERAL][i]);
     }
+    set_by_wavelength(its, n_channel);
 }
 
 bool rmap_scatter_is_shape_alone(enum rmap_scatter_model model)
 {
     return model == RMAP_SCATTER_LAMBERT || model == RMAP_SCATTER_GAUSSIAN ||
-           model == RMAP_SCATTER_COSINE || model == RMAP_SCATTER_RETRO;
+           model == RMAP_SCATTER_COSINE || model == RMAP_SCATTER_RETRO ||
+           model == RMAP_SCATTER_OREN_NAYAR;
 }
 
 /* area: 1 ft2, or 0.1 m2 */
@@ -361,6 +374,9 @@ static bool read_model(struct lobe *lobe)
     case RMAP_SCATTER_COSINE:
         copy(lobe, RMAP_SHAPE_POWER, p->power, 1.0);
         break;
+    case RMAP_SCATTER_OREN_NAYAR:
+        copy(lobe, RMAP_SHAPE_R, p->r, 1.0);
+        break;
     case RMAP_SCATTER_ABG:
         copy(lobe, RMAP_SHAPE_B, p->b, 1.0);
         copy(lobe, RMAP_SHAPE_G, p->g, 1.0);
@@ -386,14 +402,6 @@ static bool read_model(struct lobe *lobe)
     if (rmap_scatter_is_shape_alone(lobe->its->model))
         rmap_scatter_set_amount(lobe->its, lobe->n, p->tis);
     return true;
-}
-
-static bool differs(const double *value, int n)
-{
-    for (int i = 1; i < n; i++)
-        if (value[i] != value[0])
-            return true;
-    return false;
 }
 
 bool rmap_reader_read_model(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -424,8 +432,7 @@ bool rmap_reader_read_model(struct rmap_reader *reader, const struct rmap_yaml_n
     lobe.its->model = (enum rmap_scatter_model)model;
     if (!read_model(&lobe))
         return false;
-    for (int k = 0; k < RMAP_SHAPE_MAX; k++)
-        lobe.its->by_wavelength = lobe.its->by_wavelength || differs(lobe.its->shape[k], lobe.n);
+    set_by_wavelength(lobe.its, lobe.n);
     *read = (struct rmap_model_read){at, lobe.its, lobe.parameters.relative, has(&lobe, "tis")};
     return true;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Lobes about the specular direction (RETRO: about the way back), or about the normal (LAMBERT).
+ * Lobes about the specular direction (RETRO: about the way back), or about the normal (LAMBERT,
+ * OREN_NAYAR).
  */
 #include <math.h>
 #include <string.h>
@@ -76,6 +77,7 @@ static double radial(const struct rmap_scattering *at, double x)
     case RMAP_SCATTER_TABLE:
     case RMAP_SCATTER_KLEMS:
     case RMAP_SCATTER_CONTAMINATION:
+    case RMAP_SCATTER_OREN_NAYAR:
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -100,6 +102,50 @@ static struct rmap_vec3 axis_of(const struct rmap_scattering *at)
     return rmap_vec3(c.x, c.y, side_of(at) * lift(c.x * c.x + c.y * c.y));
 }
 
+/* ---- rough diffuse surfaces: EON over albedo x A_F / pi ---- */
+
+/* (E_F / A_F - 1) / r, E_F the albedo of light that meets one facet: at the horizon, where it is
+ * 1, and of light from all around. */
+static const double at_horizon = 0.5 - 2.0 / (3.0 * RMAP_PI),
+                    all_around = 2.0 / 3.0 - 28.0 / (15.0 * RMAP_PI);
+
+void rmap_rough_diffuse(double r, double albedo, double *amount_ret, double *several_ret)
+{
+    const double least = 1.0 / (1.0 + at_horizon * r), mean = least * (1.0 + all_around * r);
+    *amount_ret = albedo * least / RMAP_PI;
+    *several_ret = albedo * mean * r / ((1.0 - albedo * (1.0 - mean)) * (at_horizon - all_around));
+}
+
+/* (1 - E_F) / (r A_F): what goes on to other facets. */
+static double goes_on(double cosine)
+{
+    const double sine = lift(cosine * cosine), angle = rmap_portable_angle(cosine, sine);
+    const double far = cosine * (1.0 + sine + sine * sine) / (1.0 + sine);
+    return at_horizon - sine * (angle - sine * cosine + 2.0 / 3.0 * (far - 1.0)) / RMAP_PI;
+}
+
+/* Towards the light, along the surface: cos1 cos2 less than the cosine of the angle with it. What
+ * passes a thin sheet goes on: its relief has the same facets on both sides. */
+static double backwards(const struct rmap_scattering *at, struct rmap_vec3 out)
+{
+    return -side_of(at) * (at->in.x * out.x + at->in.y * out.y);
+}
+
+static double rough_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
+{
+    const double cos_1 = -at->in.z, cos_2 = side_of(at) * out.z, s = backwards(at, out);
+    const double t = !(s > 0.0) ? 1.0 : cos_1 > cos_2 ? cos_1 : cos_2;
+    return 1.0 + shape_of(at, RMAP_SHAPE_R) * s / t +
+           shape_of(at, RMAP_SHAPE_SEVERAL) * (goes_on(cos_1) * goes_on(cos_2));
+}
+
+static double rough_total(const struct rmap_scattering *at)
+{
+    const double on = goes_on(-at->in.z);
+    return RMAP_PI * (1.0 + shape_of(at, RMAP_SHAPE_R) * (at_horizon - on) +
+                      shape_of(at, RMAP_SHAPE_SEVERAL) * (at_horizon - all_around) * on);
+}
+
 double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
     if (!(side_of(at) * out.z > 0.0))
@@ -110,6 +156,8 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
         return rmap_table_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
         return rmap_dust_shape(at, out);
+    if (at->scatter->model == RMAP_SCATTER_OREN_NAYAR)
+        return rough_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
         double cosine = rmap_dot(axis_of(at), out);
         return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
@@ -273,6 +321,35 @@ static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const stru
     return axis;
 }
 
+/* Lambert's law about z, which exceeds all but what is sent back, or about the horizontal way back:
+ * s / t is at most s / cos2. */
+static struct rmap_vec3 draw_rough(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    const double side = side_of(at), cos_1 = -at->in.z, r = shape_of(at, RMAP_SHAPE_R);
+    const double several = shape_of(at, RMAP_SHAPE_SEVERAL) * goes_on(cos_1);
+    const double even = 1.0 + several * at_horizon,
+                 sine_1 = sqrt(at->in.x * at->in.x + at->in.y * at->in.y);
+    const struct rmap_vec3 back =
+        sine_1 > 0.0 ? rmap_vec3(-side * at->in.x / sine_1, -side * at->in.y / sine_1, 0.0)
+                     : rmap_vec3(1.0, 0.0, 0.0);
+    double u[4], cosine, sine;
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
+        draw_numbers(draw, k, u);
+        rmap_azimuth(u[1], &cosine, &sine);
+        const double away = sqrt(u[0]), along = sqrt(1.0 - u[0]);
+        if (u[2] * (even + 0.5 * r * sine_1) < even) {
+            const struct rmap_vec3 out = {away * cosine, away * sine, side * along};
+            const double s = backwards(at, out), once = 1.0 + (s < 0.0 ? r * s : 0.0);
+            if (u[3] * even < once || u[3] * even < once + several * goes_on(along))
+                return out;
+        } else if (u[3] * cos_1 < away * fabs(sine)) {
+            return rmap_vec3(along * back.x - away * cosine * back.y,
+                             along * back.y + away * cosine * back.x, side * away * fabs(sine));
+        }
+    }
+    return axis_of(at);
+}
+
 struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
     double u[4], cosine, sine;
@@ -282,6 +359,8 @@ struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct r
         return rmap_dust_draw(at, draw);
     if (at->scatter->model == RMAP_SCATTER_COSINE)
         return draw_cosine(at, draw);
+    if (at->scatter->model == RMAP_SCATTER_OREN_NAYAR)
+        return draw_rough(at, draw);
     if (is_radial(at->scatter->model))
         return draw_radial(at, draw);
     draw_numbers(draw, 0, u);
@@ -398,6 +477,8 @@ double rmap_lobe_total(const struct rmap_scattering *at)
         return rmap_dust_total(at);
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return RMAP_PI;
+    if (at->scatter->model == RMAP_SCATTER_OREN_NAYAR)
+        return rough_total(at);
     return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);
 }
 

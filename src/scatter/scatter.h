@@ -34,7 +34,9 @@
  *                  doi:10.1109/NSSMIC.1996.591410; facets as Geant4 draws them)
  *   RETRO          a Gaussian about the way back
  *   TABLE, KLEMS   measured: table.h
- *   CONTAMINATION  particles: dust.h */
+ *   CONTAMINATION  particles: dust.h
+ *   OREN_NAYAR     a relief of Lambert's facets, with what meets several of them (EON: Portsmouth,
+ *                  Kutz & Hill 2025, JCGT 14 (1) 116) */
 #define RMAP_SCATTER_TABLE(X)                                                                      \
     X(0, LAMBERT, "lambert", "tis", true)                                                          \
     X(1, GAUSSIAN, "gaussian", "sigma tis", true)                                                  \
@@ -48,7 +50,8 @@
     X(9, RETRO, "retro", "sigma tis", true)                                                        \
     X(10, TABLE, "table", "file relative", false)                                                  \
     X(11, KLEMS, "klems", "file band", false)                                                      \
-    X(12, CONTAMINATION, "contamination", "level slope area n k", false)
+    X(12, CONTAMINATION, "contamination", "level slope area n k", false)                           \
+    X(13, OREN_NAYAR, "oren_nayar", "r tis", true)
 
 enum rmap_scatter_model {
 #define RMAP_SCATTER_ENUM(number, symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
@@ -91,6 +94,8 @@ enum {
     RMAP_SHAPE_BACK,          /* UNIFIED */
     RMAP_SHAPE_SCATTERED = 0, /* CONTAMINATION: optical thickness of one crossing */
     RMAP_SHAPE_EXTINCT,
+    RMAP_SHAPE_R = 0, /* OREN_NAYAR: roughness, and how much comes of several facets */
+    RMAP_SHAPE_SEVERAL,
     RMAP_SHAPE_MAX = 4
 };
 
@@ -189,6 +194,9 @@ enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_chann
 double rmap_scatter_total(const struct rmap_scattering *at, int32_t near, int32_t far);
 
 void rmap_scatter_fini(struct rmap_scatter *scatter);
+
+/* OREN_NAYAR of a roughness and its facets' albedo: the amount and RMAP_SHAPE_SEVERAL. */
+void rmap_rough_diffuse(double r, double albedo, double *amount_ret, double *several_ret);
 
 /* Roughness that is small against the wavelength: share of what a boundary reflects, or lets pass,
  * that is scattered; roughness in wavelengths in vacuum (Davies 1954, doi:10.1049/pi-3.1954.0025;

@@ -36,6 +36,13 @@ static struct rmap_scatter lobe(enum rmap_scatter_model model, double a, double 
     return its;
 }
 
+static struct rmap_scatter rough_diffuse(double r, double albedo)
+{
+    struct rmap_scatter its = lobe(RMAP_SCATTER_OREN_NAYAR, r, 0, 0, 0);
+    rmap_rough_diffuse(r, albedo, &its.amount[0], &its.shape[RMAP_SHAPE_SEVERAL][0]);
+    return its;
+}
+
 static struct rmap_scattering meet(const struct rmap_scatter *scatter, double degrees)
 {
     const double angle = degrees * RMAP_PI / 180.0;
@@ -125,6 +132,57 @@ static void test_other_totals(void **state)
             (i % STEPS ? i % 2 ? 4 : 2 : 1) * x * cos(t) * cos(t) * pow(1 + x * x / 0.0025, -1.25);
     }
     near_to(total_of(&its, 0), 2 * RMAP_PI * sum * RMAP_PI / STEPS / 6, 1e-9);
+}
+
+/* By the middles of patches; none has a kink inside. */
+static double integral_of(const struct rmap_scattering *at)
+{
+    enum { RADII = 500, AROUND = 400 };
+    const double cos_1 = -at->in.z;
+    double sum = 0;
+    for (int part = 0; part < 2; part++)
+        for (int i = 0; i < RADII; i++)
+            for (int j = 0; j < AROUND; j++) {
+                const double span = part ? 1 - cos_1 : cos_1;
+                const double z = (part ? cos_1 : 0) + span * (i + 0.5) / RADII;
+                const double turn = 2 * RMAP_PI * (j + 0.5) / AROUND, s = sqrt(1 - z * z);
+                sum += span * z *
+                       rmap_lobe_shape(
+                           at, rmap_vec3(s * cos(turn), s * sin(turn), at->passes ? -z : z));
+            }
+    return sum * 2 * RMAP_PI / RADII / AROUND;
+}
+
+/* Totals against the BSDF; a white surface keeps nothing, none sends more than its albedo; what
+ * is sent by one facet and from all around, by the closed forms of the paper; Lambert's law. */
+static void test_rough_diffuse(void **state)
+{
+    static const double r[] = {0, 0.3, 1}, albedo[] = {0.12, 0.8, 1};
+    (void)state;
+    for (int i = 0; i < 9; i++)
+        for (double angle = 0; angle < 90; angle += 29.9) {
+            const struct rmap_scatter its = rough_diffuse(r[i / 3], albedo[i % 3]);
+            struct rmap_scattering at = meet(&its, angle);
+            const double total = rmap_lobe_total(&at), share = its.amount[0] * total;
+            near_to(integral_of(&at) / total, 1, 1e-5);
+            assert_true(share <= albedo[i % 3] + 1e-15);
+            if (albedo[i % 3] == 1 || r[i / 3] == 0)
+                near_to(share, albedo[i % 3], 4e-16);
+            at.passes = true;
+            near_to(integral_of(&at) / total, 1, 1e-5);
+        }
+    struct rmap_scatter its = rough_diffuse(1, 1);
+    const double a = 1 / (1.5 - 2 / (3 * RMAP_PI));
+    its.shape[RMAP_SHAPE_SEVERAL][0] = 0;
+    near_to(its.amount[0] * total_of(&its, 0), a, 1e-15);
+    near_to(its.amount[0] * total_of(&its, 90), 1, 1e-15);
+    double sum = 0;
+    enum { STEPS = 2000 };
+    for (int i = 0; i < STEPS; i++) {
+        const double sin2 = (i + 0.5) / STEPS; /* of the same light from all around */
+        sum += its.amount[0] * total_of(&its, asin(sqrt(sin2)) * 180 / RMAP_PI) / STEPS;
+    }
+    near_to(sum, a * (1 + 2.0 / 3 - 28 / (15 * RMAP_PI)), 1e-6);
 }
 
 /* ---- draws against the density ---- */
@@ -262,6 +320,8 @@ static void test_lobe_draws(void **state)
         lobe(RMAP_SCATTER_HARVEY, 0.05, -2.8, 0, 0),
         lobe(RMAP_SCATTER_K_CORRELATION, 0.02, 2.4, 0, 0),
         lobe(RMAP_SCATTER_RETRO, 0.03, 0, 0, 0),
+        rough_diffuse(1, 1),
+        rough_diffuse(0.6, 0.2),
     };
     (void)state;
     for (size_t i = 0; i < sizeof its / sizeof *its; i++) {
@@ -536,6 +596,7 @@ static void test_reciprocity(void **state)
         lobe(RMAP_SCATTER_GGX, 0.5, 0.2, 0, 0),
         lobe(RMAP_SCATTER_BECKMANN, 0.3, 0.6, 0, 0),
         lobe(RMAP_SCATTER_K_CORRELATION, 0.1, 2.5, 0, 0),
+        rough_diffuse(0.7, 0.9),
     };
     (void)state;
     for (size_t i = 0; i < sizeof its / sizeof *its; i++)
@@ -568,11 +629,12 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_portable),     cmocka_unit_test(test_harvey_totals),
         cmocka_unit_test(test_abg_totals),   cmocka_unit_test(test_rough_shares),
-        cmocka_unit_test(test_other_totals), cmocka_unit_test(test_lobe_draws),
-        cmocka_unit_test(test_mie),          cmocka_unit_test(test_dust),
-        cmocka_unit_test(test_table),        cmocka_unit_test(test_table_draws),
-        cmocka_unit_test(test_facet_draws),  cmocka_unit_test(test_facet_tilts),
-        cmocka_unit_test(test_furnace),      cmocka_unit_test(test_reciprocity),
+        cmocka_unit_test(test_other_totals), cmocka_unit_test(test_rough_diffuse),
+        cmocka_unit_test(test_lobe_draws),   cmocka_unit_test(test_mie),
+        cmocka_unit_test(test_dust),         cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_draws),  cmocka_unit_test(test_facet_draws),
+        cmocka_unit_test(test_facet_tilts),  cmocka_unit_test(test_furnace),
+        cmocka_unit_test(test_reciprocity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
