@@ -143,6 +143,7 @@ static const struct model model[] = {
     {RMAP_SCATTER_RETRO, {0.01}},
     {RMAP_SCATTER_TABLE, {0}},
     {RMAP_SCATTER_CONTAMINATION, {0}},
+    {RMAP_SCATTER_OREN_NAYAR, {0.5, 1.82}},
 };
 
 /* Every 5 degrees, from 7 angles of incidence. */

@@ -107,6 +107,8 @@ MODELS = {
     "beckmann": "{type: scatter, reflectance: 0.8, reflect: {model: beckmann, alpha: [0.2, 0.5]}}",
     "unified": "{type: scatter, reflectance: 0.8, reflect: {model: unified, sigma_alpha: 12, spike: 0.1, lobe: 0.5, back: 0.2}}",
     "retro": "{type: scatter, reflectance: 0.8, reflect: {model: retro, sigma: 0.5}}",
+    "oren_nayar": "{type: scatter, reflectance: 0.8, reflect: {model: oren_nayar, r: 0.9}}",
+    "oren_nayar, passing": "{type: scatter, transmittance: 0.8, transmit: {model: oren_nayar, r: 0.9}}",
     "gaussian, passing": "{type: scatter, transmittance: 0.8, transmit: {model: gaussian, sigma: 0.3}}",
     "lambert, passing": "{type: scatter, transmittance: 0.8, transmit: {model: lambert}}",
     "ground glass": "{type: fresnel, scatter: {model: ggx, alpha: 0.3}}",
