@@ -175,7 +175,7 @@ static const struct mistake mistakes[] = {
      "9:49: error: 'reflectance' must be between 0 and 1, not 1.1\n"},
     {9, "  polished: {type: fresnel, reflectance: 1}",
      "9:29: error: unknown key in a fresnel surface: 'reflectance'; known: type, coat, scatter, "
-     "frame\n"},
+     "contamination, frame\n"},
     {10, "  black: {type: lambert}", "10:10: error: 'reflectance' is missing: add it\n"},
     {10, "  black: {type: lambert, reflectance: {rgb: [1, 2, 0]}}",
      "10:49: error: 'rgb' must be between 0 and 1, not 2\n"},
