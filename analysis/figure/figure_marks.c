@@ -106,13 +106,14 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     double dot[2];
     if (source->type == RMAP_SOURCE_RAYS)
         return;
-    if (source->shape == RMAP_EMITTER_DISC)
-        draw_circle(frame, place, source->shape_size[0], svg, &line);
-    else if (source->shape == RMAP_EMITTER_RECTANGLE)
-        draw_parallelogram(frame, place->t,
-                           rmap_affine_vector(place, rmap_vec3(0.5 * source->shape_size[0], 0, 0)),
-                           rmap_affine_vector(place, rmap_vec3(0, 0.5 * source->shape_size[1], 0)),
-                           svg, &line);
+    const struct rmap_vec3 half = rmap_source_half_size(source);
+    const bool round = source->shape == RMAP_EMITTER_DISC ||
+                       (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);
+    if (round && half.x > 0)
+        draw_circle(frame, place, half.x, svg, &line);
+    else if (half.x > 0 || half.y > 0)
+        draw_parallelogram(frame, place->t, rmap_affine_vector(place, rmap_vec3(half.x, 0, 0)),
+                           rmap_affine_vector(place, rmap_vec3(0, half.y, 0)), svg, &line);
     else if (rmap_view_sees(frame->view, place->t)) {
         pixel_of(frame, place->t, dot);
         rmap_svg_circle(svg, dot[0], dot[1], 3.5, &(struct rmap_svg_style){.fill = ink});

@@ -298,18 +298,12 @@ void rmap_view_cover_object(const struct rmap_scene *scene, const struct rmap_vi
     cover_corners(box, view, &scene->object[object].to_world, lower, upper);
 }
 
-/* What sends light: a point, or the corners about a disc or a rectangle. */
+/* What sends light. */
 static void cover_emitter(const struct rmap_source *source, const struct rmap_view *view,
                           struct rmap_view_box *box)
 {
-    double x = 0.0, y = 0.0;
-    if (source->shape == RMAP_EMITTER_DISC)
-        x = y = source->shape_size[0];
-    if (source->shape == RMAP_EMITTER_RECTANGLE) {
-        x = 0.5 * source->shape_size[0];
-        y = 0.5 * source->shape_size[1];
-    }
-    cover_corners(box, view, &source->frame, rmap_vec3(-x, -y, 0.0), rmap_vec3(x, y, 0.0));
+    const struct rmap_vec3 half = rmap_source_half_size(source);
+    cover_corners(box, view, &source->frame, rmap_scale(half, -1.0), half);
 }
 
 static void cover_sources(const struct rmap_scene *scene, const struct rmap_view *view,

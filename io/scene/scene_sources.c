@@ -10,6 +10,7 @@
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_source_aim.h"
@@ -18,7 +19,7 @@
 
 /* ---- shape and directions ---- */
 
-static void read_mesh_shape(struct rmap_reader *reader, const struct rmap_yaml_node *shape,
+void rmap_reader_mesh_shape(struct rmap_reader *reader, const struct rmap_yaml_node *shape,
                             struct rmap_source *source)
 {
     const char *name = rmap_reader_text(reader, shape, "mesh", RMAP_REQUIRED);
@@ -71,7 +72,7 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
         if (n == 1)
             source->shape_size[1] = source->shape_size[0];
     } else {
-        read_mesh_shape(reader, shape, source);
+        rmap_reader_mesh_shape(reader, shape, source);
     }
 }
 
@@ -212,11 +213,12 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays",
+    "collimated point area rays lamp",
     {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
-     {"a list of rays", "name type rays " LIGHT}},
+     {"a list of rays", "name type rays " LIGHT},
+     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
@@ -259,8 +261,12 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     case RMAP_SOURCE_RAYS:
         read_rays(reader, node, source);
         return;
+    case RMAP_SOURCE_LAMP:
+        break;
     }
     read_frame(reader, node, source);
+    if (source->type == RMAP_SOURCE_LAMP)
+        rmap_reader_read_lamp(reader, node, source, light);
 }
 
 /* How much a group makes what stands in it larger, the same in all directions; 0: not the same. */
@@ -294,6 +300,8 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     source->frame = rmap_placement_rigid(&source->frame);
     for (int k = 0; k < 2; k++)
         source->shape_size[k] *= larger;
+    if (source->lamp)
+        rmap_lamp_enlarge(source->lamp, larger);
     for (size_t i = 0; i < source->n_list; i++) {
         struct rmap_list_ray *ray = &source->list[i];
         ray->origin = rmap_affine_point(&placed->to_world, ray->origin);

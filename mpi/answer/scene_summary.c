@@ -97,12 +97,30 @@ static const char *mode_text(const struct rmap_scene *scene)
     return scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral";
 }
 
+static void print_lamp(const struct rmap_scene *scene, const struct rmap_source *source, FILE *out)
+{
+    static const char *const body[] = {"a point", "a box", "a cylinder", "an ellipsoid"};
+    const struct rmap_lamp *lamp = source->lamp;
+    if (lamp->title[0])
+        fprintf(out, ", '%s'", lamp->title);
+    if (source->shape != RMAP_EMITTER_BODY)
+        fprintf(out, ", from a mesh");
+    else
+        fprintf(out, ", from %s", body[lamp->body]);
+    if (source->shape == RMAP_EMITTER_BODY && lamp->body != RMAP_LAMP_POINT)
+        fprintf(out, " of %.4g x %.4g x %.4g %s", lamp->size[0], lamp->size[1], lamp->size[2],
+                scene->unit);
+}
+
 static void print_light(const struct rmap_scene *scene, FILE *out)
 {
-    for (size_t s = 0; s < scene->n_source; s++)
-        fprintf(out, "    source %s: %.6g %s in '%s'\n", scene->source[s].name,
-                scene->source[s].flux, rmap_flux_unit_text(scene),
-                scene->medium[scene->source[s].medium].name);
+    for (size_t s = 0; s < scene->n_source; s++) {
+        fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
+                rmap_flux_unit_text(scene), scene->medium[scene->source[s].medium].name);
+        if (scene->source[s].lamp)
+            print_lamp(scene, &scene->source[s], out);
+        fputc('\n', out);
+    }
     for (size_t m = 0; m < scene->n_medium; m++)
         if (scene->medium[m].description)
             fprintf(out, "    medium %s: %s\n", scene->medium[m].name,

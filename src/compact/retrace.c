@@ -78,6 +78,8 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
     case RMAP_DISTRIBUTION_TABLE:
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
+    case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+        break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
 }
@@ -112,6 +114,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    if (source->type == RMAP_SOURCE_LAMP) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_source_lamp(model->scene, source, place, way, &departure->position);
+        return;
+    }
     departure->position = source->shape == RMAP_EMITTER_MESH
                               ? rmap_source_point(model->scene, source, place, &normal)
                               : rmap_source_flat_point(source, place);

@@ -42,6 +42,7 @@ static double emitter_area(const struct rmap_scene *scene, const struct rmap_sou
 {
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
+    case RMAP_EMITTER_BODY:
         break;
     case RMAP_EMITTER_DISC:
         return RMAP_PI * source->shape_size[0] * source->shape_size[0];
@@ -65,7 +66,8 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_COSINE:
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
     case RMAP_DISTRIBUTION_TABLE:
-        return 1.0; /* the profile is of unit flux */
+    case RMAP_DISTRIBUTION_LAMP:
+        return 1.0; /* they are of unit flux */
     }
     return 0.25 / RMAP_PI;
 }
@@ -82,7 +84,7 @@ static enum rmap_status make_light(const struct rmap_lights *lights,
     light->normal = rmap_source_flat_normal(source);
     if (source->shape == RMAP_EMITTER_MESH)
         bound_mesh(lights->scene->geometry[source->shape_geometry].mesh, light);
-    if (source->type == RMAP_SOURCE_POINT)
+    if (source->type == RMAP_SOURCE_POINT || source->type == RMAP_SOURCE_LAMP)
         light->strength = source->flux * axial_intensity(source);
     else
         light->strength = source->flux / (light->area * lights->unit_m2);
@@ -121,6 +123,7 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
                 lights->n_unseen += (size_t)area;
             else if ((source->type == RMAP_SOURCE_AREA) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
+            lights->four_numbers |= source->type == RMAP_SOURCE_LAMP;
             if (source->type != RMAP_SOURCE_AREA || !area)
                 continue;
             lights->n_area++;
@@ -164,6 +167,34 @@ static bool see_point(const struct rmap_lights *lights, struct rmap_vec3 from,
     if (source->distribution == RMAP_DISTRIBUTION_TABLE)
         factor = rmap_profile_intensity(&source->profile, 1.0 - cosine);
     sample->irradiance = sample->light->strength * factor / (square * lights->unit_m2);
+    return sample->irradiance > 0.0;
+}
+
+/* As bright all over as it is seen from a direction; of a mesh each part sends the same. */
+static bool see_lamp(const struct rmap_lights *lights, struct rmap_vec3 from, const double u[4],
+                     struct rmap_light_sample *sample)
+{
+    const struct rmap_light *light = sample->light;
+    const struct rmap_source *source = light->source;
+    struct rmap_vec3 facing = {0.0, 0.0, 0.0}, point;
+    if (source->shape == RMAP_EMITTER_MESH)
+        point = rmap_source_point(lights->scene, source, u, &facing);
+    else
+        point = rmap_affine_point(&source->frame, rmap_lamp_surface(source->lamp, u, &facing));
+    const struct rmap_vec3 away = rmap_sub(point, from);
+    const double square = rmap_dot(away, away);
+    if (!(square > 0.0))
+        return false;
+    sample->distance = sqrt(square);
+    sample->direction = rmap_scale(away, 1.0 / sample->distance);
+    const struct rmap_vec3 way =
+        rmap_affine_vector(&light->to_local, rmap_scale(sample->direction, -1.0));
+    const double area =
+        source->shape == RMAP_EMITTER_MESH ? 0.0 : rmap_lamp_seen_area(source->lamp, way);
+    double factor = rmap_lamp_intensity(source->lamp, way);
+    if (area > 0.0)
+        factor *= fmax(rmap_dot(facing, way), 0.0) / area;
+    sample->irradiance = light->strength * factor / (square * lights->unit_m2);
     return sample->irradiance > 0.0;
 }
 
@@ -249,6 +280,9 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
     switch (sample->light->source->type) {
     case RMAP_SOURCE_POINT:
         seen = see_point(lights, from, sample);
+        break;
+    case RMAP_SOURCE_LAMP:
+        seen = see_lamp(lights, from, u, sample);
         break;
     case RMAP_SOURCE_COLLIMATED:
         seen = see_beam(from, u, sample);

@@ -12,7 +12,7 @@ struct rmap_light {
     const struct rmap_source *source; /* borrowed */
     struct rmap_affine to_local;      /* of its frame */
     double strength;                  /* AREA: radiance, flux unit / (m2 sr); POINT: intensity on
-                                         the axis, per sr; COLLIMATED: irradiance, per m2 */
+                                         the axis, per sr; LAMP: flux; COLLIMATED: irradiance, per m2 */
     double area;                      /* of an emitter, in scene units squared */
     struct rmap_vec3 normal;          /* of all but meshes: of the side that shines */
     struct rmap_vec3 centre;          /* MESH: of a sphere about it */

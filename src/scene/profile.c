@@ -11,8 +11,8 @@
 
 static const double step_deg = 0.5;
 
-/* Fluxes below the knots, by the trapezoidal rule, which is exact for them; then shares. */
-static bool add_up(struct rmap_profile *profile)
+/* By the trapezoidal rule, which is exact for the knots. */
+double rmap_profile_sum(struct rmap_profile *profile)
 {
     struct rmap_profile_knot *knot = profile->knot;
     double flux = 0.0;
@@ -22,12 +22,12 @@ static bool add_up(struct rmap_profile *profile)
         knot[k].below = flux;
     }
     if (!(flux > 0.0) || !isfinite(flux))
-        return false;
+        return 0.0;
     for (size_t k = 0; k < profile->n; k++) {
         knot[k].intensity /= flux;
         knot[k].below /= flux;
     }
-    return true;
+    return flux;
 }
 
 enum rmap_status rmap_profile_init(const double *angle_deg, const double *value, size_t n,
@@ -57,8 +57,9 @@ enum rmap_status rmap_profile_init(const double *angle_deg, const double *value,
                 .intensity = (value[i] + part * (before - value[i])) / most};
         }
     }
-    return add_up(profile) ? RMAP_OK
-                           : rmap_error_set(err, RMAP_INPUT, "the table of intensity has no light");
+    return rmap_profile_sum(profile) > 0.0
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_INPUT, "the table of intensity has no light");
 }
 
 void rmap_profile_fini(struct rmap_profile *profile)
@@ -83,6 +84,11 @@ static size_t find_knot(const struct rmap_profile *profile, bool by_share, doubl
     return low;
 }
 
+size_t rmap_profile_find(const struct rmap_profile *profile, double one_minus_cos)
+{
+    return find_knot(profile, false, one_minus_cos);
+}
+
 double rmap_profile_draw(const struct rmap_profile *profile, double u)
 {
     const struct rmap_profile_knot *knot = profile->knot;
@@ -102,7 +108,7 @@ double rmap_profile_intensity(const struct rmap_profile *profile, double one_min
     const struct rmap_profile_knot *knot = profile->knot;
     if (one_minus_cos < knot[0].one_minus_cos || one_minus_cos > knot[profile->n - 1].one_minus_cos)
         return 0.0;
-    knot += find_knot(profile, false, one_minus_cos);
+    knot += rmap_profile_find(profile, one_minus_cos);
     const double share =
         (one_minus_cos - knot[0].one_minus_cos) / (knot[1].one_minus_cos - knot[0].one_minus_cos);
     return knot[0].intensity + share * (knot[1].intensity - knot[0].intensity);

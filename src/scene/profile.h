@@ -28,6 +28,13 @@ enum rmap_status rmap_profile_init(const double *angle_deg, const double *value,
                                    struct rmap_profile *profile, struct rmap_error *err);
 void rmap_profile_fini(struct rmap_profile *profile);
 
+/* Of knots with an intensity in any unit: their flux in that unit, which is divided out; fills
+ * `below`. 0: there is no light. */
+double rmap_profile_sum(struct rmap_profile *profile);
+
+/* The first of the two knots that such an angle lies between. */
+size_t rmap_profile_find(const struct rmap_profile *profile, double one_minus_cos);
+
 /* 1 - cos(angle) below which the share u in (0, 1) of the flux lies: with uniform u, of a random
  * ray. The same bits everywhere, as src/compact finds it again. */
 double rmap_profile_draw(const struct rmap_profile *profile, double u);

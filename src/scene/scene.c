@@ -33,6 +33,9 @@ static void destroy_sources(struct rmap_scene *scene)
         rmap_free(scene->source[i].triangle_cdf);
         rmap_free(scene->source[i].list);
         rmap_profile_fini(&scene->source[i].profile);
+        if (scene->source[i].lamp)
+            rmap_lamp_fini(scene->source[i].lamp);
+        rmap_free(scene->source[i].lamp);
     }
     rmap_free(scene->source);
 }
@@ -106,6 +109,24 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene->simulation.name);
     rmap_free(scene->unit);
     rmap_free(scene);
+}
+
+struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
+{
+    const double *size = source->shape_size;
+    switch (source->shape) {
+    case RMAP_EMITTER_POINT:
+    case RMAP_EMITTER_MESH:
+        break;
+    case RMAP_EMITTER_DISC:
+        return rmap_vec3(size[0], size[0], 0.0);
+    case RMAP_EMITTER_RECTANGLE:
+        return rmap_vec3(0.5 * size[0], 0.5 * size[1], 0.0);
+    case RMAP_EMITTER_BODY:
+        size = source->lamp->size;
+        return rmap_vec3(0.5 * size[0], 0.5 * size[1], 0.5 * size[2]);
+    }
+    return rmap_vec3(0.0, 0.0, 0.0);
 }
 
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)

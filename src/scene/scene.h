@@ -20,6 +20,7 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/lamp.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
 #include "scene/surface_model.h"
@@ -79,14 +80,16 @@ enum rmap_source_type {
     RMAP_SOURCE_COLLIMATED,
     RMAP_SOURCE_POINT,
     RMAP_SOURCE_AREA,
-    RMAP_SOURCE_RAYS
+    RMAP_SOURCE_RAYS,
+    RMAP_SOURCE_LAMP
 };
 
 enum rmap_emitter {
     RMAP_EMITTER_POINT,
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
-    RMAP_EMITTER_MESH       /* every triangle, emitting from its front side */
+    RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
+    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
 };
 
 enum rmap_distribution {
@@ -95,6 +98,7 @@ enum rmap_distribution {
                                  COLLIMATED, whose ISOTROPIC is one direction */
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
+    RMAP_DISTRIBUTION_LAMP,   /* LAMP */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -116,6 +120,7 @@ struct rmap_source {
     enum rmap_distribution distribution;
     double cone_rad, cosine_power;
     struct rmap_profile profile; /* TABLE */
+    struct rmap_lamp *lamp;      /* LAMP; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -262,6 +267,9 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
+
+/* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
+struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
 
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);

@@ -19,23 +19,12 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
             rmap_bounds_include(box, source->list[i].origin);
         return;
     }
-    double half[2] = {0.0, 0.0};
-    switch (source->shape) {
-    case RMAP_EMITTER_POINT:
-        break;
-    case RMAP_EMITTER_DISC:
-        half[0] = half[1] = source->shape_size[0];
-        break;
-    case RMAP_EMITTER_RECTANGLE:
-        half[0] = 0.5 * source->shape_size[0];
-        half[1] = 0.5 * source->shape_size[1];
-        break;
-    case RMAP_EMITTER_MESH:
+    if (source->shape == RMAP_EMITTER_MESH) {
         rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
     }
-    rmap_bounds_include_box(box, &source->frame, rmap_vec3(-half[0], -half[1], 0.0),
-                            rmap_vec3(half[0], half[1], 0.0));
+    const struct rmap_vec3 half = rmap_source_half_size(source);
+    rmap_bounds_include_box(box, &source->frame, rmap_scale(half, -1.0), half);
 }
 
 static void include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)

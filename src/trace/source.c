@@ -23,8 +23,23 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
         return rmap_about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
     case RMAP_DISTRIBUTION_TABLE:
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
+    case RMAP_DISTRIBUTION_LAMP:
+        return rmap_lamp_draw(source->lamp, u);
     }
     return rmap_vec3(0.0, 0.0, 1.0);
+}
+
+struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
+                                  const double place[4], const double way[2],
+                                  struct rmap_vec3 *position)
+{
+    const struct rmap_vec3 local = rmap_lamp_draw(source->lamp, way);
+    struct rmap_vec3 normal;
+    *position =
+        source->shape == RMAP_EMITTER_MESH
+            ? rmap_source_point(scene, source, place, &normal)
+            : rmap_affine_point(&source->frame, rmap_lamp_point(source->lamp, local, place));
+    return rmap_normalize(rmap_affine_vector(&source->frame, local));
 }
 
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
@@ -57,6 +72,7 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
+    case RMAP_EMITTER_BODY:
         break;
     case RMAP_EMITTER_DISC:
         local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
@@ -108,6 +124,11 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     double place[4], way[4];
     struct rmap_vec3 normal;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    if (source->type == RMAP_SOURCE_LAMP) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
+        return;
+    }
     emission->position = rmap_source_point(scene, source, place, &normal);
     emission->direction = normal;
     if (rmap_source_is_parallel(source))

@@ -33,6 +33,11 @@ static inline bool rmap_source_is_parallel(const struct rmap_source *source)
            source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
 }
 
+/* LAMP: a direction of its light, and the place that it leaves from, by numbers in (0, 1). */
+struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
+                                  const double place[4], const double way[2],
+                                  struct rmap_vec3 *position);
+
 /* A direction of its light in its frame, about z, by two numbers in (0, 1). */
 struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2]);
 

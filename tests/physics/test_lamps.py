@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Lamps by their maker's files: the intensity of one function, written for every goniometer and
+symmetry, is what leaves; the luminous opening is where it leaves.
+
+I = a + v.d + q x^2 has the flux 4 pi (a + q/3), the mean direction v / (3 (a + q/3)), and a mean
+x^2 of (a/3 + q/5) / (a + q/3). Linear interpolation in steps of 2.5 and 5 degrees is off by up to
+h^2/12, 6e-4.
+"""
+import math
+
+import numpy
+
+import lamp_files
+from lamp_files import steps
+from picture import luminance, render
+from raymap import Checks, columns, count, drop, many, run, trace
+
+checks = Checks()
+RAYS = many(200_000)
+A, Q = 10.0, 5.0
+
+HEAD = """raymap: 1
+units: m
+spectrum: {mode: rgb}
+media: {air: {index: 1}}
+sources:
+  - {name: lamp, type: lamp, file: %s, medium: air, spectrum: {rgb: [1, 1, 1]}%s}
+"""
+
+
+def write(path, text):
+    with open(path, "w", encoding="latin-1", newline="") as file:
+        file.write(text)
+
+
+def light(name, text, keys=""):
+    """(flux, directions, starts)"""
+    write(name, text)
+    target = trace("lamp", HEAD % (name, keys), RAYS)
+    flux = count(target, "all")[0]["flux"]["total"]
+    direction, start = columns(target, "ray/end_direction", "ray/start")
+    drop(target)
+    return flux, direction.astype(float), start.astype(float)
+
+
+def function(v, q):
+    return lambda d: A + v[0] * d[0] + v[1] * d[1] + v[2] * d[2] + q * d[0] ** 2
+
+
+def compare(what, answer, v, q, factor=1.0):
+    flux, d, _ = answer
+    n, mean = len(d), A + q / 3
+    checks.close(f"{what}: flux", flux, 4 * math.pi * mean * factor, rel=7e-4)
+    for k in range(3):
+        sigma = d[:, k].std() / math.sqrt(n) + 1.5e-4
+        checks.z(f"{what}: mean {'xyz'[k]}", d[:, k].mean(), v[k] / 3 / mean, sigma)
+    square = d[:, 0] ** 2
+    checks.z(f"{what}: mean x^2", square.mean(), (A / 3 + q / 5) / mean,
+             square.std() / math.sqrt(n) + 1.5e-4)
+
+
+ANY, ACROSS_Y, ACROSS_X, BOTH = (3, -2, 4), (3, 0, 4), (0, -2, 4), (0, 0, 4)
+
+
+def check_ies():
+    """Symmetries by the angles; factors of the intensity; C of 1986 to 2019, B and A."""
+    whole, half, quarter = steps(0, 360, 5), steps(0, 180, 5), steps(0, 90, 5)
+    for first, v, q, horizontal in (("IESNA91", ANY, Q, whole), ("IESNA:LM-63-1995", ACROSS_Y, Q, half),
+                                    ("IESNA:LM-63-2002", ACROSS_X, Q, steps(90, 270, 5)),
+                                    ("IES:LM-63-2019", BOTH, Q, quarter),
+                                    ("Example lamps", BOTH, 0, [0])):
+        old = not first.startswith("IES") or first == "IESNA91"
+        text = lamp_files.ies(function(v, q), "C", horizontal, first=first, multiplier=2, ballast=0.9,
+                              ballast_lamp=0.8, lumens=350)
+        compare(first, light("c.ies", text), v, q, 2 * 0.9 * (0.8 if old else 1))
+    around = steps(-180, 180, 5)
+    for kind in "BA":
+        compare(f"type {kind}", light("b.ies", lamp_files.ies(function(ANY, Q), kind, around)), ANY, Q)
+        text = lamp_files.ies(function(ACROSS_Y, Q), kind, half)
+        compare(f"type {kind}, half", light("b.ies", text), ACROSS_Y, Q)
+    text = lamp_files.ies(function(BOTH, Q), "B", half, steps(0, 90, 2.5))
+    compare("type B, a quarter", light("b.ies", text), BOTH, Q)
+    text = lamp_files.ies(function(BOTH, Q), "B", steps(-90, 90, 5))
+    _, d, _ = light("b.ies", text)
+    checks.true("type B: dark where it was not measured", d[:, 2].min() > -1e-6)
+
+
+def check_eulumdat():
+    for symmetry, v, q in ((0, ANY, Q), (1, BOTH, 0), (2, ACROSS_Y, Q), (3, ACROSS_X, Q), (4, BOTH, Q)):
+        text = lamp_files.eulumdat(function(v, q), symmetry, lumens=(500, 1200), conversion=1.5)
+        compare(f"symmetry {symmetry}", light("e.ldt", text), v, q, 1.5 * 0.5)
+    compare("set 2", light("e.ldt", text, ", set: 2"), v, q, 1.5 * 1.2)
+    text = lamp_files.eulumdat(function(ANY, Q), 0, lamps=-1)
+    compare("absolute", light("e.ldt", text), ANY, Q)
+
+
+def check_tilt():
+    """A tilted lamp gives less: factors of its file, straight between."""
+    tilt = "INCLUDE\n1\n3\n0 45 90\n1 0.9 0.5"
+    text = lamp_files.ies(function(BOTH, 0), "C", [0], tilt=tilt)
+    for degrees, factor in ((0, 1), (45, 0.9), (60, 0.9 - 0.4 / 3)):
+        compare(f"tilt {degrees}", light("t.ies", text, f", tilt: {degrees}"), BOTH, 0, factor)
+
+
+def check_frame():
+    """A hanging lamp has C 0 along +X and C 90 along +Y; spin turns C 0; scenes' flux goes first."""
+    text = lamp_files.ies(function(ANY, Q), "C", steps(0, 360, 5))
+    _, d, _ = light("f.ies", text, ", rotate: [180, 0, 0]")
+    mean = (3, 2, -4)
+    for k in range(3):
+        checks.z(f"hanging: mean {'xyz'[k]}", d[:, k].mean(), mean[k] / 3 / (A + Q / 3),
+                 d[:, k].std() / math.sqrt(len(d)) + 1.5e-4)
+    flux, d, _ = light("f.ies", text, ", spin: 90, flux: 20 lm")
+    checks.close("flux of the scene", flux, 20, rel=1e-12)
+    for k, want in enumerate((2, 3, 4)):
+        checks.z(f"spin: mean {'xyz'[k]}", d[:, k].mean(), want / 3 / (A + Q / 3),
+                 d[:, k].std() / math.sqrt(len(d)) + 1.5e-4)
+
+
+def extent(start):
+    return [float(x) for x in start.max(axis=0) - start.min(axis=0)]
+
+
+def check_openings():
+    """Where light leaves: LM-63's signs, feet; EULUMDAT's length is across C 0, and sides that have
+    a height shine."""
+    even = lambda d: 1.0
+    cases = [("rectangle", (0.2, 0.6, 0), 2, (0.6, 0.2, 0)), ("box", (0.2, 0.6, 0.1), 1, (0.18288, 0.06096, 0.03048)),
+             ("disc", (-0.4, -0.4, 0), 2, (0.4, 0.4, 0)), ("disc of 1995", (-0.4, 0, 0), 2, (0.4, 0.4, 0)),
+             ("cylinder", (-0.4, 0, 0.3), 2, (0.4, 0.4, 0.3)), ("sphere", (-0.4, -0.4, -0.4), 2, (0.4, 0.4, 0.4)),
+             ("tube along C 0", (-0.1, 0.8, -0.1), 2, (0.8, 0.1, 0.1)), ("tube of 1995", (0, 0.8, -0.1), 2, (0.8, 0.1, 0.1)),
+             ("tube across", (0.8, -0.1, -0.1), 2, (0.1, 0.8, 0.1)), ("upright disc", (-0.3, 0, -0.5), 2, (0, 0.3, 0.5)),
+             ("ellipse", (-0.2, -0.6, 0), 2, (0.6, 0.2, 0)), ("point", (0, 0, 0), 2, (0, 0, 0))]
+    for what, size, unit, want in cases:
+        text = lamp_files.ies(even, "C", [0], steps(0, 180, 10), size=size, unit=unit)
+        _, _, start = light("o.ies", text)
+        checks.close(what, extent(start), list(want), rel=0.02, abs=1e-6)
+    text = lamp_files.ies(even, "C", [0], steps(0, 180, 10), size=(-0.3, 0, -0.3), first="IESNA:LM-63-1995")
+    checks.close("sphere of 1995", extent(light("o.ies", text)[2]), [0.3] * 3, rel=0.02)
+    _, d, start = light("o.ldt", lamp_files.eulumdat(even, 0, size=(1200, 100, 50, 0, 50, 0)))
+    checks.close("louvre", extent(start), [0.1, 1.2, 0.05], rel=0.02)
+    level = (start[:, 2] > 0.0249) | (start[:, 2] < -0.0249)
+    checks.true("the ends are dark", (numpy.abs(start[~level][:, 0]) > 0.0499).all())
+    _, _, start = light("o.ldt", lamp_files.eulumdat(even, 0, size=(300, 0, 0, 0, 0, 0)))
+    checks.close("round", extent(start), [0.3, 0.3, 0], rel=0.02, abs=1e-9)
+    for emitter, want in (("point", (0, 0, 0)), ("{disc: 0.2}", (0.4, 0.4, 0)), ("{rectangle: [0.4, 0.1]}", (0.4, 0.1, 0)),
+                          ("{line: 0.7}", (0, 0.7, 0))):
+        _, _, start = light("o.ies", text, f", emitter: {emitter}")
+        checks.close(f"emitter: {emitter}", extent(start), list(want), rel=0.02, abs=1e-9)
+
+
+ROOM = """raymap: 1
+units: m
+spectrum: {mode: rgb}
+media: {air: {index: 1}}
+surfaces: {grey: {type: lambert, reflectance: 0.5}}
+geometries:
+  desk: {type: rectangle, size: [1, 1]}
+  shade: {type: mesh, file: shade.obj}
+objects: [{name: desk, geometry: desk, surface: {front: grey, back: absorber}, front: air, back: air}]
+sources:
+  - {name: lamp, type: lamp, file: %s, at: [0.3, 0.1, 0.5], rotate: [180, 0, 20], medium: air, spectrum: {rgb: [1, 1, 1]}, emitter: %s}
+detectors: [{name: sensor, type: plane, on: desk, cells: 1}]
+cameras: [{name: eye, at: [0, 0, 1], look_at: [0, 0, 0], up: [0, 1, 0], fov: 53.13010235415598, resolution: [16, 16]}]
+"""
+
+
+def check_trace_and_render():
+    """What a desk near the lamp gets, of `trace` and of what a camera sees of it (grey 0.5)."""
+    write("shade.obj", "v 0 0 0\nv 0.3 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    turn = steps(0, 360, 15)
+    for name, size in (("point", (0, 0, 0)), ("rectangle", (0.2, 0.5, 0)), ("box", (0.2, 0.5, 0.2)),
+                       ("ellipse", (-0.2, -0.5, 0)), ("cylinder", (-0.2, -0.5, 0.2)), ("tube", (-0.1, 0.6, -0.2)),
+                       ("tube across", (0.6, -0.1, -0.2)), ("ellipsoid", (-0.5, -0.2, -0.3)), ("line", (0, 0.6, 0))):
+        write(f"{name}.ies", lamp_files.ies(function(ANY, Q), "C", turn, steps(0, 180, 5), size=size))
+    write("louvre.ldt", lamp_files.eulumdat(function(ANY, Q), 0, size=(500, 200, 150, 50, 150, 50)))
+    write("any.ies", lamp_files.ies(function(ANY, Q), "C", turn, steps(0, 180, 5)))
+    names = ["point.ies", "rectangle.ies", "box.ies", "ellipse.ies", "cylinder.ies", "tube.ies",
+             "tube across.ies", "ellipsoid.ies", "line.ies", "louvre.ldt"]
+    cases = [(name, "opening") for name in names] + [
+        ("any.ies", emitter) for emitter in ("{disc: 0.2}", "{rectangle: [0.4, 0.1]}", "{line: 0.4}", "{mesh: shade}")]
+    for file, emitter in cases:
+        scene = ROOM % (file, emitter)
+        target = trace("desk", scene, RAYS)
+        (answer,) = count(target, "registered(sensor)")
+        flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
+        drop(target)
+        image, told = render("desk", scene, "--samples", 200)
+        n = image.shape[0] * image.shape[1]
+        checks.z(f"{file}, {emitter}: lm on the desk", luminance(image).mean() * math.pi / 0.5, flux,
+                 math.hypot(told["noise"] / math.sqrt(n) * math.pi / 0.5, error))
+
+
+check_trace_and_render()
+check_ies()
+check_eulumdat()
+check_tilt()
+check_frame()
+check_openings()
+checks.finish()
