@@ -8,7 +8,7 @@
 
 #include "io/lamp/lamp_reader.h"
 
-enum { PLANES_MAX = 721, GAMMAS_MAX = 721, RATIOS = 10 };
+enum { PLANES_MAX = RMAP_LAMP_STEPS_MAX + 1, GAMMAS_MAX = RMAP_LAMP_STEPS_MAX + 1, RATIOS = 10 };
 enum symmetry { SYMMETRY_NONE, SYMMETRY_ALL, SYMMETRY_0, SYMMETRY_90, SYMMETRY_BOTH };
 
 static void skip_lines(struct rmap_lamp_text *scan, int n)

@@ -9,11 +9,13 @@
 #define RMAP_LAMP_FILE_H
 
 #include <stddef.h>
+#include <stdio.h>
 
 #include "base/status.h"
 #include "scene/lamp.h"
 
-enum { RMAP_LAMP_SETS_MAX = 20 }; /* of a EULUMDAT file */
+/* Of lamps in a EULUMDAT file; of gamma, and planes C, in one that is written. */
+enum { RMAP_LAMP_SETS_MAX = 20, RMAP_LAMP_STEPS_MAX = 720 };
 
 /* What the user chooses of a file. */
 struct rmap_lamp_choice {
@@ -48,5 +50,17 @@ enum rmap_status rmap_lamp_file_read(const char *text, size_t nbytes, enum rmap_
                                      struct rmap_lamp_file *file,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lamp_file_fini(struct rmap_lamp_file *file);
+
+/* What a file says besides. */
+struct rmap_lamp_words {
+    const char *title;      /* UTF-8; what is not ASCII becomes '?' */
+    double lumens, down_lm; /* of the luminaire, and below the horizon */
+};
+
+/* Absolute photometry of type C, of a point, without a symmetry but that of one plane: angles
+ * around and their candelas are written as they stand, axis and body are not looked at. Errors of
+ * `out` are its owner's to find. */
+void rmap_lamp_file_write(const struct rmap_lamp_file *file, enum rmap_lamp_format format,
+                          const struct rmap_lamp_words *words, FILE *out);
 
 #endif

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/detector/far_field.h"
 #include "analysis/figure/figure_polar.h"
 #include "analysis/figure/figure_spot.h"
 #include "base/alloc.h"
@@ -17,8 +18,13 @@
 #include "io/hdf5/grid_h5.h"
 #include "mpi/command/output.h"
 
-const char *const rmap_detector_suffixes[] = {".png", ".svg", ".csv", ".h5",
-                                              ".npy", ".npz", ".exr", NULL};
+const char *const rmap_detector_suffixes[] = {".png", ".svg", ".csv", ".h5",  ".npy",
+                                              ".npz", ".exr", ".ies", ".ldt", NULL};
+
+bool rmap_detector_is_lamp_file(const char *path)
+{
+    return rmap_output_is(path, ".ies") || rmap_output_is(path, ".ldt");
+}
 
 static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
                                   const char *path, struct rmap_error *err)
@@ -168,6 +174,31 @@ out:
     return st;
 }
 
+static enum rmap_status write_lamp(const struct rmap_detector_image *image, const char *criterion,
+                                   const char *path, struct rmap_error *err)
+{
+    struct rmap_whole_file whole = {0};
+    struct rmap_lamp_file file = {.n_around = 0};
+    char title[400];
+    struct rmap_lamp_words words = {.title = title, .lumens = image->flux};
+    const int n = snprintf(title, sizeof title, "%.80s: ", image->detector->name);
+    rmap_which_caption(image->which, criterion, title + n, sizeof title - (size_t)n);
+    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
+        if (2 * (c % image->n[0]) < image->n[0])
+            words.down_lm += image->value[c] *
+                             rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
+    enum rmap_status st = rmap_far_field_fit(image, &file, err);
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
+    rmap_lamp_file_write(&file, rmap_output_is(path, ".ies") ? RMAP_LAMP_IES : RMAP_LAMP_EULUMDAT,
+                         &words, whole.file);
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
+    rmap_lamp_file_fini(&file);
+    return st;
+}
+
 enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
                                      const struct rmap_figure_detector *figure, const char *path,
                                      struct rmap_error *err)
@@ -178,6 +209,8 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
         return write_csv(image, figure->criterion, path, err);
     if (rmap_output_is(path, ".exr"))
         return write_exr(image, figure->criterion, path, err);
+    if (rmap_detector_is_lamp_file(path))
+        return write_lamp(image, figure->criterion, path, err);
     if (rmap_picture_kind(path) == RMAP_PICTURE_NONE)
         return write_arrays(image, figure->criterion, path, err);
     RMAP_TRY(rmap_figure_detector(image, figure, &svg, err));

@@ -10,9 +10,13 @@
 
 extern const char *const rmap_detector_suffixes[];
 
+/* .ies or .ldt: of an image in the cells of rmap_far_field_cells alone. */
+bool rmap_detector_is_lamp_file(const char *path);
+
 /* By the suffix. .csv: a row per cell; .h5: value, standard_error, rays, rgb, spectral cube; .npy:
  * the values alone, of a spectral image the cube; .npz: all of it; .exr: linear RGB, of an image
- * without colour the value in each; .png and .svg: the figure. */
+ * without colour the value in each; .png and .svg: the figure;
+ * .ies and .ldt: lamp makers' files. */
 enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
                                      const struct rmap_figure_detector *figure, const char *path,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "analysis/detector/detector_image.h"
+#include "analysis/detector/far_field.h"
 #include "analysis/detector/spot.h"
 #include "analysis/table/figure_axes.h"
 #include "base/alloc.h"
@@ -56,8 +57,8 @@ static const struct rmap_option options[] = {
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"by", 0, "source", "registrations and flux of each source", .words = "source"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
-     "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; again for "
-     "more"},
+     "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; .ies, .ldt: "
+     "a lamp maker's file of an intensity grid; again for more"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour",
      "output", .words = "false true"},
     {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)",
@@ -73,7 +74,7 @@ struct request {
     char **output; /* [n_output] */
     size_t n_output;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels, force, by_source, world, auto_cells;
+    bool tally, channels, force, by_source, world, auto_cells, lamp_file;
     bool spot, mtf;
     struct rmap_until until;
     double frequency;      /* 0: by the size of the spot */
@@ -140,6 +141,33 @@ static enum rmap_status read_spot(const struct rmap_arguments *given, struct req
     return rmap_output_check(request->plot_path, suffixes, request->force, err);
 }
 
+/* Their cells are centred on the angles of the file. */
+static enum rmap_status read_lamp_files(const struct rmap_arguments *given, struct request *request,
+                                        struct rmap_error *err)
+{
+    static const char *const other[] = {"tally", "region", "over", "unit"};
+    size_t n = 0;
+    for (size_t i = 0; i < request->n_output; i++)
+        n += rmap_detector_is_lamp_file(request->output[i]);
+    request->lamp_file = n > 0;
+    if (n == 0)
+        return RMAP_OK;
+    if (n < request->n_output || request->plot_path)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "a lamp maker's file has cells of its own, about its angles: write "
+                              "pictures and numbers by another command");
+    for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+        if (rmap_argument(given, other[i]))
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "a lamp maker's file is of all directions, in cd: leave --%s out",
+                                  other[i]);
+    return request->auto_cells
+               ? rmap_error_set(err, RMAP_USAGE,
+                                "--cells auto: of a lamp maker's file say how many steps of gamma "
+                                "and planes C, as --cells 36x24")
+               : RMAP_OK;
+}
+
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
 {
@@ -183,6 +211,8 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         st = rmap_argument_each(given, "output", &request->output, &request->n_output, err);
     for (size_t i = 0; i < request->n_output && st == RMAP_OK; i++)
         st = rmap_output_check(request->output[i], rmap_detector_suffixes, request->force, err);
+    if (st == RMAP_OK)
+        st = read_lamp_files(given, request, err);
     return st;
 }
 
@@ -398,6 +428,32 @@ static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char 
     return RMAP_OK;
 }
 
+/* For a lamp maker's file. */
+static enum rmap_status ask_far_field(const struct rmap_scene *scene, struct rmap_detector_ask *ask,
+                                      struct rmap_error *err)
+{
+    const struct rmap_detector *detector = &scene->detector[ask->detector];
+    const uint32_t n[2] = {ask->bins.n[0], ask->bins.n[1]};
+    if (detector->type != RMAP_DETECTOR_INTENSITY || ask->bins.quantity != RMAP_PER_SOLID_ANGLE)
+        return rmap_error_set(
+            err, RMAP_USAGE, "a lamp maker's file has intensities: '%.60s' is %s", detector->name,
+            detector->type == RMAP_DETECTOR_INTENSITY ? "asked for another quantity"
+                                                      : "no intensity grid (type: intensity)");
+    if (scene->flux_unit != RMAP_FLUX_LM)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "a lamp maker's file has candelas, and the sources are in W: give "
+                              "their flux in lm, and trace anew");
+    if (n[0] > RMAP_LAMP_STEPS_MAX || n[1] > RMAP_LAMP_STEPS_MAX)
+        return rmap_error_set(
+            err, RMAP_USAGE,
+            "%u x %u cells: a lamp maker's file has at most %d steps of gamma and "
+            "planes C: --cells 90x72",
+            n[0], n[1], RMAP_LAMP_STEPS_MAX);
+    ask->bins.stored = false;
+    rmap_far_field_cells(n, ask->bins.n);
+    return RMAP_OK;
+}
+
 /* What is to be summed. */
 static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
                                const struct rmap_map *map, const struct rmap_overlay *overlay,
@@ -414,6 +470,8 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
+    if (request->lamp_file)
+        RMAP_TRY(ask_far_field(scene, ask, err));
     if (request->world && ask->bins.directions)
         return rmap_error_set(err, RMAP_USAGE,
                               "--frame world: cells over directions have no place in the world");

@@ -126,6 +126,52 @@ def check_told():
 
 
 write("shade.obj", "v 0 0 0\nv 0.3 0 0\nv 0 0.2 0\nv 0 0 -0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+FAR = """raymap: 1
+units: m
+media: {air: {index: 1}}
+sources: [{name: lamp, type: point, flux: FLUX, distribution: {cone: 60}, medium: air}]
+geometries: {wall: {type: rectangle, size: [9, 9]}}
+detectors: [{name: far, type: intensity, cells: [18, 1]}, {name: near, type: plane, at: [0, 0, 1], size: 1, cells: 4}]
+"""
+
+
+def check_written():
+    pathlib.Path("far.yaml").write_text(FAR.replace("FLUX", "314.15926535897931 lm"), encoding="utf-8")
+    run("trace", "far.yaml", "-o", "far.raymap", "-n", 100000, "--quiet", "--force")
+    texts = set()
+    for ranks in 1, 2, 3:
+        run("detector", "far.raymap", "far", "-o", "far.ies", "-o", "far.ldt", "--force", ranks=ranks)
+        texts.add(pathlib.Path("far.ies").read_text("ascii") + pathlib.Path("far.ldt").read_text("ascii"))
+    check(len(texts) == 1, "one file on any number of ranks")
+    c, gamma, (candela,) = lamp_files.read_ies("far.ies")
+    check(c == [0] and gamma == steps(0, 180, 10), f"angles {c} {gamma}")
+    for i, want in ((0, 100), (3, 100), (5, 100), (8, 0), (18, 0)):  # 314.16 lm over pi sr
+        check(abs(candela[i] - want) < 10, f"{candela[i]} cd at {gamma[i]}, not {want}")
+    lines = pathlib.Path("far.ldt").read_text("ascii").splitlines()
+    check(lines[1:4] == ["1", "1", "1"] and float(lines[21]) == 100, f"EULUMDAT of one plane: {lines[:30]}")
+    told = run("check", scene("far.ldt"))
+    check("'Raymap far: rays: all', from a point" in told, told)
+    run("detector", "far.raymap", "far", "--cells", "36x8", "-o", "far.ies", "--force")
+    c, gamma, _ = lamp_files.read_ies("far.ies")
+    check(c == steps(0, 360, 45) and gamma == steps(0, 180, 5), f"angles {c} {gamma}")
+    run("detector", "far.raymap", "far", "--where", "source(lamp)", "-o", "far.ies", "--force")
+    check("[LUMINAIRE] far: rays: source(lamp)" in pathlib.Path("far.ies").read_text("ascii"), "the criterion in the title")
+    for arguments, said in ((("near", "-o", "x.ies"), "'near' is no intensity grid"),
+                            (("far", "-o", "x.ies", "-o", "x.png"), "write pictures and numbers by another command"),
+                            (("far", "-o", "x.ldt", "--cells", "auto"), "say how many steps of gamma and planes C"),
+                            (("far", "-o", "x.ldt", "--cells", "721x1"), "at most 720 steps"),
+                            (("far", "-o", "x.ldt", "--quantity", "flux"), "asked for another quantity"),
+                            (("far", "-o", "x.ldt", "--region", "0,0,90,360"), "leave --region out")):
+        told = run("detector", "far.raymap", *arguments, status=2)
+        check(said in told, f"{arguments}: {told}")
+    pathlib.Path("far.yaml").write_text(FAR.replace("FLUX", "1 W"), encoding="utf-8")
+    run("trace", "far.yaml", "-o", "watt.raymap", "-n", 1000, "--quiet", "--force")
+    told = run("detector", "watt.raymap", "far", "-o", "x.ies", status=3)
+    check("the sources are in W: give their flux in lm" in told, told)
+    check(not pathlib.Path("x.ies").exists() and not pathlib.Path("x.ldt").exists(), "nothing is left of what was refused")
+
+
+check_written()
 check_mistakes()
 check_maps()
 check_told()
