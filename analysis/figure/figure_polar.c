@@ -65,11 +65,12 @@ static void add_half(struct polar *polar, uint32_t j, double side, bool outwards
     }
 }
 
-/* From one end of the plane over the axis to the other. */
+/* From one end of the plane over the axis to the other; C goes against phi, and C 0 and C 90 are
+ * on the right. */
 static void add_plane(struct polar *polar, int plane, bool forth, double errors)
 {
-    const uint32_t right = column_of(polar->image, 90.0 * plane);
-    const uint32_t left = column_of(polar->image, 90.0 * plane + 180.0);
+    const uint32_t right = column_of(polar->image, -90.0 * plane);
+    const uint32_t left = column_of(polar->image, 180.0 - 90.0 * plane);
     add_half(polar, forth ? left : right, forth ? -1.0 : 1.0, false, errors);
     add_half(polar, forth ? right : left, forth ? 1.0 : -1.0, true, errors);
 }
