@@ -11,6 +11,7 @@
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_reader.h"
+#include "optics/illuminant.h"
 
 static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
 
@@ -457,6 +458,77 @@ static void read_lines(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
 }
 
+/* Room for a table: of rgb scenes every 5 nm, 0 beyond; else what each channel's band has. */
+static double *new_table(struct rmap_reader *reader, struct rmap_spectrum *spectrum)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    const bool spectral = channels->mode == RMAP_COLOUR_SPECTRAL;
+    const size_t n = spectral ? (size_t)channels->n : RMAP_ILLUMINANT_N + 2;
+    double *nm = rmap_reader_alloc(reader, n, sizeof *nm);
+    double *value = rmap_reader_alloc(reader, n, sizeof *value);
+    if (!nm || !value)
+        return NULL;
+    for (size_t i = 0; i < n; i++)
+        nm[i] = spectral ? channels->wavelength_nm[i]
+                         : RMAP_ILLUMINANT_FROM_NM + RMAP_ILLUMINANT_STEP_NM * ((double)i - 1.0);
+    spectrum->kind = RMAP_SPECTRUM_TABLE;
+    spectrum->table = (struct rmap_table1){n, nm, value};
+    return spectral ? value : value + 1;
+}
+
+static void set_illuminant(struct rmap_reader *reader, const double power[RMAP_ILLUMINANT_N],
+                           struct rmap_spectrum *spectrum)
+{
+    double *value = new_table(reader, spectrum);
+    if (value && reader->scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        rmap_illuminant_means(power, &reader->scene->channels, value);
+    else if (value)
+        memcpy(value, power, RMAP_ILLUMINANT_N * sizeof *value);
+}
+
+static void read_named(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                       struct rmap_spectrum *spectrum)
+{
+    enum { EQUAL, D65, FIRST };
+    double power[RMAP_ILLUMINANT_N];
+    int choice = EQUAL;
+    (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL,
+                             "equal D65 A D50 D55 D75 F2 F11", &choice);
+    if (choice < FIRST) {
+        spectrum->kind = choice == D65 ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
+        return;
+    }
+    rmap_illuminant_named((enum rmap_illuminant)(choice - FIRST), power);
+    set_illuminant(reader, power, spectrum);
+}
+
+static void read_daylight(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          struct rmap_spectrum *spectrum)
+{
+    static const struct rmap_range range = {
+        4000, 25000, "a colour temperature from 4000 to 25000 K", RMAP_DIMENSION_TEMPERATURE};
+    double power[RMAP_ILLUMINANT_N], kelvin;
+    if (!rmap_reader_number(reader, node, "daylight", RMAP_REQUIRED, &range, &kelvin))
+        return;
+    rmap_illuminant_daylight(kelvin, power);
+    set_illuminant(reader, power, spectrum);
+}
+
+static void read_led(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                     struct rmap_spectrum *spectrum)
+{
+    double peak, width, *value;
+    if (!rmap_reader_check_map(reader, node, "an LED", "peak width") ||
+        !rmap_reader_number(reader, node, "peak", RMAP_REQUIRED, &rmap_range_wavelength, &peak) ||
+        !rmap_reader_number(reader, node, "width", RMAP_REQUIRED, &rmap_range_wavelength, &width))
+        return;
+    value = new_table(reader, spectrum);
+    if (value && reader->scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        rmap_led_means(peak, width, &reader->scene->channels, value);
+    else if (value)
+        rmap_led_steps(peak, width, value);
+}
+
 void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
                                  struct rmap_spectrum *spectrum)
 {
@@ -466,23 +538,28 @@ void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_y
     if (!node)
         return;
     if (node->kind == RMAP_YAML_SCALAR) {
-        int choice = 0;
-        (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL, "equal D65", &choice);
-        spectrum->kind = choice ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
+        read_named(reader, source, spectrum);
         return;
     }
     if (!rmap_reader_check_map(reader, node, "a spectrum",
-                               "lines table blackbody rgb wavelength value"))
+                               "lines table blackbody daylight led rgb wavelength value"))
         return;
     const struct rmap_yaml_node *lines = rmap_yaml_get(node, "lines");
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
     bool plain = rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value");
     bool blackbody = rmap_yaml_get(node, "blackbody") != NULL;
     bool rgb = rmap_yaml_get(node, "rgb") != NULL;
-    if (!!lines + !!table + plain + blackbody + rgb != 1)
+    bool daylight = rmap_yaml_get(node, "daylight") != NULL;
+    const struct rmap_yaml_node *led = rmap_yaml_get(node, "led");
+    if (!!lines + !!table + plain + blackbody + rgb + daylight + !!led != 1)
         rmap_reader_error(reader, node,
                           "a spectrum is one of: D65, equal, {lines: {nm: power}}, {table: "
-                          "{wavelength, value}}, {blackbody: kelvin}, {rgb: [r, g, b]}");
+                          "{wavelength, value}}, {blackbody: kelvin}, {daylight: kelvin}, {led: "
+                          "{peak, width}}, {rgb: [r, g, b]}");
+    else if (daylight)
+        read_daylight(reader, node, spectrum);
+    else if (led)
+        read_led(reader, led, spectrum);
     else if (lines)
         read_lines(reader, lines, spectrum);
     else if (table || plain)

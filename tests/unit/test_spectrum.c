@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "near.h"
+#include "optics/illuminant.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
 
@@ -45,6 +46,75 @@ static void sums_of_the_observer(void **state)
     assert_true(rmap_luminous_efficiency(830.1) == 0.0);
     assert_true(rmap_luminous_efficiency((double)NAN) == 0.0);
     assert_true(rmap_luminous_efficiency(830.0) > 0.0);
+}
+
+/* x and y of power every 5 nm. */
+static void chromaticity_of(const double *power, double *x, double *y)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; i < RMAP_ILLUMINANT_N; i++) {
+        const double nm = RMAP_ILLUMINANT_FROM_NM + RMAP_ILLUMINANT_STEP_NM * i;
+        double xyz[3];
+        rmap_cie1931(nm, xyz);
+        for (int k = 0; k < 3 && nm >= 380.0 && nm <= 780.0; k++)
+            sum[k] += xyz[k] * power[i];
+    }
+    *x = sum[0] / (sum[0] + sum[1] + sum[2]);
+    *y = sum[1] / (sum[0] + sum[1] + sum[2]);
+}
+
+/* CIE 015:2018, tables 3 and 9. */
+static void chromaticities_of_illuminants(void **state)
+{
+    static const struct {
+        enum rmap_illuminant which;
+        double x, y;
+    } due[] = {{RMAP_ILLUMINANT_A, 0.44758, 0.40745},   {RMAP_ILLUMINANT_D50, 0.34567, 0.35851},
+               {RMAP_ILLUMINANT_D55, 0.33243, 0.34744}, {RMAP_ILLUMINANT_D75, 0.29903, 0.31488},
+               {RMAP_ILLUMINANT_F2, 0.3721, 0.3751},    {RMAP_ILLUMINANT_F11, 0.3805, 0.3769}};
+    double power[RMAP_ILLUMINANT_N], x, y;
+    (void)state;
+    for (size_t i = 0; i < sizeof due / sizeof *due; i++) {
+        rmap_illuminant_named(due[i].which, power);
+        chromaticity_of(power, &x, &y);
+        if (fabs(x - due[i].x) > 1e-4 || fabs(y - due[i].y) > 1e-4)
+            fail_msg("illuminant %zu: x %.5f, y %.5f", i, x, y);
+    }
+    rmap_illuminant_daylight(6504.0, power); /* D65 but for the rounding of its weights */
+    chromaticity_of(power, &x, &y);
+    assert_true(fabs(x - 0.31272) < 1e-4 && fabs(y - 0.32903) < 1e-4);
+    for (int i = 0; i < RMAP_ILLUMINANT_N; i++)
+        assert_true(fabs(power[i] -
+                         rmap_d65(RMAP_ILLUMINANT_FROM_NM + RMAP_ILLUMINANT_STEP_NM * i)) < 0.05);
+}
+
+/* Bands of any width share out what is there; an LED's line is whole, and half as wide as said. */
+static void means_over_bands(void **state)
+{
+    static const double step[] = {5.0, 10.0, 20.0};
+    double power[RMAP_ILLUMINANT_N], mean[RMAP_CHANNEL_MAX], of_lamp[3], of_led[3];
+    (void)state;
+    rmap_illuminant_named(RMAP_ILLUMINANT_F11, power);
+    for (int k = 0; k < 3; k++) {
+        struct rmap_channels channels = {.mode = RMAP_COLOUR_SPECTRAL};
+        channels.n = (int)(400.0 / step[k]) + 1;
+        if (channels.n > RMAP_CHANNEL_MAX)
+            continue;
+        for (int i = 0; i < channels.n; i++)
+            channels.wavelength_nm[i] = 380.0 + step[k] * i;
+        of_lamp[k] = of_led[k] = 0.0;
+        rmap_illuminant_means(power, &channels, mean);
+        for (int i = 0; i < channels.n; i++)
+            of_lamp[k] += mean[i] * step[k];
+        rmap_led_means(523.0, 30.0, &channels, mean);
+        for (int i = 0; i < channels.n; i++)
+            of_led[k] += mean[i] * step[k];
+        assert_true(fabs(of_led[k] - 1.0) < 1e-12);
+        assert_true(fabs(of_lamp[k] / of_lamp[0] - 1.0) < 1e-3);
+    }
+    rmap_led_steps(523.0, 30.0, power);
+    const double peak = power[(525 - 300) / 5], half = power[(540 - 300) / 5];
+    assert_true(fabs(half / peak - exp(-4.0 * log(2.0) * (17.0 * 17.0 - 4.0) / 900.0)) < 0.02);
 }
 
 /* Chromaticity of D65: x = 0.31272, y = 0.32903 (CIE 15:2004, table T.3), white in sRGB. */
@@ -200,6 +270,8 @@ int main(void)
 {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(sums_of_the_observer),
+        cmocka_unit_test(chromaticities_of_illuminants),
+        cmocka_unit_test(means_over_bands),
         cmocka_unit_test(chromaticity_of_d65),
         cmocka_unit_test(blackbody_maximum),
         cmocka_unit_test(tables),
