@@ -12,7 +12,7 @@ import os
 import numpy
 
 from picture import luminance, render
-from raymap import Checks, count, drop, many, rays, run, trace, write_scene
+from raymap import Checks, columns, count, drop, many, rays, run, trace, write_scene
 
 checks = Checks()
 
@@ -68,6 +68,23 @@ def check_spike():
         (matched,), total = rays(target, criterion)
         checks.share(name, matched, total, 0.7)
         drop(target)
+
+
+def check_slope_error():
+    """A mirror of slope error s rms per axis, facets of alpha = s sqrt 2, turns light by 2 s in the plane of incidence
+    and by 2 s cos(theta) across."""
+    s = 0.002
+    mirror = f"{{type: mirror, reflectance: 0.9, scatter: {{model: beckmann, alpha: {s * math.sqrt(2)}}}}}"
+    for degrees in 0, 45, 70:
+        target = trace("slopes", beam(mirror, degrees), many(100_000))
+        (end,) = columns(target, "ray/end_direction")
+        drop(target)
+        end = end[end[:, 2] > 0].astype(float)
+        angle = math.radians(degrees)
+        along = end @ [math.cos(angle), 0, -math.sin(angle)]
+        for what, found, want in (("along", along, 2 * s), ("across", end[:, 1], 2 * s * math.cos(angle))):
+            checks.z(f"slope error at {degrees} degrees, {what}", found.std(), want,
+                     want / math.sqrt(2 * len(end)) + 1e-3 * want)
 
 
 # ---- trace against render: a screen lit by a plate alone ----
@@ -177,6 +194,7 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
 check_harvey()
 check_rough_lens()
 check_spike()
+check_slope_error()
 check_trace_and_render()
 check_bytes()
 checks.finish()
