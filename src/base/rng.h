@@ -19,7 +19,8 @@
     X(SCATTER) /* direction after scattering inside a medium */                                    \
     X(CAMERA)  /* place in the pixel and on the lens */                                            \
     X(LIGHT)   /* which light, and where on it */                                                  \
-    X(NOISE)   /* permutations of noise fields; the key is the field's own seed */
+    X(NOISE)   /* permutations of noise fields; the key is the field's own seed */                 \
+    X(ANYWHERE) /* which paths of pictures take any direction, and which */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

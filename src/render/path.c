@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/rng.h"
+#include "formula/turn.h"
 #include "optics/spectrum.h"
 #include "render/camera_ray.h"
 #include "render/renderer.h"
@@ -338,10 +339,79 @@ static struct rmap_scatter_side side_met(const struct path *path, const struct r
     return side;
 }
 
+/* Some models send light to where they let none of it back from: measured ones, and unified facets
+ * between two media, which are drawn so that light could both reflect and pass. A path that a model
+ * draws backwards would miss such ways, so a share of the paths takes any direction (one sample of
+ * a mixture: Veach 1997, section 9.2.4). */
+struct anywhere {
+    double share; /* 0: not at this surface */
+    bool may[2];  /* reflected, passing */
+};
+
+static bool is_one_way(const struct rmap_scatter *its, bool between_media)
+{
+    return its &&
+           (rmap_scatter_is_table(its) || (its->model == RMAP_SCATTER_UNIFIED && between_media));
+}
+
+static void find_one_way(const struct path *path, const struct rmap_hit *hit, bool front,
+                         struct anywhere *any)
+{
+    const struct rmap_scene *scene = path->renderer->scene;
+    const struct rmap_object *object = &scene->object[hit->object];
+    const struct rmap_surface *surface =
+        &scene->surface[front ? object->surface_front : object->surface_back];
+    const bool between = surface->type == RMAP_SURFACE_FRESNEL;
+    *any = (struct anywhere){.share = 0.0};
+    if (!rmap_surface_scatters(surface) || object->gradient_front != 0 ||
+        object->gradient_back != 0)
+        return;
+    for (int way = 0; way < 2; way++)
+        any->may[way] = is_one_way(rmap_surface_scatter(scene, surface, way == 1), between);
+    any->share = any->may[0] || any->may[1] ? 0.25 : 0.0;
+}
+
+/* Per steradian and cosine; of the model's own directions there is a share less. */
+static double any_density(const struct anywhere *any, bool passes)
+{
+    return any->may[passes] ? any->share / ((any->may[0] + any->may[1]) * RMAP_PI) : 0.0;
+}
+
+/* True: the path goes anywhere. */
+static bool go_anywhere(const struct path *path, const struct rmap_arrival *arrival, bool front,
+                        const struct anywhere *any, struct rmap_decision *decision)
+{
+    const struct rmap_walk *walk = &path->walk;
+    const struct rmap_object *object = &path->renderer->scene->object[arrival->hit.object];
+    const struct rmap_vec3 normal =
+        front ? arrival->hit.normal : rmap_scale(arrival->hit.normal, -1.0);
+    double u[4];
+    if (!(any->share > 0.0))
+        return false;
+    rmap_rng(walk->draw.seed, walk->draw.ray, walk->draw.step, RMAP_RNG_ANYWHERE, u);
+    if (!(u[0] < any->share))
+        return false;
+    const bool passes = any->may[1] && (!any->may[0] || u[0] < 0.5 * any->share);
+    const int32_t far = front ? object->medium_back : object->medium_front;
+    const struct rmap_scatter_side side = side_met(path, &arrival->hit, front, normal);
+    const struct rmap_scatter *its = rmap_surface_scatter(side.scene, side.surface, passes);
+    decision->events = passes ? RMAP_EVENT_TRANSMIT_DIFFUSE : RMAP_EVENT_REFLECT_DIFFUSE;
+    decision->turned = !passes;
+    decision->medium = passes && far != RMAP_MEDIUM_ANY ? far : walk->ray.medium;
+    decision->gradient = 0;
+    decision->direction = rmap_diffused(passes ? rmap_scale(normal, -1.0) : normal, u[1], u[2]);
+    decision->collapse = -1;
+    decision->predicted = decision->sharp = false;
+    decision->weigh = NULL;
+    if (!rmap_colour_single(&walk->colour) && rmap_scatter_by_channel(&side, its))
+        decision->collapse = rmap_colour_pick(&walk->colour, NULL, u[3]);
+    return true;
+}
+
 /* Paths go from the eye to the light: what a model sends the one way, over what it would send the
  * other, which the path was drawn by. */
 static double way_back(const struct path *path, const struct rmap_hit *hit, struct rmap_vec3 in,
-                       const struct rmap_decision *decision)
+                       const struct anywhere *any, const struct rmap_decision *decision)
 {
     const bool front = rmap_dot(in, hit->normal) < 0.0,
                passes = decision->events & RMAP_EVENT_TRANSMIT_DIFFUSE;
@@ -349,12 +419,13 @@ static double way_back(const struct path *path, const struct rmap_hit *hit, stru
     const struct rmap_vec3 normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
     struct rmap_scatter_side here = side_met(path, hit, front, normal), there = here;
     if (!rmap_surface_scatters(here.surface) || decision->sharp)
-        return 1.0;
+        return 1.0 / (1.0 - any->share);
     if (passes)
         there = side_met(path, hit, !front, rmap_scale(normal, -1.0));
     on_channel(channel, &here);
     on_channel(channel, &there);
-    const double drawn = rmap_scatter_bsdf(&here, in, decision->direction);
+    const double drawn = (1.0 - any->share) * rmap_scatter_bsdf(&here, in, decision->direction) +
+                         any_density(any, passes);
     const double back =
         rmap_scatter_bsdf(&there, rmap_scale(decision->direction, -1.0), rmap_scale(in, -1.0));
     return drawn > 0.0 ? back / drawn : 0.0;
@@ -413,11 +484,16 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
 {
     struct rmap_walk *walk = &path->walk;
     struct rmap_decision decision;
+    struct anywhere any;
     if (rmap_walk_limited(walk)) {
         path->counts->n_limit++;
         return false;
     }
-    rmap_interact(walk->scene, &walk->ray, &arrival->hit, &walk->colour, &walk->draw, &decision);
+    const bool front = rmap_dot(arrival->segment.direction, arrival->hit.normal) < 0.0;
+    find_one_way(path, &arrival->hit, front, &any);
+    if (!go_anywhere(path, arrival, front, &any, &decision))
+        rmap_interact(walk->scene, &walk->ray, &arrival->hit, &walk->colour, &walk->draw,
+                      &decision);
     if (decision.events & RMAP_EVENT_ERROR) {
         path->counts->n_error++;
         return false;
@@ -428,7 +504,9 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
     if (decision.events & RMAP_EVENT_TRANSMIT_DIFFUSE)
         path->scale *= index_square_ratio(path, decision.medium);
     if (decision.events & diffuse)
-        path->scale *= way_back(path, &arrival->hit, arrival->segment.direction, &decision);
+        path->scale *= way_back(path, &arrival->hit, arrival->segment.direction, &any, &decision);
+    else
+        path->scale /= 1.0 - any.share;
     rmap_walk_depart(walk, arrival, &decision);
     path->looked = (decision.events & diffuse) && !decision.sharp && walk->ray.gradient == 0;
     return true;

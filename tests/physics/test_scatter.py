@@ -156,6 +156,42 @@ def check_trace_and_render():
         checks.z(f"{name}: lm on the screen", seen, flux, math.hypot(noise, error))
 
 
+SLAB = """raymap: 1
+units: mm
+spectrum: {mode: rgb}
+media: {air: {index: 1}, glass: {index: 1.5}}
+surfaces:
+  face: {type: fresnel, scatter: {model: unified, sigma_alpha: 20, lobe: 1}}
+  paper: {type: lambert, reflectance: 0.8}
+geometries:
+  face: {type: disc, radius: 2.5}
+  edge: {type: cylinder, radius: 2.5, length: 0.5}
+  paper: {type: rectangle, size: [5, 5]}
+objects:
+  - {name: below, geometry: face, rotate: [180, 0, 0], surface: face, inside: glass, outside: air}
+  - {name: above, geometry: face, at: [0, 0, 0.5], surface: face, inside: glass, outside: air}
+  - {name: edge, geometry: edge, surface: absorber, inside: glass, outside: air}
+  - {name: paper, geometry: paper, at: [0, 0, -2], surface: {front: paper, back: absorber}, front: air, back: air}
+sources: [{name: lamp, type: area, shape: {disc: 0.6}, at: [0.3, 0.2, 2], direction: [0, 0, -1], flux: 1000 lm, medium: air}]
+detectors: [{name: sensor, type: plane, on: paper, side: front, at: [0, 0, -2], direction: [0, 0, 1], size: 0.5289809421253949, cells: 1}]
+cameras: [{name: eye, at: [0, 0, -0.5], look_at: [0, 0, -2], up: [0, 1, 0], fov: 20, resolution: [16, 16]}]
+"""
+
+
+def check_two_ground_faces():
+    """Facets of unified send light where they let none of it back from: a path from the eye meets such ways too."""
+    target = trace("slab", SLAB, many(1_000_000))
+    (answer,) = count(target, "registered(sensor)")
+    flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
+    drop(target)
+    image, told = render("slab", SLAB, "--samples", 3000)
+    n, area = image.shape[0] * image.shape[1], (0.5289809421253949e-3) ** 2
+    seen = luminance(image).mean() * math.pi / 0.8 * area
+    noise = told["noise"] / math.sqrt(n) * math.pi / 0.8 * area
+    print(f"two ground faces: {seen / flux:.4f} of what was traced, +- {math.hypot(noise, error) / flux:.4f}")
+    checks.z("lm behind two ground faces", seen, flux, math.hypot(noise, error))
+
+
 def check_bytes():
     """Directions are drawn again by the decoder: a map with a model weighs what one of Lambert's law does."""
     box = """raymap: 1
@@ -196,5 +232,6 @@ check_rough_lens()
 check_spike()
 check_slope_error()
 check_trace_and_render()
+check_two_ground_faces()
 check_bytes()
 checks.finish()
