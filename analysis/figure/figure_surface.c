@@ -41,13 +41,14 @@ static void shares_of(const struct plot *plot, size_t side, int channel, double 
 static double most_lost(const struct plot *plot)
 {
     const double few = 0.2;
-    double most = 0.0, share[SHARES];
+    double most = 0.0, least = 1.0, share[SHARES];
     for (size_t s = 0; s < plot->n; s++)
         for (int i = 0; i < plot->scene->channels.n; i++) {
             shares_of(plot, s, i, 0.0, share);
             most = fmax(most, fmax(share[REFLECTED], share[ABSORBED]));
+            least = fmin(least, share[TRANSMITTED]);
         }
-    return most > 0.0 && most < few ? most : 1.0;
+    return most > 0.0 && least > 1.0 - few ? most : 1.0;
 }
 
 /* Of the second side dashed. */
@@ -110,6 +111,8 @@ static void draw_wavelengths(const struct plot *plot, const struct plot *curves,
     axes.x_label = "wavelength, straight on";
     axes.x_unit = "nm";
     axes.y_range[1] = 1.02 * most_lost(curves);
+    if (axes.y_range[1] < 1.0)
+        axes.y_label = "share; the rest is transmitted";
     draw_panel(curves, &axes, false);
     if (curves->scene != plot->scene)
         draw_channels(plot, &axes);
@@ -180,19 +183,28 @@ static void draw_bsdf(const struct plot *plot, const struct rmap_axes *axes)
     }
 }
 
+/* Where light comes from: a medium, where the other side's is another. */
+static const char *side_name(const struct plot *plot, size_t s)
+{
+    const struct rmap_surface_side *side = &plot->side[s];
+    const int32_t front = side->object->medium_front, back = side->object->medium_back,
+                  near = side->front ? front : back;
+    if (near >= 0 && (plot->n < 2 || front != back))
+        return plot->scene->medium[near].name;
+    return side->front ? "the front" : "the back";
+}
+
 static void draw_legend(const struct plot *plot)
 {
     char line[300];
     for (size_t k = 0; k < plot->n * SHARES; k++) {
-        const struct rmap_surface_side *side = &plot->side[k / SHARES];
         const struct rmap_line_mark mark = mark_of(k / SHARES, (enum share)(k % SHARES));
         const double x = LEFT + WIDTH + LEGEND_GAP, y = TOP + 12 + (double)(LEGEND_ROW * k);
-        const int32_t near = side->front ? side->object->medium_front : side->object->medium_back;
         rmap_svg_line(
             plot->svg, x, y - 4, x + 22, y - 4,
             &(struct rmap_svg_style){.stroke = mark.ink, .width = 2.4, .dash = mark.dash});
         (void)snprintf(line, sizeof line, "%s, from %s", share_name[k % SHARES],
-                       near >= 0 ? plot->scene->medium[near].name : "the front");
+                       side_name(plot, k / SHARES));
         const struct rmap_svg_text name = {.x = x + 29, .y = y, .size = RMAP_TICK_SIZE};
         rmap_caption(plot->svg, &name, LEGEND_RIGHT - LEGEND_GAP - 37, line);
     }
@@ -252,10 +264,11 @@ enum rmap_status rmap_figure_surface(const struct rmap_surface_picture *its,
         draw_bsdf(&plot, &axes);
     }
     draw_legend(&plot);
-    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light%s%s",
+    (void)snprintf(line, sizeof line, "over the angle at %g nm; unpolarised light%s%s%s%s",
                    channels->wavelength_nm[its->channel],
                    its->between ? "; dots: the scene's wavelengths" : "",
-                   scatters ? "; of the BSDF, what passes is dashed" : "");
+                   scatters ? "; BSDF of light from " : "", scatters ? side_name(&plot, 0) : "",
+                   scatters ? ", what passes is dashed" : "");
     rmap_captions(plot.svg, 16, (const char *const[]){its->title, line}, 2);
     *svg_ret = plot.svg;
     return RMAP_OK;

@@ -151,6 +151,11 @@ enum rmap_status rmap_table_covers(const double *nm, size_t n, const struct rmap
 {
     const double near = 1e-6, from = channels->wavelength_nm[0],
                  to = channels->wavelength_nm[channels->n - 1];
+    if (nm[0] < 0.0 || (n > 1 && nm[0] == 0.0))
+        return rmap_error_set(err, RMAP_INPUT,
+                              nm[0] < 0.0 ? "a wavelength of %g nm is none"
+                                          : "wavelength %g stands for any, and there are others",
+                              nm[0]);
     if ((n == 1 && nm[0] == 0.0) || (nm[0] <= from + near && nm[n - 1] >= to - near))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_INPUT,

@@ -218,7 +218,7 @@ static void check_sum(struct rmap_reader *reader, const struct rmap_yaml_node *n
                       const struct rmap_surface *surface)
 {
     const struct rmap_scene *scene = reader->scene;
-    double worst[2] = {0.0, 0.0};
+    double worst[2] = {0.0, 0.0}, angle[2] = {0.0, 0.0};
     for (int i = 0; i < scene->channels.n; i++) {
         double sum = 0.0;
         for (int way = 0; way < 2; way++) {
@@ -227,17 +227,17 @@ static void check_sum(struct rmap_reader *reader, const struct rmap_yaml_node *n
             sum += way ? surface->transmit_specular[i] : surface->reflect_specular[i];
             if (!its || total || rmap_scatter_is_facets(its))
                 continue;
-            double angle;
             if (i == 0 || its->by_wavelength)
-                worst[way] = worst_share(its, i, &angle);
+                worst[way] = worst_share(its, i, &angle[way]);
             sum += its->amount[i] * worst[way];
         }
         if (!(sum > 1.0 + 1e-9))
             continue;
-        rmap_reader_error(reader, node,
-                          "surface '%.60s' reflects and lets pass %.9g of the light: more than 1 "
-                          "is no surface",
-                          surface->name, sum);
+        rmap_reader_error(
+            reader, node,
+            "surface '%.60s' reflects and lets pass %.9g of the light, at %g nm, most of it "
+            "at %g and %g degrees: more than 1 is no surface",
+            surface->name, sum, scene->channels.wavelength_nm[i], angle[0], angle[1]);
         return;
     }
 }

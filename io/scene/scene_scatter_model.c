@@ -255,6 +255,18 @@ static bool is_closed(const struct lobe *lobe, const char *name)
     return false;
 }
 
+/* WINDOW's outside is the object's front, which the file's Back is of. */
+static void warn_missing(const struct lobe *lobe, const struct rmap_yaml_node *at)
+{
+    static const char *const block[2] = {"Front", "Back"}, *const side[2] = {"back", "front"};
+    for (int s = 0; s < 2; s++)
+        if (!lobe->its->table->block[s].value)
+            rmap_reader_warn(lobe->reader, at,
+                             "%.100s has no %s %s: light that meets the object's %s %s there",
+                             at->text, lobe->passes ? "Transmission" : "Reflection", block[s],
+                             side[s], lobe->passes ? "does not pass" : "is not reflected");
+}
+
 static bool read_file(struct lobe *lobe)
 {
     static const struct rmap_text_kind csv = {"a table", "text", "", (size_t)64 << 20},
@@ -286,6 +298,7 @@ static bool read_file(struct lobe *lobe)
     }
     if (st != RMAP_OK)
         return false;
+    warn_missing(lobe, at);
     lobe->its->by_wavelength = lobe->its->table->n_band > 1;
     for (int i = 0; i < lobe->n; i++)
         lobe->its->amount[i] = 1.0;

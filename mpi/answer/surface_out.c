@@ -87,6 +87,11 @@ static const char *far_name(const struct rmap_scene *scene, const struct rmap_su
     return medium_name(scene, side->front ? side->object->medium_back : side->object->medium_front);
 }
 
+static const char *side_word(const struct rmap_surface_side *side)
+{
+    return side->front ? "front" : "back";
+}
+
 static struct rmap_surface_shares shares_at(const struct rmap_surface_question *self, size_t s,
                                             int channel, int angle_deg)
 {
@@ -160,10 +165,10 @@ static void print_scattering(const struct rmap_surface_question *self, FILE *out
                     100.0 * asymmetry(self, way == 1), way ? "transmitted" : "reflected");
     for (size_t s = 0; s < self->n_side; s++) {
         fprintf(out,
-                "  from %s into %s\n  angle  reflected   scattered  transmitted   scattered    "
-                "absorbed%s\n",
+                "  from %s into %s, from the %s\n  angle  reflected   scattered  transmitted   "
+                "scattered    absorbed%s\n",
                 near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]),
-                facets ? "   of it by other facets" : "");
+                side_word(&self->side[s]), facets ? "   of it by other facets" : "");
         for (int angle = 0; angle <= LAST_DEG; angle += STEP_DEG) {
             const struct rmap_surface_shares its_shares = shares_at(self, s, self->channel, angle);
             fprintf(out, "  %5d %10.6f %11.5e %12.6f %11.5e %11.6f", angle,
@@ -186,8 +191,10 @@ void rmap_surface_print(const struct rmap_surface_question *self, FILE *out)
         return;
     }
     for (size_t s = 0; s < self->n_side; s++) {
-        fprintf(out, "  from %s into %s\n  angle  reflected  transmitted    absorbed\n",
-                near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]));
+        fprintf(out,
+                "  from %s into %s, from the %s\n  angle  reflected  transmitted    absorbed\n",
+                near_name(self->scene, &self->side[s]), far_name(self->scene, &self->side[s]),
+                side_word(&self->side[s]));
         for (int angle = 0; angle <= LAST_DEG; angle += STEP_DEG) {
             const struct rmap_surface_shares its = shares_at(self, s, self->channel, angle);
             fprintf(out, "  %5d %10.6f %12.6f %11.6f\n", angle,
@@ -244,12 +251,12 @@ json_t *rmap_surface_json(const struct rmap_surface_question *self)
 {
     json_t *sides = json_array();
     for (size_t s = 0; s < self->n_side; s++)
-        (void)json_array_append_new(sides, json_pack("{s:s, s:s, s:o, s:o, s:o}", "from",
-                                                     near_name(self->scene, &self->side[s]), "into",
-                                                     far_name(self->scene, &self->side[s]),
-                                                     "by_angle", curves_json(self, s, true),
-                                                     "by_wavelength", curves_json(self, s, false),
-                                                     "bsdf", bsdf_json(self, s)));
+        (void)json_array_append_new(
+            sides,
+            json_pack("{s:s, s:s, s:s, s:o, s:o, s:o}", "side", side_word(&self->side[s]), "from",
+                      near_name(self->scene, &self->side[s]), "into",
+                      far_name(self->scene, &self->side[s]), "by_angle", curves_json(self, s, true),
+                      "by_wavelength", curves_json(self, s, false), "bsdf", bsdf_json(self, s)));
     json_t *scatter = json_null();
     if (rmap_surface_scatters(self->surface))
         scatter = json_pack("{s:s?, s:s?, s:b, s:{s:o, s:o}}", "reflect", model_name(self, false),

@@ -343,6 +343,14 @@ def check_klems():
             fail(f"'{complaint}' expected: {done.returncode} {done.stdout[-300:]} {done.stderr[-300:]}")
 
 
+    write("matrix.xml", klems({name: matrix for name, matrix in data.items() if "Back" in name}))
+    said = run("check", scene(surface)).stderr
+    for words in ("has no Reflection Front: light that meets the object's back is not reflected there",
+                  "has no Transmission Front: light that meets the object's back does not pass there"):
+        if words not in said:
+            fail(f"a block that is missing: {said}")
+
+
 # ---- CSV ----
 
 def table(f, theta_i=(0, 30, 60, 85), theta_s=tuple(range(0, 91, 5)), phi_s=tuple(range(0, 181, 15)), nm=(0,)):
@@ -453,6 +461,8 @@ def check_zemax():
 # ---- mistakes ----
 
 def check_mistakes():
+    for name, first in (("below.csv", -5), ("mixed.csv", 0)):
+        write(name, "".join(f"{nm} 0 0 {theta} {phi} 0.1\n" for nm in (first, 600) for theta in (0, 90) for phi in (0, 180)))
     if not os.path.exists("waiting"):
         os.mkfifo("waiting")
     for surface, complaint in [
@@ -474,7 +484,9 @@ def check_mistakes():
             ("{type: scatter, reflect: {model: unified, sigma_alpha: 3, lobe: 0.7, spike: 0.4}}", "sum to 1.1"),
             ("{type: scatter, transmittance: 0.5, transmit: {model: ggx, alpha: 0.3}}", "type fresnel"),
             ("{type: scatter, reflectance: 0.6, reflect: {model: lambert}, transmittance: 0.6, transmit: {model: lambert}}",
-             "reflects and lets pass 1.2 of the light"),
+             "reflects and lets pass 1.2 of the light, at 587.56 nm, most of it at 0 and 0 degrees"),
+            ("{type: scatter, reflect: {model: table, file: below.csv}}", "a wavelength of -5 nm is none"),
+            ("{type: scatter, reflect: {model: table, file: mixed.csv}}", "wavelength 0 stands for any, and there are others"),
             ("{type: scatter, reflect: {model: table, file: a.anisotropicbsdf}}", "has not made public"),
             ("{type: scatter, reflect: {model: table, file: nowhere.csv}}", "nowhere.csv"),
             ("{type: scatter, reflect: {model: table, file: /dev/zero}}", "/dev/zero"),
