@@ -127,16 +127,10 @@ static double integral(const double power[RMAP_ILLUMINANT_N], double a, double b
 
 static void band_of(const struct rmap_channels *channels, int i, double *a, double *b)
 {
-    const double *x = channels->wavelength_nm;
-    const int last = channels->n - 1;
-    const double below = i > 0      ? x[i] - x[i - 1]
-                         : last > 0 ? x[1] - x[0]
-                                    : 1.0,
-                 above = i < last   ? x[i + 1] - x[i]
-                         : last > 0 ? x[last] - x[last - 1]
-                                    : 1.0;
-    *a = x[i] - 0.5 * below;
-    *b = x[i] + 0.5 * above;
+    double below, above;
+    rmap_channel_steps(channels, i, &below, &above);
+    *a = channels->wavelength_nm[i] - 0.5 * below;
+    *b = channels->wavelength_nm[i] + 0.5 * above;
 }
 
 void rmap_illuminant_means(const double power[RMAP_ILLUMINANT_N],

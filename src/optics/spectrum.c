@@ -254,15 +254,21 @@ static double density(const struct rmap_spectrum *spectrum, double wavelength_nm
     return 0.0;
 }
 
-/* Width of the band that channel i stands for; the end bands are symmetric about their channel. */
-static double band_width(const struct rmap_channels *channels, int i)
+void rmap_channel_steps(const struct rmap_channels *channels, int i, double *below, double *above)
 {
     const double *x = channels->wavelength_nm;
-    int last = channels->n - 1;
+    const int last = channels->n - 1;
+    *below = *above = 1.0;
     if (last == 0)
-        return 1.0;
-    double below = i > 0 ? x[i] - x[i - 1] : x[1] - x[0];
-    double above = i < last ? x[i + 1] - x[i] : x[last] - x[last - 1];
+        return;
+    *below = i > 0 ? x[i] - x[i - 1] : x[1] - x[0];
+    *above = i < last ? x[i + 1] - x[i] : x[last] - x[last - 1];
+}
+
+static double band_width(const struct rmap_channels *channels, int i)
+{
+    double below, above;
+    rmap_channel_steps(channels, i, &below, &above);
     return 0.5 * (below + above);
 }
 

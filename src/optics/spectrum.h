@@ -29,6 +29,10 @@ struct rmap_table1 {
     const double *value;
 };
 
+/* To the channels beside channel i, half of which is its band; an end's band is symmetric about it,
+ * and that of a channel alone 1 nm wide. */
+void rmap_channel_steps(const struct rmap_channels *channels, int i, double *below, double *above);
+
 double rmap_table1_at(const struct rmap_table1 *table, double wavelength_nm);
 
 /* Spectral radiance of a blackbody, relative (Planck 1901). temperature_k > 0. */

@@ -211,6 +211,13 @@ static struct rmap_vec3 turned(struct rmap_vec3 v, int along)
     return rmap_vec3(at[(along + 1) % 3], at[(along + 2) % 3], at[along % 3]);
 }
 
+/* Its size with its axis along z. */
+static void upright(const struct rmap_lamp *lamp, double size[3])
+{
+    for (int k = 0; k < 3; k++)
+        size[k] = lamp->size[(lamp->along + 1 + k) % 3];
+}
+
 /* Of a cylinder's side, that of a box as wide as it looks from there. */
 static double seen_side(const double size[3], struct rmap_vec3 d)
 {
@@ -230,8 +237,8 @@ static void areas_of(const struct rmap_lamp *lamp, double area[3])
 double rmap_lamp_seen_area(const struct rmap_lamp *lamp, struct rmap_vec3 d)
 {
     const double *s = lamp->size;
-    double area[3];
-    struct rmap_vec3 size, way;
+    double area[3], size[3];
+    struct rmap_vec3 way;
     switch (lamp->body) {
     case RMAP_LAMP_POINT:
         break;
@@ -239,10 +246,9 @@ double rmap_lamp_seen_area(const struct rmap_lamp *lamp, struct rmap_vec3 d)
         areas_of(lamp, area);
         return area[0] * fabs(d.x) + area[1] * fabs(d.y) + area[2] * fabs(d.z);
     case RMAP_LAMP_CYLINDER:
-        size = turned(rmap_vec3(s[0], s[1], s[2]), lamp->along);
+        upright(lamp, size);
         way = turned(d, lamp->along);
-        return seen_side((const double[3]){size.x, size.y, size.z}, way) +
-               0.25 * RMAP_PI * size.x * size.y * fabs(way.z);
+        return seen_side(size, way) + 0.25 * RMAP_PI * size[0] * size[1] * fabs(way.z);
     case RMAP_LAMP_ELLIPSOID:
         way = rmap_vec3(s[1] * s[2] * d.x, s[0] * s[2] * d.y, s[0] * s[1] * d.z);
         return 0.25 * RMAP_PI * sqrt(rmap_dot(way, way));
@@ -334,20 +340,17 @@ static struct rmap_vec3 point_of_ellipsoid(const double size[3], struct rmap_vec
 struct rmap_vec3 rmap_lamp_point(const struct rmap_lamp *lamp, struct rmap_vec3 direction,
                                  const double u[3])
 {
-    const double *s = lamp->size;
-    struct rmap_vec3 size;
+    double size[3];
     switch (lamp->body) {
     case RMAP_LAMP_POINT:
         break;
     case RMAP_LAMP_BOX:
         return point_of_box(lamp, direction, u);
     case RMAP_LAMP_CYLINDER:
-        size = turned(rmap_vec3(s[0], s[1], s[2]), lamp->along);
-        return turned(point_of_cylinder((const double[3]){size.x, size.y, size.z},
-                                        turned(direction, lamp->along), u),
-                      4 - lamp->along);
+        upright(lamp, size);
+        return turned(point_of_cylinder(size, turned(direction, lamp->along), u), 4 - lamp->along);
     case RMAP_LAMP_ELLIPSOID:
-        return point_of_ellipsoid(s, direction, u);
+        return point_of_ellipsoid(lamp->size, direction, u);
     }
     return rmap_vec3(0.0, 0.0, 0.0);
 }
@@ -385,8 +388,9 @@ static struct rmap_vec3 surface_of_cylinder(const double size[3], const double u
 struct rmap_vec3 rmap_lamp_surface(const struct rmap_lamp *lamp, const double u[3],
                                    struct rmap_vec3 *facing)
 {
-    struct rmap_vec3 p = rmap_vec3(0.0, 0.0, 0.0), size;
+    struct rmap_vec3 p = rmap_vec3(0.0, 0.0, 0.0);
     const double *s = lamp->size;
+    double size[3];
     *facing = p;
     switch (lamp->body) {
     case RMAP_LAMP_POINT:
@@ -394,8 +398,8 @@ struct rmap_vec3 rmap_lamp_surface(const struct rmap_lamp *lamp, const double u[
     case RMAP_LAMP_BOX:
         return surface_of_box(lamp, u, facing);
     case RMAP_LAMP_CYLINDER:
-        size = turned(rmap_vec3(s[0], s[1], s[2]), lamp->along);
-        p = surface_of_cylinder((const double[3]){size.x, size.y, size.z}, u, facing);
+        upright(lamp, size);
+        p = surface_of_cylinder(size, u, facing);
         *facing = turned(*facing, 4 - lamp->along);
         return turned(p, 4 - lamp->along);
     case RMAP_LAMP_ELLIPSOID:
