@@ -21,6 +21,7 @@
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
 #include "scene/lamp.h"
+#include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
 #include "scene/surface_model.h"
@@ -36,8 +37,8 @@ struct rmap_medium {
                                  the index at the origin of its frame, for reports */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
-    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
-                            doi:10.1086/144246); 0: isotropic */
+    double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
+    struct rmap_phase phase;
     bool scattering_at_all;
 };
 

@@ -173,7 +173,7 @@ static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_a
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     walk->ray.origin = arrival->segment.to;
-    walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
+    walk->ray.direction = rmap_scatter(medium, &walk->draw, &walk->colour, walk->ray.direction);
     rmap_contact_clear(&walk->ray.contact);
 }
 
