@@ -184,6 +184,7 @@ struct rmap_scene {
     enum rmap_flux_unit flux_unit; /* of every source's flux */
     uint64_t limit_steps;
     double limit_weight;
+    bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
