@@ -186,6 +186,14 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
     return source;
 }
 
+bool rmap_scene_is_turbid(const struct rmap_scene *scene)
+{
+    for (size_t i = 0; i < scene->n_medium; i++)
+        if (scene->medium[i].scattering_at_all || scene->medium[i].n_species > 0)
+            return true;
+    return false;
+}
+
 bool rmap_scene_is_curved(const struct rmap_scene *scene)
 {
     bool curved = scene->n_gradient > 0;

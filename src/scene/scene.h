@@ -256,6 +256,9 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
 
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
+
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
 
