@@ -585,6 +585,7 @@ static bool advance(struct path *path)
         path->counts->n_limit++;
         return false;
     case RMAP_SEGMENT_ABSORBED:
+    case RMAP_SEGMENT_REEMITTED: /* at which wavelength it came is not known on the way back */
         return false;
     case RMAP_SEGMENT_SCATTERED:
         return scatter(path, &arrival);

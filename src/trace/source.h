@@ -17,6 +17,10 @@
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
+/* Channel of a ray of a scene whose rays have one each: drawn from the source's colour. */
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray);
+
 /* A point of the source's emitter, uniform over it, by three numbers in (0, 1); *normal: unit, of
  * the side that shines. */
 struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,

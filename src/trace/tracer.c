@@ -20,6 +20,7 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.medium = emission.medium;
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
+    walk->first_channel = walk->colour.begin;
     walk->predicted = emission.predicted;
     if (emission.delay_ns != 0.0)
         rmap_walk_delay(walk, emission.delay_ns);
@@ -106,10 +107,14 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
 
 static bool meet_particle(struct rmap_walk *walk, const struct rmap_arrival *arrival)
 {
+    const bool reemitted = arrival->end == RMAP_SEGMENT_REEMITTED;
     if (rmap_walk_limited(walk))
         return stop_here(walk, arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
-    record_step(walk, arrival, RMAP_EVENT_SCATTER_VOLUME);
-    rmap_walk_scatter(walk, arrival);
+    record_step(walk, arrival, reemitted ? RMAP_EVENT_FLUORESCE : RMAP_EVENT_SCATTER_VOLUME);
+    if (reemitted)
+        rmap_walk_reemit(walk, arrival);
+    else
+        rmap_walk_scatter(walk, arrival);
     return true;
 }
 
@@ -128,6 +133,7 @@ static bool advance(struct rmap_walk *walk)
     case RMAP_SEGMENT_LIMIT:
         return stop_here(walk, &arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
     case RMAP_SEGMENT_SCATTERED:
+    case RMAP_SEGMENT_REEMITTED:
         return meet_particle(walk, &arrival);
     case RMAP_SEGMENT_ERROR:
         break;
