@@ -22,6 +22,7 @@ struct rmap_emission {
     int32_t medium;
     const double *colour; /* [n_channel], borrowed during the call */
     bool predicted;       /* as in struct rmap_hit */
+    double loose;         /* how far the start may be off, as its file rounds it; 0: not at all */
 };
 
 /* The end of a segment. */
