@@ -108,6 +108,7 @@ enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+    double delay_ns;                    /* of a file's ray */
 };
 
 struct rmap_source {

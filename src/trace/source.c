@@ -116,6 +116,7 @@ void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *s
     row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
                        ? nearest_channel(&scene->channels, nm)
                        : -1;
+    row->delay_ns = source->rays->delay_ns ? source->rays->delay_ns[k] : 0.0;
 }
 
 static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -125,6 +126,8 @@ static void emit_list(const struct rmap_scene *scene, const struct rmap_source *
     rmap_source_row(scene, source, ordinal, &row);
     emission->position = row.origin;
     emission->direction = row.direction;
+    if (scene->timed)
+        emission->delay_ns = row.delay_ns;
     if (row.channel >= 0)
         rmap_colour_collapse(colour, row.channel);
     if (source->rays && source->rays->loose > 0.0) {
