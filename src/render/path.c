@@ -180,7 +180,7 @@ static void search_near(struct path *path, struct rmap_vec3 to)
             struct found found = {.at = rmap_axpy(distance, rest.direction, rest.from),
                                   .medium = ray->medium,
                                   .gradient = ray->gradient,
-                                  .factor = light->strength,
+                                  .factor = rmap_light_radiance(lights, light, rest.direction),
                                   .share = path->walk.colour.share,
                                   .colour = light->source->colour};
             found.through = transmittance(path, ray->medium, path->done + distance, store);
