@@ -224,7 +224,7 @@ const struct rmap_mapping rmap_medium_keys = {
     "media",
     NULL,
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
-                  "scattering_g"}},
+                  "scattering_g species accounting"}},
     {{"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,

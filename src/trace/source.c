@@ -137,6 +137,16 @@ static void emit_list(const struct rmap_scene *scene, const struct rmap_source *
     }
 }
 
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray)
+{
+    struct rmap_colour colour;
+    double u[4];
+    rmap_colour_set(&colour, source->colour, n_channel);
+    rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
+    return rmap_colour_pick(&colour, NULL, u[0]);
+}
+
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission)
 {
@@ -144,6 +154,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
+    if (scene->fluoresces)
+        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
