@@ -122,6 +122,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        departure->position = rmap_volume_draw(model->scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);

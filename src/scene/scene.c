@@ -36,6 +36,9 @@ void rmap_source_fini(struct rmap_source *source)
     if (source->lamp)
         rmap_lamp_fini(source->lamp);
     rmap_free(source->lamp);
+    if (source->volume)
+        rmap_volume_fini(source->volume);
+    rmap_free(source->volume);
 }
 
 static void destroy_sources(struct rmap_scene *scene)
@@ -118,6 +121,17 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene->simulation.name);
     rmap_free(scene->unit);
     rmap_free(scene);
+}
+
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct rmap_source *source)
+{
+    const struct rmap_volume *volume = source->volume;
+    if (source->n_list > 0)
+        return source->list[0].origin;
+    if (!volume || volume->kind == RMAP_VOLUME_TRACK || volume->n_part == 0)
+        return source->frame.t;
+    return rmap_affine_point(&scene->object[volume->part[0]].to_world,
+                             rmap_affine_point(&source->frame, rmap_vec3(0.5, 0.5, 0.5)));
 }
 
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)

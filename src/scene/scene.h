@@ -27,6 +27,7 @@
 #include "scene/ray_names.h"
 #include "scene/species.h"
 #include "scene/surface_model.h"
+#include "scene/volume.h"
 
 struct rmap_medium {
     char *name;
@@ -86,7 +87,8 @@ enum rmap_source_type {
     RMAP_SOURCE_POINT,
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
-    RMAP_SOURCE_LAMP
+    RMAP_SOURCE_LAMP,
+    RMAP_SOURCE_VOLUME /* isotropic from `volume` */
 };
 
 enum rmap_emitter {
@@ -127,6 +129,7 @@ struct rmap_source {
     double cone_rad, cosine_power;
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
+    struct rmap_volume *volume;  /* VOLUME; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -289,6 +292,10 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
+
+/* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
+                                   const struct rmap_source *source);
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
