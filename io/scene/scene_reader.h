@@ -89,6 +89,19 @@ struct rmap_medium_frame {
     bool open;    /* OBJECT: a surface that closes no body by itself names the medium */
 };
 
+/* A sky or a sun, until it is known what it lights. */
+enum rmap_sky_measure {
+    RMAP_SKY_FLUX,
+    RMAP_SKY_IRRADIANCE /* of what faces its pole */,
+    RMAP_SKY_RADIANCE /* of what is 1 now */
+};
+struct rmap_sky_plan {
+    int32_t source;
+    const struct rmap_yaml_node *node;
+    enum rmap_sky_measure measure;
+    double amount;
+};
+
 /* A source that is written in a group. */
 struct rmap_placed_source {
     const struct rmap_yaml_node *node;
@@ -116,6 +129,8 @@ struct rmap_reader {
     size_t cap_group_to_world;
     struct rmap_placed_source *placed;
     size_t n_placed, cap_placed;
+    struct rmap_sky_plan *sky;
+    size_t n_sky, cap_sky;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */

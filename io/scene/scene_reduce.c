@@ -26,10 +26,7 @@ static void reduce_sources(struct rmap_scene *scene, const bool *keep)
             scene->source[n++] = scene->source[i];
             continue;
         }
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].list);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_profile_fini(&scene->source[i].profile);
+        rmap_source_fini(&scene->source[i]);
     }
     scene->n_source = n;
 }

@@ -13,6 +13,7 @@
 #include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
+#include "io/scene/scene_skies.h"
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
@@ -210,15 +211,18 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 /* ---- one source ---- */
 
 #define PLACED "at direction rotate scale matrix "
+#define FAR    "sun place time up north toward "
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp",
+    "collimated point area rays lamp sky sun",
     {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
-     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT}},
+     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
+     {"a sky", "name type model kind horizontal zenith radiance direct diffuse " FAR LIGHT},
+     {"a sun", "name type irradiance shape direction " FAR LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
@@ -260,6 +264,10 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
         break;
     case RMAP_SOURCE_RAYS:
         read_rays(reader, node, source);
+        return;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        rmap_reader_read_sky(reader, node, source, light);
         return;
     case RMAP_SOURCE_LAMP:
         break;

@@ -26,17 +26,24 @@ enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_er
     return RMAP_OK;
 }
 
+void rmap_source_fini(struct rmap_source *source)
+{
+    rmap_free(source->name);
+    rmap_free(source->triangle_cdf);
+    rmap_free(source->list);
+    rmap_profile_fini(&source->profile);
+    if (source->lamp)
+        rmap_lamp_fini(source->lamp);
+    rmap_free(source->lamp);
+    if (source->sky)
+        rmap_sky_fini(source->sky);
+    rmap_free(source->sky);
+}
+
 static void destroy_sources(struct rmap_scene *scene)
 {
-    for (size_t i = 0; scene->source && i < scene->n_source; i++) {
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_free(scene->source[i].list);
-        rmap_profile_fini(&scene->source[i].profile);
-        if (scene->source[i].lamp)
-            rmap_lamp_fini(scene->source[i].lamp);
-        rmap_free(scene->source[i].lamp);
-    }
+    for (size_t i = 0; scene->source && i < scene->n_source; i++)
+        rmap_source_fini(&scene->source[i]);
     rmap_free(scene->source);
 }
 
@@ -117,6 +124,7 @@ struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return rmap_vec3(size[0], size[0], 0.0);
