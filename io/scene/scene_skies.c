@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "formula/azimuth.h"
+#include "io/scene/scene_environment.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_sky_models.h"
@@ -305,16 +306,18 @@ static void read_a_sky(struct rmap_reader *reader, const struct rmap_yaml_node *
 {
     static const char *const of_pattern[] = {"horizontal", "zenith"}, *const of_all[] = {
                                                                           "radiance"};
-    enum { CIE, PEREZ, UNIFORM };
-    int model = CIE;
+    enum { CIE, PEREZ, UNIFORM, ENVIRONMENT };
+    const bool around = node == rmap_yaml_get(reader->root, "background");
+    int model = rmap_yaml_get(node, "file") ? ENVIRONMENT : around ? UNIFORM : CIE;
     struct rmap_sun_seen sun;
-    if (!rmap_reader_choice(reader, node, "model", RMAP_OPTIONAL, "cie perez uniform", &model) ||
+    if ((!around && !rmap_reader_choice(reader, node, "model", RMAP_OPTIONAL,
+                                        "cie perez uniform environment", &model)) ||
         !read_axes(reader, node, &source->frame) || !read_sun(reader, node, &sun))
         return;
     const bool dim = model == PEREZ && !rmap_yaml_get(node, "horizontal") &&
                      !rmap_yaml_get(node, "zenith") && !rmap_yaml_get(node, "flux");
     light->flux = rmap_yaml_get(node, "flux") ? light->flux : 1;
-    if (!dim && model != UNIFORM)
+    if (!dim && model < UNIFORM)
         read_amount(reader, node, of_pattern, 2, light, plan);
     switch (model) {
     case CIE:
@@ -323,8 +326,18 @@ static void read_a_sky(struct rmap_reader *reader, const struct rmap_yaml_node *
     case PEREZ:
         read_perez(reader, node, source, &sun, light, plan);
         break;
+    case ENVIRONMENT:
+        rmap_reader_read_environment(reader, node, source, light, plan);
+        break;
     default:
-        read_amount(reader, node, of_all, 1, light, plan);
+        if (around) { /* in whatever unit the sources have, as in pictures */
+            light->either = true;
+            plan->measure = RMAP_SKY_RADIANCE;
+            (void)rmap_reader_number(reader, node, "radiance", RMAP_REQUIRED, &rmap_range_positive,
+                                     &plan->amount);
+        } else {
+            read_amount(reader, node, of_all, 1, light, plan);
+        }
         (void)snprintf(source->sky->title, sizeof source->sky->title, "uniform");
         rmap_reader_made(reader, node, rmap_sky_of_all(source->sky, &reader->failure));
     }
@@ -448,7 +461,10 @@ static void settle(struct rmap_reader *reader, const struct rmap_sky_plan *plan,
     struct rmap_sky *sky = source->sky;
     const double unit_m2 = reader->scene->unit_m * reader->scene->unit_m,
                  facing = rmap_sky_irradiance(sky);
-    double flux = rmap_sky_gather(source) * unit_m2, scale = plan->amount * source->flux;
+    if (sky->band && !rmap_reader_colour_environment(reader, plan, source))
+        return;
+    double flux = rmap_sky_gather(source) * unit_m2,
+           scale = plan->amount * (sky->band ? 1.0 : source->flux);
     if (plan->measure == RMAP_SKY_IRRADIANCE)
         scale /= facing;
     if (plan->measure == RMAP_SKY_FLUX)
@@ -461,6 +477,8 @@ static void settle(struct rmap_reader *reader, const struct rmap_sky_plan *plan,
     for (size_t i = 0; i < sky->n_row * sky->n_around; i++)
         sky->radiance[i] *= scale;
     source->flux = flux * scale;
+    if (sky->band)
+        rmap_environment_mean(source, reader->scene->channels.n);
 }
 
 void rmap_reader_aim_skies(struct rmap_reader *reader)

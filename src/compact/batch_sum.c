@@ -36,7 +36,10 @@ static void weigh_segment(const struct sum *sum, size_t row,
     const struct rmap_compact_object *o = &r->model->object[object];
     const struct rmap_encounter encounter = {
         .scene = r->model->scene,
+        .object = (int32_t)object,
+        .front = cosine < 0.0,
         .surface = cosine < 0.0 ? o->front : o->back,
+        .weighed = r->weighed,
         .near = near,
         .far = rmap_medium_beyond(r->model, (int32_t)object, cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,

@@ -112,7 +112,10 @@ struct rmap_departure {
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
     const struct rmap_scene *scene;
+    int32_t object;
+    bool front;
     const struct rmap_surface *surface;
+    bool weighed; /* as struct rmap_retrace has it */
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1] */
     uint32_t event;
@@ -147,9 +150,10 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
-    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
-    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
-                    absorbs */
+    bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
+    bool weighed; /* colours beside scatter models are predicted */
+    bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
+                     absorbs */
     struct rmap_lane *lane;
 };
 

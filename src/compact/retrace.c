@@ -89,13 +89,14 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
                       uint64_t ray, struct rmap_departure *departure)
 {
     uint64_t ordinal = 0;
-    if (source->n_list == 0 || scene->schedule_len == 0)
+    struct rmap_list_ray row;
+    if ((source->n_list == 0 && !source->rays) || scene->schedule_len == 0)
         return;
     (void)rmap_scene_source_of(scene, ray, &ordinal);
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    departure->position = row->origin;
-    departure->direction = row->direction;
-    departure->channel = row->channel;
+    rmap_source_row(scene, source, ordinal, &row);
+    departure->position = row.origin;
+    departure->direction = row.direction;
+    departure->channel = row.channel;
 }
 
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
@@ -378,7 +379,10 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
         return;
     struct rmap_encounter encounter = {
         .scene = r->model->scene,
+        .object = r->object[row],
+        .front = front,
         .surface = front ? object->front : object->back,
+        .weighed = r->weighed,
         .near = near,
         .far = rmap_medium_beyond(r->model, r->object[row], front, near),
         .cosine = cosine < 0.0 ? -cosine : cosine,
@@ -474,12 +478,13 @@ static void end(struct walk *walk)
                           value);
 }
 
-struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
+struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
+                                    const struct rmap_lane_header *header,
                                     const struct rmap_portion *portion, const uint8_t *channel,
-                                    bool placed, struct rmap_lane *lane)
+                                    struct rmap_lane *lane)
 {
     return (struct rmap_retrace){.model = model,
-                                 .seed = seed,
+                                 .seed = header->seed,
                                  .n_ray = portion->n_row[RMAP_TABLE_RAY],
                                  .id = portion->ray.id,
                                  .source = portion->ray.source,
@@ -494,7 +499,8 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint
                                  .medium = portion->segment.medium,
                                  .crossing_segment = portion->registration.segment,
                                  .crossing_detector = portion->registration.detector,
-                                 .placed = placed,
+                                 .placed = header->placed,
+                                 .weighed = header->weighed,
                                  .colour = true,
                                  .lane = lane};
 }

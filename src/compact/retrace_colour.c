@@ -3,6 +3,7 @@
  * The colour along a path: shares of the channels, weighed by the probability of what happened
  * (trace/interact.c has the physics), on the channels that are still live.
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/portable.h"
@@ -12,6 +13,7 @@
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 #include "trace/interact.h"
+#include "trace/scattering.h"
 
 static void collapse(struct rmap_compact_light *light, int channel)
 {
@@ -137,6 +139,45 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
     }
 }
 
+static double share_of(const struct rmap_scatter_side *side, struct rmap_vec3 in, bool facets,
+                       bool passes, bool diffuse)
+{
+    if (facets) {
+        const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
+        return passes ? smooth.passed : smooth.reflected;
+    }
+    const struct rmap_surface_shares its = rmap_scatter_shares(side, in);
+    if (diffuse)
+        return passes ? its.transmit_diffuse : its.reflect_diffuse;
+    return passes ? its.transmit_specular : its.reflect_specular;
+}
+
+/* By what the event takes of the light on each channel, where that follows from the angle. */
+static void weigh_share(const struct rmap_encounter *e, bool facets,
+                        struct rmap_compact_light *light)
+{
+    const bool diffuse = e->event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE),
+               passes = e->event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
+    const struct rmap_vec3 in = {sqrt((1.0 - e->cosine) * (1.0 + e->cosine)), 0.0, -e->cosine};
+    struct rmap_scatter_side side = {.scene = e->scene,
+                                     .object = &e->scene->object[e->object],
+                                     .front = e->front,
+                                     .surface = e->surface,
+                                     .near = (int32_t)(e->near - e->scene->medium),
+                                     .far = (int32_t)(e->far - e->scene->medium)};
+    double p[RMAP_CHANNEL_MAX];
+    if (!e->weighed || !rmap_scatter_shares_follow(&side, passes))
+        return;
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
+        side.channel = i;
+        side.n1 = e->near->n[i];
+        side.n2 = e->far->n[i];
+        p[i] = share_of(&side, in, facets, passes, diffuse);
+    }
+    if (rmap_colour_sum(&light->colour, p) > 0.0)
+        weigh(light, p);
+}
+
 /* The tracer marks the colours of other cases. */
 static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light *light)
 {
@@ -156,6 +197,10 @@ static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light
             collapse(light, e->channel);
     } else if (diffuse && its && !facets && !its->by_roughness) {
         weigh(light, its->amount);
+    } else if (e->event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
+                           RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE |
+                           RMAP_EVENT_TOTAL_REFLECTION)) {
+        weigh_share(e, facets, light);
     }
 }
 

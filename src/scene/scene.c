@@ -31,6 +31,7 @@ void rmap_source_fini(struct rmap_source *source)
     rmap_free(source->name);
     rmap_free(source->triangle_cdf);
     rmap_free(source->list);
+    rmap_file_rays_drop(source->rays);
     rmap_profile_fini(&source->profile);
     if (source->lamp)
         rmap_lamp_fini(source->lamp);
@@ -53,6 +54,10 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
+        rmap_phase_fini(&scene->medium[i].phase);
+        for (size_t k = 0; k < scene->medium[i].n_species; k++)
+            rmap_free(scene->medium[i].species[k].name);
+        rmap_free(scene->medium[i].species);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)

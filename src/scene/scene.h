@@ -20,10 +20,13 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/file_rays.h"
 #include "scene/lamp.h"
+#include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
 #include "scene/sky.h"
+#include "scene/species.h"
 #include "scene/surface_model.h"
 
 struct rmap_medium {
@@ -37,8 +40,10 @@ struct rmap_medium {
                                  the index at the origin of its frame, for reports */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
-    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
-                            doi:10.1086/144246); 0: isotropic */
+    double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
+    struct rmap_phase phase;
+    size_t n_species;
+    struct rmap_species *species; /* [n_species], owned; their absorption is part of the medium's */
     bool scattering_at_all;
 };
 
@@ -111,6 +116,7 @@ enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+    double delay_ns;                    /* of a file's ray */
 };
 
 struct rmap_source {
@@ -135,7 +141,8 @@ struct rmap_source {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
-    int32_t line, column; /* in the scene file */
+    struct rmap_file_rays *rays; /* RAYS of a file, in its place; held */
+    int32_t line, column;        /* in the scene file */
 };
 
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
@@ -187,8 +194,10 @@ struct rmap_scene {
     double unit_m; /* its length in metres */
     struct rmap_channels channels;
     enum rmap_flux_unit flux_unit; /* of every source's flux */
+    enum rmap_accounting accounting;
     uint64_t limit_steps;
     double limit_weight;
+    bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
@@ -214,6 +223,8 @@ struct rmap_scene {
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
 
     /* Derived by rmap_scene_finish. */
+    bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
+    double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
     double radius;
     int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
@@ -235,6 +246,7 @@ void rmap_source_fini(struct rmap_source *source);
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
+void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */
@@ -249,6 +261,13 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
  * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rays' weights change on their way: light is given back at other wavelengths, and its energy is
+ * counted. */
+static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
+{
+    return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
+}
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
