@@ -80,6 +80,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+    case RMAP_DISTRIBUTION_SKY:  /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -135,6 +136,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
+        return;
+    }
+    if (source->sky) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
         return;
     }
     departure->position = source->shape == RMAP_EMITTER_MESH

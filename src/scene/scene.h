@@ -25,6 +25,7 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/sky.h"
 #include "scene/species.h"
 #include "scene/surface_model.h"
 #include "scene/volume.h"
@@ -88,7 +89,9 @@ enum rmap_source_type {
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
     RMAP_SOURCE_LAMP,
-    RMAP_SOURCE_VOLUME /* isotropic from `volume` */
+    RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
+    RMAP_SOURCE_SUN
 };
 
 enum rmap_emitter {
@@ -96,7 +99,8 @@ enum rmap_emitter {
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
     RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
-    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_BODY,      /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_SKY        /* shape_size[0]: radius of the sphere that its light comes into */
 };
 
 enum rmap_distribution {
@@ -106,6 +110,7 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_SKY     /* SKY, SUN */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -130,6 +135,7 @@ struct rmap_source {
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
     struct rmap_volume *volume;  /* VOLUME; owned */
+    struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -235,6 +241,9 @@ struct rmap_scene {
     int32_t *on_detector; /* detectors lying on object o: [on_first[o], on_first[o+1]) */
     size_t *on_first;     /* [n_object + 1] */
 };
+
+/* What a source owns. */
+void rmap_source_fini(struct rmap_source *source);
 
 /* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
