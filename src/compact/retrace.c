@@ -80,6 +80,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+    case RMAP_DISTRIBUTION_SKY:  /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -122,6 +123,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        departure->position = rmap_volume_draw(model->scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
@@ -129,6 +136,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
+        return;
+    }
+    if (source->sky) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
         return;
     }
     departure->position = source->shape == RMAP_EMITTER_MESH
