@@ -223,7 +223,7 @@ static void put_point(FILE *out, const struct rmap_lens_plan *plan, const double
     double half = plan->lens->pupil == RMAP_PUPIL_OBJECT_NA && plan->lens->pupil_value < 1
                       ? 1.05 * degrees * asin(plan->lens->pupil_value)
                       : telecentric;
-    if (isfinite(o->entrance)) {
+    if (isfinite(o->entrance) && o->entrance + o->object != 0) { /* not in the pupil itself */
         d = rmap_sub(rmap_vec3(0, 0, o->entrance), at);
         half = degrees * atan(radius / fabs(d.z));
         d = rmap_scale(rmap_normalize(d), d.z < 0 ? -1 : 1);
