@@ -14,7 +14,7 @@
 #include "base/count.h"
 #include "io/lensfile/lens_text.h"
 
-enum { PARAMETERS = 16, COUNT_WORDS = 4 };
+enum { PARAMETERS = 16, KEY_LETTERS = 4 };
 
 struct zmx {
     struct rmap_prescription *lens;
@@ -438,7 +438,7 @@ static enum rmap_status read_line(struct zmx *z)
     enum rmap_status st = RMAP_OK;
     if (n_key == 0)
         return RMAP_OK;
-    if (n_key > COUNT_WORDS) {
+    if (n_key > KEY_LETTERS) {
         tell_unknown(z, at);
         return RMAP_OK;
     }
