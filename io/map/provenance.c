@@ -131,9 +131,10 @@ out:
 static enum rmap_status put_features(struct rmap_h5 *h5, const struct rmap_run *run,
                                      struct rmap_error *err)
 {
-    char text[64];
-    (void)snprintf(text, sizeof text, "%s%s%s",
-                   rmap_scene_is_curved(run->scene) ? RMAP_FEATURE_CURVES " " : "",
+    char text[80];
+    (void)snprintf(text, sizeof text, "%s%s%s%s",
+                   rmap_scene_keeps_curves(run->scene) ? RMAP_FEATURE_CURVES " " : "",
+                   run->scene->timed ? RMAP_FEATURE_TIMES " " : "",
                    run->selection ? RMAP_FEATURE_GAPS " " : "",
                    RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES " " RMAP_FEATURE_CODES
                                        " " RMAP_FEATURE_LENGTHS);
@@ -211,9 +212,9 @@ static bool has_feature(const char *features, const char *name)
 /* Names what a file needs and this program has not got. */
 static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *err)
 {
-    static const char known[] =
-        RMAP_FEATURE_CURVES " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES
-                            " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS;
+    static const char known[] = RMAP_FEATURE_CURVES " " RMAP_FEATURE_TIMES " " RMAP_FEATURE_GAPS
+                                                    " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES
+                                                    " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS;
     char features[FEATURES_NBYTES];
     enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
     char *rest = features, *name;

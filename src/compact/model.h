@@ -84,6 +84,7 @@ struct rmap_compact_model {
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
+    double *group;  /* the same of group indices, of a timed scene; else NULL */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };
@@ -107,6 +108,7 @@ struct rmap_departure {
     struct rmap_vec3 position, direction, normal;
     int32_t medium; /* of the source */
     int channel;    /* the list's ray has this one only; -1: the source's colour */
+    double delay_ns;
 };
 
 /* A surface met: the light from before it to after it. */
@@ -123,12 +125,13 @@ struct rmap_encounter {
 struct rmap_compact_segment {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
+    double group_from, group_index, delay_ns;
     bool left; /* out of the scene */
 };
 struct rmap_crossing {
     uint16_t cell[2], relative[2];
     float direction[3];
-    double optical_path;
+    double optical_path, group_path;
 };
 
 /* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */
@@ -218,6 +221,13 @@ static inline enum rmap_primitive_kind rmap_primitive_kind(const struct rmap_com
 static inline int32_t rmap_primitive_plain(enum rmap_primitive_kind kind)
 {
     return kind == RMAP_PRIMITIVE_NONE ? -1 : 0;
+}
+
+/* The channel that a ray starts with, of one that ends with `last`; -1: the source's colour. */
+static inline int rmap_departs_with(const struct rmap_compact_model *model, int departure, int last)
+{
+    const bool drawn = model->scene->timed && model->scene->channels.mode == RMAP_COLOUR_SPECTRAL;
+    return departure < 0 && drawn ? last : departure;
 }
 
 /* Of 1 + a channel; 0, or what is none of the scene: NaN. */

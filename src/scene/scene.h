@@ -28,12 +28,15 @@
 struct rmap_medium {
     char *name;
     double n[RMAP_CHANNEL_MAX];          /* refractive index */
+    double n_group[RMAP_CHANNEL_MAX];    /* n - wavelength dn/dwavelength; in RGB as n */
     double absorption[RMAP_CHANNEL_MAX]; /* per length unit, from k and from `absorption` */
     bool dispersive;                     /* n differs between channels */
     bool absorbing;                      /* any absorption > 0 */
     char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
     struct rmap_field *field; /* a gradient medium's index, owned; NULL: uniform. n above is then
                                  the index at the origin of its frame, for reports */
+    struct rmap_field *beside[2];        /* of a timed scene, a dispersive field a little beside the
+                                            channels (RMAP_GRADIENT_BESIDE), owned; or NULL */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
     double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
@@ -242,8 +245,11 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Has gradient media: its rays may be curved, and its maps have /curve. */
+/* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
+
+/* Its maps have /curve: it is curved, or timed, as time's columns come behind those of curves. */
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene);
 
 /* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
  * there is inside the scene. Before the scene's rmap_accel is made. */

@@ -103,6 +103,17 @@ static void emit_list(const struct rmap_source *source, uint64_t ordinal,
         rmap_colour_collapse(colour, row->channel);
 }
 
+/* Light of several wavelengths has no one time of arrival: one is drawn before it sets out. */
+static void choose_channel(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
+                           struct rmap_colour *colour)
+{
+    double u[4];
+    if (scene->channels.mode != RMAP_COLOUR_SPECTRAL || rmap_colour_single(colour))
+        return;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_CHANNEL, u);
+    rmap_colour_collapse(colour, rmap_colour_pick(colour, NULL, u[0]));
+}
+
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission)
 {
@@ -110,6 +121,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
+    if (scene->timed)
+        choose_channel(scene, seed, ray, colour);
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
