@@ -56,6 +56,7 @@ struct rmap_compact_guide {
 /* The light of the ray in hand. */
 struct rmap_compact_light {
     struct rmap_colour colour;
+    double delay_ns;                      /* so far, where rays are followed one by one */
     bool changed;                         /* `quantised` is not up to date */
     uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
 };
@@ -78,7 +79,8 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is */
+    bool absorbing;          /* some medium is, or it scatters */
+    bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
@@ -114,7 +116,10 @@ struct rmap_departure {
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
     const struct rmap_scene *scene;
+    int32_t object;
+    bool front;
     const struct rmap_surface *surface;
+    bool weighed; /* as struct rmap_retrace has it */
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1] */
     uint32_t event;
@@ -125,7 +130,7 @@ struct rmap_encounter {
 struct rmap_compact_segment {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
-    double group_from, group_index, delay_ns;
+    double group_from, group_index;
     bool left; /* out of the scene */
 };
 struct rmap_crossing {
@@ -150,9 +155,11 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
-    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
-    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
-                    absorbs */
+    bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
+    bool weighed; /* colours beside scatter models are predicted */
+    bool turbid;  /* so is what happens inside media */
+    bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
+                     absorbs */
     struct rmap_lane *lane;
 };
 
@@ -221,13 +228,6 @@ static inline enum rmap_primitive_kind rmap_primitive_kind(const struct rmap_com
 static inline int32_t rmap_primitive_plain(enum rmap_primitive_kind kind)
 {
     return kind == RMAP_PRIMITIVE_NONE ? -1 : 0;
-}
-
-/* The channel that a ray starts with, of one that ends with `last`; -1: the source's colour. */
-static inline int rmap_departs_with(const struct rmap_compact_model *model, int departure, int last)
-{
-    const bool drawn = model->scene->timed && model->scene->channels.mode == RMAP_COLOUR_SPECTRAL;
-    return departure < 0 && drawn ? last : departure;
 }
 
 /* Of 1 + a channel; 0, or what is none of the scene: NaN. */
