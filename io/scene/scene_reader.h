@@ -138,8 +138,9 @@ struct rmap_reader {
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */
     size_t n_receiver;                      /* the last ones of the scene's detectors */
-    bool lenient_field;                     /* the field being read has a part that is `lenient` */
-    void *arena;                            /* blocks that live as long as the reader */
+    double beside;      /* the scene's wavelengths are so much beside its own, a share of them */
+    bool lenient_field; /* the field being read has a part that is `lenient` */
+    void *arena;        /* blocks that live as long as the reader */
 };
 
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,

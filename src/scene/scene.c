@@ -57,6 +57,8 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
+        for (int k = 0; k < 2; k++)
+            rmap_field_destroy(scene->medium[i].beside[k]);
         rmap_phase_fini(&scene->medium[i].phase);
         for (size_t k = 0; k < scene->medium[i].n_species; k++)
             rmap_free(scene->medium[i].species[k].name);
@@ -225,6 +227,11 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene)
     for (size_t i = 0; i < scene->n_medium; i++)
         curved = curved || scene->medium[i].field;
     return curved;
+}
+
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene)
+{
+    return scene->timed || rmap_scene_is_curved(scene);
 }
 
 int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)

@@ -33,12 +33,15 @@
 struct rmap_medium {
     char *name;
     double n[RMAP_CHANNEL_MAX];          /* refractive index */
+    double n_group[RMAP_CHANNEL_MAX];    /* n - wavelength dn/dwavelength; in RGB as n */
     double absorption[RMAP_CHANNEL_MAX]; /* per length unit, from k and from `absorption` */
     bool dispersive;                     /* n differs between channels */
     bool absorbing;                      /* any absorption > 0 */
     char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
     struct rmap_field *field; /* a gradient medium's index, owned; NULL: uniform. n above is then
                                  the index at the origin of its frame, for reports */
+    struct rmap_field *beside[2];        /* of a timed scene, a dispersive field a little beside the
+                                            channels (RMAP_GRADIENT_BESIDE), owned; or NULL */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
     double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
@@ -272,11 +275,21 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
 
+/* A ray of several channels has one from its beginning: where light is given back at other
+ * wavelengths, or its time of arrival is asked for. */
+static inline bool rmap_scene_draws_wavelength(const struct rmap_scene *scene)
+{
+    return scene->fluoresces || (scene->timed && scene->channels.mode == RMAP_COLOUR_SPECTRAL);
+}
+
 /* Some medium scatters, or gives light back. */
 bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
-/* Has gradient media: its rays may be curved, and its maps have /curve. */
+/* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
+
+/* Its maps have /curve: it is curved, or timed, as time's columns come behind those of curves. */
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene);
 
 /* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
  * there is inside the scene. Before the scene's rmap_accel is made. */

@@ -157,7 +157,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
-    if (scene->fluoresces)
+    if (rmap_scene_draws_wavelength(scene))
         rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
