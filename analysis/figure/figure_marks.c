@@ -106,6 +106,12 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     double dot[2];
     if (source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME)
         return;
+    if (source->sky) { /* from its pole down, at the middle of what it lights */
+        const struct rmap_vec3 down = rmap_affine_vector(place, rmap_vec3(0, 0, -1));
+        draw_arrow(frame, rmap_axpy(-0.5 * source->shape_size[0], down, place->t), down, ink,
+                   labels, svg);
+        return;
+    }
     const struct rmap_vec3 half = rmap_source_half_size(source);
     const bool round = source->shape == RMAP_EMITTER_DISC || source->type == RMAP_SOURCE_BEAM ||
                        (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);

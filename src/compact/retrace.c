@@ -13,6 +13,7 @@
 #include "formula/emit.h"
 #include "formula/triangle.h"
 #include "trace/source.h"
+#include "trace/turbid.h"
 
 /* Where a segment crosses the detector that its path names (trace/detector.c has the physics). */
 
@@ -80,6 +81,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
     case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -97,6 +99,15 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
     departure->position = row.origin;
     departure->direction = row.direction;
     departure->channel = row.channel;
+}
+
+int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                           int32_t index, int channel)
+{
+    const bool known = index >= 0 && (size_t)index < model->n_source;
+    return channel < 0 && known && model->scene->fluoresces
+               ? rmap_source_channel(&model->scene->source[index], model->n_channel, seed, ray)
+               : channel;
 }
 
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
@@ -131,6 +142,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     if (source->type == RMAP_SOURCE_BEAM) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
         rmap_source_beam(source, place, &departure->position, &departure->direction);
+        return;
+    }
+    if (source->sky) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
         return;
     }
     departure->position = source->shape == RMAP_EMITTER_MESH
@@ -414,17 +431,21 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                            .optical_from = walk->optical_path,
                                            .index = 1.0,
                                            .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
-    bool absorbed = !met && (r->event[row] & RMAP_EVENT_ABSORB);
+    struct rmap_inside inside = {.medium = medium,
+                                 .turbid = r->turbid,
+                                 .draw = {r->seed, r->id[walk->ray], number + 1},
+                                 .event = met ? 0 : r->event[row] & rmap_step_inside(r->turbid)};
     if (!met)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour)
         segment.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
                                            : medium->n[walk->light.colour.begin];
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && medium->absorbing && segment.length > 0.0 && (absorbed || !single)) {
-        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], number + 1,
-                                             segment.length, absorbed, &walk->light);
-        segment.length = absorbed ? travelled : segment.length;
+    if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
+        (inside.event || !single)) {
+        inside.length = segment.length;
+        const double travelled = rmap_light_travel(&inside, &walk->light);
+        segment.length = inside.event ? travelled : segment.length;
     }
     if (!met)
         facing.position = rmap_axpy(segment.length, walk->direction, walk->position);
@@ -446,6 +467,10 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
     }
     if (met && !last)
         meet(walk, row, number, &facing);
+    else if (!last && medium && (inside.event & ~(uint32_t)RMAP_EVENT_ABSORB) &&
+             rmap_light_go_on(&inside, r->model->n_channel, &walk->light, &walk->direction) &&
+             r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
     walk->position = facing.position;
     walk->object = met ? r->object[row] : -1;
 }
@@ -455,6 +480,8 @@ static void begin(struct walk *walk)
     const struct rmap_retrace *r = walk->r;
     struct rmap_departure departure;
     rmap_departure_find(r->model, r->seed, r->id[walk->ray], r->source[walk->ray], &departure);
+    departure.channel = rmap_departure_channel(r->model, r->seed, r->id[walk->ray],
+                                               r->source[walk->ray], departure.channel);
     (void)offer_point(r, &r->lane[RMAP_LANE_RAY_start], walk->ray, &departure.position);
     offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;
@@ -465,6 +492,8 @@ static void begin(struct walk *walk)
     if (walk->channel >= r->model->n_channel)
         walk->channel = -1;
     rmap_light_begin(r->model, r->source[walk->ray], departure.channel, &walk->light);
+    if (r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
 }
 
 static void end(struct walk *walk)
@@ -508,6 +537,7 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
                                  .crossing_detector = portion->registration.detector,
                                  .placed = header->placed,
                                  .weighed = header->weighed,
+                                 .turbid = header->turbid,
                                  .colour = true,
                                  .lane = lane};
 }

@@ -25,6 +25,7 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/sky.h"
 #include "scene/species.h"
 #include "scene/surface_model.h"
 #include "scene/volume.h"
@@ -89,8 +90,10 @@ enum rmap_source_type {
     RMAP_SOURCE_RAYS,
     RMAP_SOURCE_LAMP,
     RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
-    RMAP_SOURCE_BEAM    /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
-                           Rayleigh length, cone_rad the distance of the waist along z */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
+    RMAP_SOURCE_SUN,
+    RMAP_SOURCE_BEAM /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
+                        Rayleigh length, cone_rad the distance of the waist along z */
 };
 
 enum rmap_emitter {
@@ -98,7 +101,8 @@ enum rmap_emitter {
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
     RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
-    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_BODY,      /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_SKY        /* shape_size[0]: radius of the sphere that its light comes into */
 };
 
 enum rmap_distribution {
@@ -108,6 +112,7 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP; AREA: by `lamp` about its frame */
+    RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
     RMAP_DISTRIBUTION_SINE    /* AREA: as LAMBERT within the angle whose sine is `aperture` */
 };
 
@@ -134,6 +139,7 @@ struct rmap_source {
                                     the distance to its middle, in place of 1 - cos */
     struct rmap_lamp *lamp;      /* LAMP, and where the distribution is; owned */
     struct rmap_volume *volume;  /* VOLUME; owned */
+    struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -240,6 +246,9 @@ struct rmap_scene {
     size_t *on_first;     /* [n_object + 1] */
 };
 
+/* What a source owns. */
+void rmap_source_fini(struct rmap_source *source);
+
 /* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
@@ -266,6 +275,9 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
 {
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
+
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);

@@ -40,20 +40,10 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
         rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
     }
+    if (source->sky) /* its sphere is about all the rest */
+        return;
     const struct rmap_vec3 half = rmap_source_half_size(source);
     rmap_bounds_include_box(box, &source->frame, rmap_scale(half, -1.0), half);
-}
-
-static void include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
-{
-    if (detector->type != RMAP_DETECTOR_PLANE)
-        return;
-    for (int k = 0; k < 4; k++) {
-        double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
-        double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
-        rmap_bounds_include(box,
-                            rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
-    }
 }
 
 static double box_radius(const struct rmap_bounds *box)
@@ -115,7 +105,7 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     for (size_t i = 0; i < scene->n_source; i++)
         include_source(&box, scene, &scene->source[i]);
     for (size_t i = 0; i < scene->n_detector; i++)
-        include_detector(&box, &scene->detector[i]);
+        rmap_bounds_include_detector(&box, &scene->detector[i]);
     if (box.lower.x > box.upper.x) /* nothing at all */
         box.lower = box.upper = rmap_vec3(0.0, 0.0, 0.0);
     if (box.infinite)
@@ -131,6 +121,12 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     /* Margin: leaving rays end clear of the outermost surface; 1 for a scene that is a point. */
     double radius = 1.001 * rmap_length(half);
     scene->radius = radius > 0.0 ? radius : 1.0;
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].sky) /* the edge of a disc that touches the sphere */
+            scene->radius =
+                fmax(scene->radius,
+                     1.001 * (rmap_length(rmap_sub(scene->source[i].frame.t, scene->centre)) +
+                              sqrt(2.0) * scene->source[i].shape_size[0]));
     return RMAP_OK;
 }
 

@@ -27,6 +27,7 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
     case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SKY:
         break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
@@ -53,6 +54,7 @@ struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct r
     double c, s;
     switch (source->distribution) {
     case RMAP_DISTRIBUTION_ISOTROPIC:
+    case RMAP_DISTRIBUTION_SKY:
         break;
     case RMAP_DISTRIBUTION_CONE:
         rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
@@ -127,6 +129,7 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         local = rmap_source_is_apodised(source)
@@ -240,6 +243,14 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     }
     if (source->type == RMAP_SOURCE_BEAM) {
         rmap_source_beam(source, place, &emission->position, &emission->direction);
+        return;
+    }
+    if (source->sky) {
+        int channel;
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_sky_draw(source, place, way, &emission->position, &channel);
+        if (channel >= 0)
+            rmap_colour_collapse(colour, channel);
         return;
     }
     emission->position = rmap_source_point(scene, source, place, &normal);
