@@ -81,7 +81,8 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
-    case RMAP_DISTRIBUTION_SKY:  /* by rmap_sky_draw */
+    case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -140,6 +141,11 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
         return;
     }
+    if (source->type == RMAP_SOURCE_BEAM) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        rmap_source_beam(source, place, &departure->position, &departure->direction);
+        return;
+    }
     if (source->sky) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
@@ -160,7 +166,9 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->normal = normal;
     if (source->shape == RMAP_EMITTER_MESH)
         rmap_basis(normal, &x, &y);
-    departure->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+    departure->direction = rmap_source_is_directed(source)
+                               ? rmap_source_directed(source, normal, way)
+                               : rmap_lambertian(normal, x, y, way[0], way[1]);
 }
 
 /* The point where a segment meets the surface that its path names. The steps are the tracer's, so

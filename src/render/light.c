@@ -67,6 +67,7 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_COSINE:
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
     case RMAP_DISTRIBUTION_TABLE:
+    case RMAP_DISTRIBUTION_SINE: /* of no point */
     case RMAP_DISTRIBUTION_LAMP:
     case RMAP_DISTRIBUTION_SKY:
         return 1.0; /* they are of unit flux */
@@ -128,7 +129,7 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
     for (int area = 1; area >= 0; area--)
         for (size_t s = 0; s < scene->n_source; s++) {
             const struct rmap_source *source = &scene->source[s];
-            if (source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME)
+            if (rmap_source_is_unseen(source))
                 lights->n_unseen += (size_t)area;
             else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
@@ -320,6 +321,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         break;
     case RMAP_SOURCE_RAYS:
     case RMAP_SOURCE_VOLUME:
+    case RMAP_SOURCE_BEAM:
         break;
     }
     sample->irradiance *= factor;

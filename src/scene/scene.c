@@ -144,6 +144,11 @@ struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct 
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
 {
     const double *size = source->shape_size;
+    if (source->type == RMAP_SOURCE_BEAM) { /* no ray is drawn beyond 4.3 radii */
+        const double turn = source->cone_rad / size[1],
+                     half = 4.5 * size[0] * sqrt(1.0 + turn * turn);
+        return rmap_vec3(half, half, 0.0);
+    }
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:

@@ -94,7 +94,9 @@ enum rmap_source_type {
     RMAP_SOURCE_LAMP,
     RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
     RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
-    RMAP_SOURCE_SUN
+    RMAP_SOURCE_SUN,
+    RMAP_SOURCE_BEAM /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
+                        Rayleigh length, cone_rad the distance of the waist along z */
 };
 
 enum rmap_emitter {
@@ -112,8 +114,9 @@ enum rmap_distribution {
                                  COLLIMATED, whose ISOTROPIC is one direction */
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
-    RMAP_DISTRIBUTION_LAMP,   /* LAMP */
-    RMAP_DISTRIBUTION_SKY     /* SKY, SUN */
+    RMAP_DISTRIBUTION_LAMP,   /* LAMP; AREA: by `lamp` about its frame */
+    RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
+    RMAP_DISTRIBUTION_SINE    /* AREA: as LAMBERT within the angle whose sine is `aperture` */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -134,9 +137,10 @@ struct rmap_source {
     double *triangle_cdf;     /* MESH: [n_triangle], cumulative world area / total */
     struct rmap_affine frame; /* local z: the axis of emission */
     enum rmap_distribution distribution;
-    double cone_rad, cosine_power;
-    struct rmap_profile profile; /* TABLE */
-    struct rmap_lamp *lamp;      /* LAMP; owned */
+    double cone_rad, cosine_power, aperture;
+    struct rmap_profile profile; /* TABLE; of a COLLIMATED disc the irradiance over the square of
+                                    the distance to its middle, in place of 1 - cos */
+    struct rmap_lamp *lamp;      /* LAMP, and where the distribution is; owned */
     struct rmap_volume *volume;  /* VOLUME; owned */
     struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit */
@@ -313,6 +317,28 @@ static inline const struct rmap_scatter *rmap_surface_scatter(const struct rmap_
 static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
+}
+
+/* An area whose light is not Lambert's. */
+static inline bool rmap_source_is_directed(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_AREA &&
+           source->distribution != RMAP_DISTRIBUTION_ISOTROPIC &&
+           (source->distribution != RMAP_DISTRIBUTION_COSINE || source->cosine_power != 1.0);
+}
+
+/* A collimated disc that is not as bright all over. */
+static inline bool rmap_source_is_apodised(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_COLLIMATED && source->profile.n > 0;
+}
+
+/* Pictures do not know its light. */
+static inline bool rmap_source_is_unseen(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME ||
+           source->type == RMAP_SOURCE_BEAM || rmap_source_is_directed(source) ||
+           rmap_source_is_apodised(source);
 }
 
 /* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
