@@ -383,7 +383,8 @@ static void put_line(const struct rmap_energy_table *table, const char *what,
     fputc('\n', out);
 }
 
-static const char *const word[] = {"object", "medium", "left", "limit", "error", "heat", "detector"};
+static const char *const word[] = {"object", "medium", "left",    "limit",
+                                   "error",  "heat",   "detector"};
 
 void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
 {

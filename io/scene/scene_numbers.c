@@ -91,7 +91,7 @@ static const struct rmap_h5_field medium_field[] = {
 
 static const struct rmap_h5_field source_field[] = {
     NUMBER("source", rmap_source, type, I32, 1,
-           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 sky, 6 sun"),
+           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 volume, 6 sky, 7 sun"),
     NUMBER("source", rmap_source, shape, I32, 1,
            "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening, 5 from outside"),
     NUMBER("source", rmap_source, shape_size, F64, 2,

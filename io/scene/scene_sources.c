@@ -19,6 +19,7 @@
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
+#include "io/scene/scene_volumes.h"
 
 /* ---- shape and directions ---- */
 
@@ -217,12 +218,14 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp sky sun ray_file",
+    "collimated point area rays lamp volume sky sun ray_file",
     {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
      {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
+     {"a volume source", "name type in from to file dataset axes lower upper spacing origin unit "
+                         "at rotate scale matrix " LIGHT},
      {"a sky",
       "name type model kind horizontal zenith radiance direct diffuse file map unit rotate " FAR
           LIGHT},
@@ -258,6 +261,10 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_reader_read_ray_file(reader, node, source, light);
         return;
     }
+    if (type == RMAP_SOURCE_VOLUME) {
+        rmap_reader_read_volume(reader, node, source);
+        return;
+    }
     source->type = (enum rmap_source_type)type;
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
@@ -284,6 +291,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_reader_read_sky(reader, node, source, light);
         return;
     case RMAP_SOURCE_LAMP:
+    case RMAP_SOURCE_VOLUME:
         break;
     }
     read_frame(reader, node, source);
@@ -309,10 +317,11 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     const bool mesh = source->type == RMAP_SOURCE_AREA && source->shape == RMAP_EMITTER_MESH;
     const double larger = enlargement(&placed->to_world);
     source->parent = placed->parent;
-    if (rmap_yaml_get(placed->node, "fills")) /* it stands in the world already */
+    if (rmap_yaml_get(placed->node, "fills") ||
+        (source->volume && source->volume->kind == RMAP_VOLUME_BODY)) /* in the world already */
         return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
-    if (mesh || source->rays)
+    if (mesh || source->rays || source->volume)
         return;
     if (!(larger > 0))
         rmap_reader_error(reader, placed->node,

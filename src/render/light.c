@@ -128,7 +128,7 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
     for (int area = 1; area >= 0; area--)
         for (size_t s = 0; s < scene->n_source; s++) {
             const struct rmap_source *source = &scene->source[s];
-            if (source->type == RMAP_SOURCE_RAYS)
+            if (source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME)
                 lights->n_unseen += (size_t)area;
             else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
@@ -319,6 +319,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         seen = see_sky(lights, from, u, sample);
         break;
     case RMAP_SOURCE_RAYS:
+    case RMAP_SOURCE_VOLUME:
         break;
     }
     sample->irradiance *= factor;

@@ -28,6 +28,7 @@
 #include "scene/sky.h"
 #include "scene/species.h"
 #include "scene/surface_model.h"
+#include "scene/volume.h"
 
 struct rmap_medium {
     char *name;
@@ -88,7 +89,8 @@ enum rmap_source_type {
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
     RMAP_SOURCE_LAMP,
-    RMAP_SOURCE_SKY, /* this and SUN: by `sky` */
+    RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
     RMAP_SOURCE_SUN
 };
 
@@ -132,6 +134,7 @@ struct rmap_source {
     double cone_rad, cosine_power;
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
+    struct rmap_volume *volume;  /* VOLUME; owned */
     struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
@@ -269,6 +272,9 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
 
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
+
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
 
@@ -295,6 +301,10 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
+
+/* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
+                                   const struct rmap_source *source);
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);

@@ -21,6 +21,21 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
             rmap_bounds_include_box(box, &source->frame, source->rays->lower, source->rays->upper);
         return;
     }
+    if (source->volume && source->volume->grid) {
+        const struct rmap_grid *grid = source->volume->grid;
+        const struct rmap_vec3 half = rmap_scale(grid->spacing, 0.5);
+        rmap_bounds_include_box(
+            box, &source->frame, rmap_sub(grid->origin, half),
+            rmap_add(grid->origin, rmap_vec3(((double)grid->n[0] - 0.5) * grid->spacing.x,
+                                             ((double)grid->n[1] - 0.5) * grid->spacing.y,
+                                             ((double)grid->n[2] - 0.5) * grid->spacing.z)));
+        return;
+    }
+    if (source->volume) { /* a body is bounded with the objects */
+        for (int k = 0; source->volume->kind == RMAP_VOLUME_TRACK && k < 2; k++)
+            rmap_bounds_include(box, rmap_affine_point(&source->frame, rmap_vec3(0, 0, k)));
+        return;
+    }
     if (source->shape == RMAP_EMITTER_MESH) {
         rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
@@ -259,6 +274,9 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
         if (scene->source[i].shape == RMAP_EMITTER_MESH &&
             scene->source[i].type != RMAP_SOURCE_RAYS)
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].volume)
+            RMAP_TRY(rmap_volume_finish(scene, &scene->source[i], err));
     RMAP_TRY(bound_scene(scene, err));
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(tabulate_scatter(scene, err));

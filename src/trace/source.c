@@ -172,6 +172,12 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     }
     double place[4], way[4];
     struct rmap_vec3 normal;
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        emission->position = rmap_volume_draw(scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
     if (source->type == RMAP_SOURCE_LAMP) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
