@@ -92,7 +92,7 @@ static double scene_unit(const struct rmap_reader *reader, enum rmap_dimension d
         return reader->scene->unit_m;
     if (dimension == RMAP_DIMENSION_PER_LENGTH)
         return 1 / reader->scene->unit_m;
-    return dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9 : 1;
+    return dimension == RMAP_DIMENSION_WAVELENGTH || dimension == RMAP_DIMENSION_TIME ? 1e-9 : 1;
 }
 
 /* Divides by what is above 1, so that 5 mm are the double nearest to 0.005 m. */

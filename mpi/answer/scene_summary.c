@@ -8,6 +8,7 @@
 
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "mpi/answer/medium_out.h"
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
@@ -112,11 +113,25 @@ static void print_lamp(const struct rmap_scene *scene, const struct rmap_source 
                 scene->unit);
 }
 
+/* Its pole, what it is, and where its light comes in. */
+static void print_sky(const struct rmap_scene *scene, const struct rmap_source *source, FILE *out)
+{
+    const struct rmap_sky *sky = source->sky;
+    fprintf(out, "%s%s", sky->title[0] ? ", " : "", sky->title);
+    if (sky->n_portal > 0)
+        fprintf(out, ", through %s; light that meets none is left out",
+                rmap_counted(sky->n_portal, "portal").text);
+    else
+        fprintf(out, ", by discs of radius %.4g %s", source->shape_size[0], scene->unit);
+}
+
 static void print_light(const struct rmap_scene *scene, FILE *out)
 {
     for (size_t s = 0; s < scene->n_source; s++) {
         fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
                 rmap_flux_unit_text(scene), scene->medium[scene->source[s].medium].name);
+        if (scene->source[s].sky)
+            print_sky(scene, &scene->source[s], out);
         if (scene->source[s].lamp)
             print_lamp(scene, &scene->source[s], out);
         fputc('\n', out);
@@ -229,6 +244,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     print_absorption(scene, out);
     rmap_films_print(scene, out);
     rmap_scatters_print(scene, out);
+    rmap_turbid_print(scene, out);
     print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
@@ -306,12 +322,12 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, "
-                     "s:o}",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
+                     "s:I, s:o}",
                      "units", scene->unit, "light", light_json(scene), "media",
-                     names_json(scene, scene->n_medium, name_medium), "gradients",
-                     gradients_json(scene), "films", rmap_films_json(scene), "scatter",
-                     rmap_scatters_json(scene), "surfaces",
+                     names_json(scene, scene->n_medium, name_medium), "turbid",
+                     rmap_turbid_json(scene), "gradients", gradients_json(scene), "films",
+                     rmap_films_json(scene), "scatter", rmap_scatters_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
                      names_json(scene, scene->n_geometry, name_geometry), "objects",
                      names_json(scene, scene->n_object, name_object), "groups",

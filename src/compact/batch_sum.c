@@ -9,6 +9,7 @@
 #include "compact/retrace.h"
 #include "compact/retrace_colour.h"
 #include "compact/step.h"
+#include "trace/turbid.h"
 
 /* The ray in hand. */
 struct sum {
@@ -36,7 +37,10 @@ static void weigh_segment(const struct sum *sum, size_t row,
     const struct rmap_compact_object *o = &r->model->object[object];
     const struct rmap_encounter encounter = {
         .scene = r->model->scene,
+        .object = (int32_t)object,
+        .front = cosine < 0.0,
         .surface = cosine < 0.0 ? o->front : o->back,
+        .weighed = r->weighed,
         .near = near,
         .far = rmap_medium_beyond(r->model, (int32_t)object, cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,
@@ -83,9 +87,11 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && segment->way.length > 0.0 &&
+    if (medium && rmap_medium_is_turbid(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
-        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, segment->way.length, false,
+        (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
+                                                      .turbid = r->turbid,
+                                                      .length = segment->way.length},
                                 light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);

@@ -123,6 +123,15 @@ out:
     return st;
 }
 
+static struct rmap_lane_header header_of(const struct rmap_compact_encoder *encoder)
+{
+    return (struct rmap_lane_header){.seed = encoder->seed,
+                                     .first_ray = encoder->first_ray,
+                                     .placed = true,
+                                     .weighed = encoder->model->scene->n_scatter > 0,
+                                     .turbid = encoder->model->turbid};
+}
+
 /* What was recorded against what is predicted: of all rays, or of those that need it.
  * *one_by_one_ret: the reader must follow every ray of the portion by itself. */
 static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
@@ -132,8 +141,9 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
     const uint8_t *channel = encoder->channel + encoder->n_ray;
+    const struct rmap_lane_header header = header_of(encoder);
     const struct rmap_retrace r =
-        rmap_retrace_of(encoder->model, encoder->seed, part, channel, true, encoder->lane);
+        rmap_retrace_of(encoder->model, &header, part, channel, encoder->lane);
     const struct rmap_portion *rows = part;
     if (few) {
         RMAP_TRY(rmap_few_gather(encoder->few, part, channel, err));
@@ -145,8 +155,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        const struct rmap_retrace of_few = rmap_retrace_of(
-            encoder->model, encoder->seed, rows, encoder->few->channel, true, encoder->lane);
+        const struct rmap_retrace of_few =
+            rmap_retrace_of(encoder->model, &header, rows, encoder->few->channel, encoder->lane);
         RMAP_TRY(rmap_settle_encode_few(&encoder->batch, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
@@ -159,10 +169,8 @@ out:
 static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_one,
                               struct rmap_error *err)
 {
-    struct rmap_lane_header header = {.seed = encoder->seed,
-                                      .first_ray = encoder->first_ray,
-                                      .one_by_one = one_by_one,
-                                      .placed = true};
+    struct rmap_lane_header header = header_of(encoder);
+    header.one_by_one = one_by_one;
     return rmap_lanes_store(encoder->lane, &header, &encoder->store, err);
 }
 
@@ -369,9 +377,8 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                      const struct rmap_lane_header *header, rmap_column_set traced,
                                      struct rmap_portion *out, struct rmap_error *err)
 {
-    struct rmap_retrace r =
-        rmap_retrace_of(decoder->model, header->seed, out, rows->data[RMAP_STREAM_ray_channel],
-                        header->placed, decoder->lane);
+    struct rmap_retrace r = rmap_retrace_of(decoder->model, header, out,
+                                            rows->data[RMAP_STREAM_ray_channel], decoder->lane);
     if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;

@@ -78,7 +78,8 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is */
+    bool absorbing;          /* some medium is, or it scatters */
+    bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
@@ -112,7 +113,10 @@ struct rmap_departure {
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
     const struct rmap_scene *scene;
+    int32_t object;
+    bool front;
     const struct rmap_surface *surface;
+    bool weighed; /* as struct rmap_retrace has it */
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1] */
     uint32_t event;
@@ -147,9 +151,11 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
-    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
-    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
-                    absorbs */
+    bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
+    bool weighed; /* colours beside scatter models are predicted */
+    bool turbid;  /* so is what happens inside media */
+    bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
+                     absorbs */
     struct rmap_lane *lane;
 };
 

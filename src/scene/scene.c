@@ -26,17 +26,28 @@ enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_er
     return RMAP_OK;
 }
 
+void rmap_source_fini(struct rmap_source *source)
+{
+    rmap_free(source->name);
+    rmap_free(source->triangle_cdf);
+    rmap_free(source->list);
+    rmap_file_rays_drop(source->rays);
+    rmap_profile_fini(&source->profile);
+    if (source->lamp)
+        rmap_lamp_fini(source->lamp);
+    rmap_free(source->lamp);
+    if (source->volume)
+        rmap_volume_fini(source->volume);
+    rmap_free(source->volume);
+    if (source->sky)
+        rmap_sky_fini(source->sky);
+    rmap_free(source->sky);
+}
+
 static void destroy_sources(struct rmap_scene *scene)
 {
-    for (size_t i = 0; scene->source && i < scene->n_source; i++) {
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_free(scene->source[i].list);
-        rmap_profile_fini(&scene->source[i].profile);
-        if (scene->source[i].lamp)
-            rmap_lamp_fini(scene->source[i].lamp);
-        rmap_free(scene->source[i].lamp);
-    }
+    for (size_t i = 0; scene->source && i < scene->n_source; i++)
+        rmap_source_fini(&scene->source[i]);
     rmap_free(scene->source);
 }
 
@@ -46,6 +57,10 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
+        rmap_phase_fini(&scene->medium[i].phase);
+        for (size_t k = 0; k < scene->medium[i].n_species; k++)
+            rmap_free(scene->medium[i].species[k].name);
+        rmap_free(scene->medium[i].species);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)
@@ -111,12 +126,26 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene);
 }
 
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct rmap_source *source)
+{
+    const struct rmap_volume *volume = source->volume;
+    if (source->n_list > 0)
+        return source->list[0].origin;
+    if (source->sky) /* its pole, halfway to where it begins */
+        return rmap_affine_point(&source->frame, rmap_vec3(0, 0, 0.5 * source->shape_size[0]));
+    if (!volume || volume->kind == RMAP_VOLUME_TRACK || volume->n_part == 0)
+        return source->frame.t;
+    return rmap_affine_point(&scene->object[volume->part[0]].to_world,
+                             rmap_affine_point(&source->frame, rmap_vec3(0.5, 0.5, 0.5)));
+}
+
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
 {
     const double *size = source->shape_size;
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return rmap_vec3(size[0], size[0], 0.0);
@@ -180,6 +209,14 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
     if (ordinal_ret)
         *ordinal_ret = period * scene->schedule_quota[source] + scene->schedule_rank[entry];
     return source;
+}
+
+bool rmap_scene_is_turbid(const struct rmap_scene *scene)
+{
+    for (size_t i = 0; i < scene->n_medium; i++)
+        if (scene->medium[i].scattering_at_all || scene->medium[i].n_species > 0)
+            return true;
+    return false;
 }
 
 bool rmap_scene_is_curved(const struct rmap_scene *scene)

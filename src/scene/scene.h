@@ -20,10 +20,15 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/file_rays.h"
 #include "scene/lamp.h"
+#include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/sky.h"
+#include "scene/species.h"
 #include "scene/surface_model.h"
+#include "scene/volume.h"
 
 struct rmap_medium {
     char *name;
@@ -36,8 +41,10 @@ struct rmap_medium {
                                  the index at the origin of its frame, for reports */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
-    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
-                            doi:10.1086/144246); 0: isotropic */
+    double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
+    struct rmap_phase phase;
+    size_t n_species;
+    struct rmap_species *species; /* [n_species], owned; their absorption is part of the medium's */
     bool scattering_at_all;
 };
 
@@ -81,7 +88,10 @@ enum rmap_source_type {
     RMAP_SOURCE_POINT,
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
-    RMAP_SOURCE_LAMP
+    RMAP_SOURCE_LAMP,
+    RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
+    RMAP_SOURCE_SUN
 };
 
 enum rmap_emitter {
@@ -89,7 +99,8 @@ enum rmap_emitter {
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
     RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
-    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_BODY,      /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_SKY        /* shape_size[0]: radius of the sphere that its light comes into */
 };
 
 enum rmap_distribution {
@@ -99,6 +110,7 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_SKY     /* SKY, SUN */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -106,6 +118,7 @@ enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+    double delay_ns;                    /* of a file's ray */
 };
 
 struct rmap_source {
@@ -121,6 +134,8 @@ struct rmap_source {
     double cone_rad, cosine_power;
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
+    struct rmap_volume *volume;  /* VOLUME; owned */
+    struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -129,7 +144,8 @@ struct rmap_source {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
-    int32_t line, column; /* in the scene file */
+    struct rmap_file_rays *rays; /* RAYS of a file, in its place; held */
+    int32_t line, column;        /* in the scene file */
 };
 
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
@@ -181,8 +197,10 @@ struct rmap_scene {
     double unit_m; /* its length in metres */
     struct rmap_channels channels;
     enum rmap_flux_unit flux_unit; /* of every source's flux */
+    enum rmap_accounting accounting;
     uint64_t limit_steps;
     double limit_weight;
+    bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
@@ -208,6 +226,8 @@ struct rmap_scene {
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
 
     /* Derived by rmap_scene_finish. */
+    bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
+    double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
     double radius;
     int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
@@ -222,10 +242,14 @@ struct rmap_scene {
     size_t *on_first;     /* [n_object + 1] */
 };
 
+/* What a source owns. */
+void rmap_source_fini(struct rmap_source *source);
+
 /* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
+void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */
@@ -240,6 +264,16 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
  * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rays' weights change on their way: light is given back at other wavelengths, and its energy is
+ * counted. */
+static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
+{
+    return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
+}
+
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
@@ -267,6 +301,10 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
+
+/* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
+                                   const struct rmap_source *source);
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);

@@ -25,6 +25,8 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
+    case RMAP_DISTRIBUTION_SKY:
+        break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
 }
@@ -73,6 +75,7 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
@@ -93,14 +96,58 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
     return rmap_source_flat_point(source, u);
 }
 
-static void emit_list(const struct rmap_source *source, uint64_t ordinal,
-                      struct rmap_colour *colour, struct rmap_emission *emission)
+static int nearest_channel(const struct rmap_channels *channels, double nm)
 {
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    emission->position = row->origin;
-    emission->direction = row->direction;
-    if (row->channel >= 0)
-        rmap_colour_collapse(colour, row->channel);
+    const double *at = channels->wavelength_nm;
+    const int i = (int)rmap_first_above(at, (size_t)channels->n, nm);
+    return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
+}
+
+void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
+                     uint64_t ordinal, struct rmap_list_ray *row)
+{
+    if (!source->rays) {
+        *row = source->list[ordinal % source->n_list];
+        return;
+    }
+    const size_t k = rmap_file_rays_row(source->rays, ordinal);
+    const double nm = rmap_file_rays_nm(source->rays, k);
+    struct rmap_vec3 p, d;
+    rmap_file_rays_get(source->rays, k, &p, &d);
+    row->origin = rmap_affine_point(&source->frame, p);
+    row->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
+    row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
+                       ? nearest_channel(&scene->channels, nm)
+                       : -1;
+    row->delay_ns = source->rays->delay_ns ? source->rays->delay_ns[k] : 0.0;
+}
+
+static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
+                      uint64_t ordinal, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_list_ray row;
+    rmap_source_row(scene, source, ordinal, &row);
+    emission->position = row.origin;
+    emission->direction = row.direction;
+    if (scene->timed)
+        emission->delay_ns = row.delay_ns;
+    if (row.channel >= 0)
+        rmap_colour_collapse(colour, row.channel);
+    if (source->rays && source->rays->loose > 0.0) {
+        const struct rmap_vec3 from = rmap_sub(row.origin, source->frame.t);
+        emission->loose =
+            source->rays->loose * fmax(fabs(from.x), fmax(fabs(from.y), fabs(from.z)));
+    }
+}
+
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray)
+{
+    struct rmap_colour colour;
+    double u[4];
+    rmap_colour_set(&colour, source->colour, n_channel);
+    rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
+    return rmap_colour_pick(&colour, NULL, u[0]);
 }
 
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
@@ -110,6 +157,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
+    if (scene->fluoresces)
+        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
@@ -118,15 +167,29 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .colour = colour->share,
                                        .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
-        emit_list(source, ordinal, colour, emission);
+        emit_list(scene, source, ordinal, colour, emission);
         return;
     }
     double place[4], way[4];
     struct rmap_vec3 normal;
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        emission->position = rmap_volume_draw(scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
     if (source->type == RMAP_SOURCE_LAMP) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
+        return;
+    }
+    if (source->sky) {
+        int channel;
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_sky_draw(source, place, way, &emission->position, &channel);
+        if (channel >= 0)
+            rmap_colour_collapse(colour, channel);
         return;
     }
     emission->position = rmap_source_point(scene, source, place, &normal);
