@@ -255,12 +255,12 @@ def check_written():
     check(len(texts) == 1, "one file on any number of ranks")
     length = np.linalg.norm(row[:, 3:6], axis=1)
     check(np.abs(length - 1).max() < 1e-6, "directions")
-    for arguments, said in ((("-o", "x.tm25ray", "--at", "all"), "'all' is an intensity grid"),
-                            (("-o", "x.tm25ray", "--at", "midd"), "did you mean 'mid'")):
+    for arguments, said in ((("-o", "x.tm25ray", "--force", "--at", "all"), "'all' is an intensity grid"),
+                            (("-o", "x.tm25ray", "--force", "--at", "midd"), "did you mean 'mid'")):
         check(said in run("query", "o.raymap", "all", *arguments, status=3), said)
     check("--at is of files of rays" in run("query", "o.raymap", "all", "--at", "mid", status=2), "--at without a file")
     run("trace", "scene.yaml", "--color", "rgb", "-o", "g.raymap", "-n", 100, "--quiet", "--force")
-    check("photons of MCPL have an energy" in run("query", "g.raymap", "all", "-o", "x.mcpl", status=3), "no energy")
+    check("photons of MCPL have an energy" in run("query", "g.raymap", "all", "-o", "x.mcpl", "--force", status=3), "no energy")
 
 
 check_written()
