@@ -104,7 +104,7 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     const struct rmap_svg_style line = {.stroke = ink, .width = ink == rmap_source_ink ? 2 : 1.2};
     const struct rmap_affine *place = &source->frame;
     double dot[2];
-    if (source->type == RMAP_SOURCE_RAYS)
+    if (rmap_source_is_of_rays(source))
         return;
     const struct rmap_vec3 half = rmap_source_half_size(source);
     const bool round = source->shape == RMAP_EMITTER_DISC ||

@@ -262,6 +262,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
         read_rays(reader, node, source);
         return;
     case RMAP_SOURCE_LAMP:
+    case RMAP_SOURCE_STEPS:
         break;
     }
     read_frame(reader, node, source);

@@ -79,6 +79,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+    case RMAP_DISTRIBUTION_STEPS:
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -97,6 +98,18 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
     departure->channel = row->channel;
 }
 
+static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,
+                       uint64_t seed, uint64_t ray, struct rmap_departure *departure)
+{
+    struct rmap_photon photon;
+    if (scene->schedule_len == 0)
+        return;
+    rmap_source_photon(scene, source, seed, ray, &photon);
+    departure->position = photon.position;
+    departure->direction = photon.direction;
+    departure->channel = photon.channel;
+}
+
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t index, struct rmap_departure *departure)
 {
@@ -108,6 +121,10 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->medium = source->medium;
     if (source->type == RMAP_SOURCE_RAYS) {
         from_list(model->scene, source, ray, departure);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        from_steps(model->scene, source, seed, ray, departure);
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];

@@ -67,6 +67,7 @@ static double axial_intensity(const struct rmap_source *source)
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
     case RMAP_DISTRIBUTION_TABLE:
     case RMAP_DISTRIBUTION_LAMP:
+    case RMAP_DISTRIBUTION_STEPS:
         return 1.0; /* they are of unit flux */
     }
     return 0.25 / RMAP_PI;
@@ -119,7 +120,7 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
     for (int area = 1; area >= 0; area--)
         for (size_t s = 0; s < scene->n_source; s++) {
             const struct rmap_source *source = &scene->source[s];
-            if (source->type == RMAP_SOURCE_RAYS)
+            if (rmap_source_is_of_rays(source))
                 lights->n_unseen += (size_t)area;
             else if ((source->type == RMAP_SOURCE_AREA) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
@@ -291,6 +292,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         seen = see_area(lights, from, u, sample);
         break;
     case RMAP_SOURCE_RAYS:
+    case RMAP_SOURCE_STEPS:
         break;
     }
     sample->irradiance *= factor;

@@ -23,6 +23,7 @@
 #include "scene/lamp.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/steps.h"
 #include "scene/surface_model.h"
 
 struct rmap_medium {
@@ -39,6 +40,7 @@ struct rmap_medium {
     double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
                             doi:10.1086/144246); 0: isotropic */
     bool scattering_at_all;
+    struct rmap_scintillation *scintillation; /* owned; NULL: none */
 };
 
 enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
@@ -81,7 +83,8 @@ enum rmap_source_type {
     RMAP_SOURCE_POINT,
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
-    RMAP_SOURCE_LAMP
+    RMAP_SOURCE_LAMP,
+    RMAP_SOURCE_STEPS
 };
 
 enum rmap_emitter {
@@ -99,6 +102,7 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_STEPS,  /* STEPS */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -121,7 +125,8 @@ struct rmap_source {
     double cone_rad, cosine_power;
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
-    double flux;                 /* in the scene's flux_unit */
+    struct rmap_steps *steps;    /* STEPS; owned */
+    double flux;                 /* in the scene's flux_unit; STEPS: photons */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
     double share;        /* rays_share, > 0 */
@@ -268,6 +273,12 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
 
+/* Sends rays that are somebody's, one by one: pictures have no lamp to look for. */
+static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS;
+}
+
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
 
@@ -304,5 +315,13 @@ double rmap_detector_from_world(const struct rmap_detector *detector, int axis, 
 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
+
+/* What the light of a STEPS source is made in. */
+struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
+                                                  const struct rmap_source *source);
+
+/* The step, and with it the event, that a ray of a STEPS source is of; NULL: of another source. */
+const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *scene, uint64_t seed,
+                                                    uint64_t ray);
 
 #endif

@@ -25,6 +25,8 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
+    case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
+        break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
 }
@@ -103,6 +105,28 @@ static void emit_list(const struct rmap_source *source, uint64_t ordinal,
         rmap_colour_collapse(colour, row->channel);
 }
 
+void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, struct rmap_photon *photon)
+{
+    const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+    double place[4], way[4];
+    uint64_t ordinal = 0;
+    (void)rmap_scene_source_of(scene, ray, &ordinal);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+    rmap_steps_draw(source->steps, &medium, ordinal, place, way, photon);
+}
+
+static void emit_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_photon photon;
+    rmap_source_photon(scene, source, seed, emission->ray, &photon);
+    emission->position = photon.position;
+    emission->direction = photon.direction;
+    rmap_colour_collapse(colour, photon.channel);
+}
+
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission)
 {
@@ -119,6 +143,10 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
         emit_list(source, ordinal, colour, emission);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        emit_photon(scene, source, seed, colour, emission);
         return;
     }
     double place[4], way[4];

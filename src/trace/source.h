@@ -10,7 +10,8 @@
 #include "trace/colour.h"
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
- * A list of rays gives its row (running number of the source's ray modulo the list's length).
+ * A list of rays gives its row (running number of the source's ray modulo the list's length), steps
+ * of particles a photon of theirs.
  * Point sources are isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z,
  * collimated ones parallel to it or uniform in a cone, their angular diameter; area sources are
  * Lambertian on the side of their normal, uniform over their area. */
@@ -37,6 +38,10 @@ static inline bool rmap_source_is_parallel(const struct rmap_source *source)
 struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
                                   const double place[4], const double way[2],
                                   struct rmap_vec3 *position);
+
+/* STEPS: the photon that is this ray. */
+void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, struct rmap_photon *photon);
 
 /* A direction of its light in its frame, about z, by two numbers in (0, 1). */
 struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2]);
