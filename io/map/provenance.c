@@ -212,10 +212,9 @@ static bool has_feature(const char *features, const char *name)
 /* Names what a file needs and this program has not got. */
 static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *err)
 {
-    static const char known[] =
-        RMAP_FEATURE_CURVES " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES
-                            " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS
-                            " " RMAP_FEATURE_SCATTER;
+    static const char known[] = RMAP_FEATURE_CURVES
+        " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES
+        " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS " " RMAP_FEATURE_SCATTER;
     char features[FEATURES_NBYTES];
     enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
     char *rest = features, *name;

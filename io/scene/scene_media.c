@@ -12,6 +12,7 @@
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_scintillation.h"
+#include "io/scene/scene_turbid.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
 
@@ -200,13 +201,21 @@ static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_n
     }
 }
 
-static void check_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_medium *medium)
+static void read_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_medium *medium)
 {
+    const struct rmap_yaml_node *g = rmap_yaml_get(node, "scattering_g");
+    if (rmap_reader_is_scattering(rmap_yaml_get(node, "scattering"))) {
+        if (g)
+            rmap_reader_error(reader, g, "'scattering' is a mapping: its 'g' stands in there");
+        return;
+    }
+    rmap_reader_quantity(reader, node, "scattering", RMAP_OPTIONAL, &rmap_range_attenuation,
+                         medium->scattering);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->scattering_at_all |= medium->scattering[i] > 0;
-    if (rmap_yaml_get(node, "scattering_g") && !rmap_yaml_get(node, "scattering"))
-        rmap_reader_error(reader, rmap_yaml_get(node, "scattering_g"),
+    if (g && !rmap_yaml_get(node, "scattering"))
+        rmap_reader_error(reader, g,
                           "'scattering_g' says how 'scattering' scatters: give that too");
 }
 
@@ -217,9 +226,7 @@ const struct rmap_mapping rmap_medium_keys = {
     NULL,
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
                   "scattering_g scintillation"}},
-    {{"scattering", RMAP_KEY_SHARES, offsetof(struct rmap_medium, scattering),
-      &rmap_range_attenuation},
-     {"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
+    {{"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_medium *medium)
@@ -251,7 +258,7 @@ static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
                              (int32_t)(medium - reader->scene->medium));
     read_absorption(reader, node, medium);
-    check_scattering(reader, node, medium);
+    read_scattering(reader, node, medium);
     rmap_reader_scintillation(reader, node, medium);
 }
 

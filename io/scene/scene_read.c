@@ -22,6 +22,7 @@
 #include "io/scene/scene_simulations.h"
 #include "io/scene/scene_sources.h"
 #include "io/scene/scene_surfaces.h"
+#include "io/scene/scene_turbid.h"
 
 static void check_version(struct rmap_reader *reader)
 {
@@ -58,6 +59,7 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_geometries,
                                                             rmap_reader_read_objects,
                                                             rmap_reader_make_gradients,
+                                                            rmap_reader_read_turbid,
                                                             rmap_reader_read_sources,
                                                             rmap_reader_read_detectors,
                                                             rmap_reader_read_receivers,

@@ -8,6 +8,7 @@
 
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "mpi/answer/medium_out.h"
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
@@ -229,6 +230,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     print_absorption(scene, out);
     rmap_films_print(scene, out);
     rmap_scatters_print(scene, out);
+    rmap_turbid_print(scene, out);
     print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
@@ -306,12 +308,12 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, "
-                     "s:o}",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
+                     "s:I, s:o}",
                      "units", scene->unit, "light", light_json(scene), "media",
-                     names_json(scene, scene->n_medium, name_medium), "gradients",
-                     gradients_json(scene), "films", rmap_films_json(scene), "scatter",
-                     rmap_scatters_json(scene), "surfaces",
+                     names_json(scene, scene->n_medium, name_medium), "turbid",
+                     rmap_turbid_json(scene), "gradients", gradients_json(scene), "films",
+                     rmap_films_json(scene), "scatter", rmap_scatters_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
                      names_json(scene, scene->n_geometry, name_geometry), "objects",
                      names_json(scene, scene->n_object, name_object), "groups",

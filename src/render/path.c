@@ -230,23 +230,29 @@ struct receiver {
     bool inside;
     struct rmap_vec3 normal;
     const double *p;
-    bool has_model;
+    bool has_model;                /* or, inside, a phase function that differs between channels */
     struct rmap_scatter_side side; /* that the light meets */
     double factor;
 };
+
+static const struct rmap_medium *medium_of(const struct path *path, const struct receiver *receiver)
+{
+    return &path->renderer->scene->medium[receiver->ray.medium];
+}
 
 /* Radiance sent back along the path per irradiance from `light`. */
 static double response(const struct path *path, const struct receiver *receiver,
                        struct rmap_vec3 light)
 {
     double cosine = rmap_dot(light, receiver->normal);
-    if (receiver->has_model)
-        return cosine > 0.0 ? receiver->factor * cosine : 0.0;
     if (!receiver->inside)
-        return cosine > 0.0 ? receiver->factor * cosine * (1.0 / RMAP_PI) : 0.0;
-    double g = path->renderer->scene->medium[receiver->ray.medium].scattering_g;
-    double square = 1.0 + g * g - 2.0 * g * rmap_dot(light, receiver->direction);
-    return (1.0 - g * g) / (4.0 * RMAP_PI * square * sqrt(square));
+        return cosine > 0.0
+                   ? receiver->factor * cosine * (receiver->has_model ? 1.0 : 1.0 / RMAP_PI)
+                   : 0.0;
+    return receiver->has_model
+               ? receiver->factor
+               : rmap_phase_density(medium_of(path, receiver), path->walk.colour.begin,
+                                    rmap_dot(light, receiver->direction));
 }
 
 static void on_channel(int channel, struct rmap_scatter_side *side)
@@ -256,12 +262,19 @@ static void on_channel(int channel, struct rmap_scatter_side *side)
     side->n2 = side->scene->medium[side->far].n[channel];
 }
 
-/* BSDF of live channels from `light` to where the path came from; NULL: nothing on any of them. */
+/* BSDF, or phase function, of live channels from `light` to where the path came from; NULL: nothing
+ * on any of them. */
 static const double *towards_path(const struct path *path, struct receiver *receiver,
                                   struct rmap_vec3 light, double bsdf[RMAP_CHANNEL_MAX])
 {
     bool some = false;
     for (int i = path->walk.colour.begin; i < path->walk.colour.end; i++) {
+        if (receiver->inside) {
+            bsdf[i] = rmap_phase_density(medium_of(path, receiver), i,
+                                         rmap_dot(light, receiver->direction));
+            some = some || bsdf[i] > 0.0;
+            continue;
+        }
         on_channel(i, &receiver->side);
         bsdf[i] = rmap_scatter_bsdf(&receiver->side, rmap_scale(light, -1.0),
                                     rmap_scale(receiver->direction, -1.0));
@@ -522,6 +535,7 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
     }
     struct receiver receiver = {
         .ray = walk->ray, .direction = walk->ray.direction, .inside = true, .factor = 1.0};
+    receiver.has_model = medium_of(path, &receiver)->phase.n_profile > 1;
     receiver.ray.origin = arrival->segment.to;
     rmap_contact_clear(&receiver.ray.contact);
     path->looked = walk->ray.gradient == 0;

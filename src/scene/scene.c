@@ -49,6 +49,7 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
         rmap_free(scene->medium[i].scintillation);
+        rmap_phase_fini(&scene->medium[i].phase);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)

@@ -21,6 +21,7 @@
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
 #include "scene/lamp.h"
+#include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
 #include "scene/steps.h"
@@ -37,8 +38,8 @@ struct rmap_medium {
                                  the index at the origin of its frame, for reports */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
-    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
-                            doi:10.1086/144246); 0: isotropic */
+    double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
+    struct rmap_phase phase;
     bool scattering_at_all;
     struct rmap_scintillation *scintillation; /* owned; NULL: none */
 };
@@ -188,6 +189,7 @@ struct rmap_scene {
     enum rmap_flux_unit flux_unit; /* of every source's flux */
     uint64_t limit_steps;
     double limit_weight;
+    bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */

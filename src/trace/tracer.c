@@ -21,6 +21,8 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
     walk->predicted = emission.predicted;
+    if (emission.delay_ns != 0.0)
+        rmap_walk_delay(walk, emission.delay_ns);
     recorder->emit(recorder, &emission);
 }
 
@@ -32,6 +34,8 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
                                  .wavelength_nm = (double)NAN,
                                  .path_length = walk->path_length,
                                  .optical_path = walk->optical_path,
+                                 .group_path = walk->clock.group_path,
+                                 .delay_ns = walk->clock.delay_ns,
                                  .predicted = walk->predicted};
     if (channels->mode == RMAP_COLOUR_SPECTRAL && rmap_colour_single(&walk->colour))
         ending.wavelength_nm = channels->wavelength_nm[walk->colour.begin];

@@ -31,8 +31,9 @@ struct rmap_walk {
     struct rmap_vec3 start_normal;  /* of the surface that the segment starts on, if on any */
     struct rmap_colour colour;
     double weight, path_length, optical_path;
-    bool predicted; /* so far every number was what src/compact predicts */
-    bool rough;     /* nobody asks for lengths: those of curved segments may be estimates */
+    struct rmap_clock clock; /* of a timed scene */
+    bool predicted;          /* so far every number was what src/compact predicts */
+    bool rough; /* nobody asks for lengths: those of curved segments may be estimates */
 };
 
 enum rmap_segment_end {
@@ -65,8 +66,16 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->draw = (struct rmap_draw){.seed = tracer->seed, .ray = ray_id};
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
+    walk->clock = (struct rmap_clock){.group_path = 0.0};
     walk->rough = false;
     walk->predicted = true;
+}
+
+/* Light that waits where it is: what comes later in the ray arrives later. */
+static inline void rmap_walk_delay(struct rmap_walk *walk, double delay_ns)
+{
+    walk->clock.delay_ns += delay_ns;
+    walk->predicted = false;
 }
 
 /* Index along the segment; before the wavelength is drawn, the mean over the colour. */
@@ -118,6 +127,7 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
     segment->optical_from = walk->optical_path;
     segment->index = rmap_walk_index(walk);
     segment->segment = walk->draw.step++;
+    segment->clock = walk->scene->timed ? &walk->clock : NULL;
     if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
@@ -173,7 +183,7 @@ static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_a
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     walk->ray.origin = arrival->segment.to;
-    walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
+    walk->ray.direction = rmap_scatter(medium, &walk->draw, &walk->colour, walk->ray.direction);
     rmap_contact_clear(&walk->ray.contact);
 }
 

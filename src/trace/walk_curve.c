@@ -162,9 +162,13 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
     struct rmap_walk *walk = bend->walk;
     uint32_t segment = bend->arrival->segment.segment;
     if (walk->recorder) {
-        const struct rmap_segment_piece piece = {
-            step,   from, to, walk->optical_path + bend->optical, bend->gradient->options.tolerance,
-            segment};
+        const struct rmap_segment_piece piece = {.step = step,
+                                                 .from = from,
+                                                 .to = to,
+                                                 .optical_from = walk->optical_path + bend->optical,
+                                                 .tolerance = bend->gradient->options.tolerance,
+                                                 .segment = segment,
+                                                 .clock = bend->arrival->segment.clock};
         rmap_curve_points_add(&bend->points, step, segment, bend->length, piece.optical_from);
         rmap_detect_curve(walk->scene, &piece, walk->recorder);
     }
@@ -224,6 +228,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     segment->direction = arrival->first_direction = walk->ray.direction;
     segment->optical_from = walk->optical_path;
     segment->length = segment->index = 0.0;
+    segment->clock = walk->scene->timed ? &walk->clock : NULL;
     segment->segment = walk->draw.step++;
     rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, is_rough(walk),
                             &walk->ray, walk->start_normal);
