@@ -22,14 +22,10 @@ static void reduce_sources(struct rmap_scene *scene, const bool *keep)
 {
     size_t n = 0;
     for (size_t i = 0; i < scene->n_source; i++) {
-        if (keep[i]) {
+        if (keep[i])
             scene->source[n++] = scene->source[i];
-            continue;
-        }
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].list);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_profile_fini(&scene->source[i].profile);
+        else
+            rmap_source_fini(&scene->source[i]);
     }
     scene->n_source = n;
 }

@@ -13,6 +13,7 @@
 #include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
+#include "io/scene/scene_ray_files.h"
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
@@ -213,14 +214,18 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp",
+    "collimated point area rays lamp ray_file",
     {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
-     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT}},
+     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
+     {"a file of rays", "name type file format detector unit at rotate scale matrix " LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
+
+/* Words of `type` that are another type of source. */
+enum { RAY_FILE = RMAP_SOURCE_LAMP + 1 };
 
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_source *source, struct rmap_source_light *light)
@@ -240,6 +245,10 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     if (type < 0)
         return;
     (void)rmap_reader_known(reader, node, &rmap_source_keys, type);
+    if (type == RAY_FILE) {
+        rmap_reader_read_ray_file(reader, node, source, light);
+        return;
+    }
     source->type = (enum rmap_source_type)type;
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
@@ -291,7 +300,7 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     if (rmap_yaml_get(placed->node, "fills")) /* it stands in the world already */
         return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
-    if (mesh)
+    if (mesh || source->rays)
         return;
     if (!(larger > 0))
         rmap_reader_error(reader, placed->node,

@@ -404,6 +404,8 @@ out:
 /* A list of rays that each have a wavelength. */
 static bool has_own_wavelengths(const struct rmap_source *source)
 {
+    if (source->rays)
+        return source->rays->n_other == 0;
     for (size_t i = 0; i < source->n_list; i++)
         if (source->list[i].channel < 0)
             return false;

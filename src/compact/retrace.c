@@ -89,13 +89,14 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
                       uint64_t ray, struct rmap_departure *departure)
 {
     uint64_t ordinal = 0;
-    if (source->n_list == 0 || scene->schedule_len == 0)
+    struct rmap_list_ray row;
+    if ((source->n_list == 0 && !source->rays) || scene->schedule_len == 0)
         return;
     (void)rmap_scene_source_of(scene, ray, &ordinal);
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    departure->position = row->origin;
-    departure->direction = row->direction;
-    departure->channel = row->channel;
+    rmap_source_row(scene, source, ordinal, &row);
+    departure->position = row.origin;
+    departure->direction = row.direction;
+    departure->channel = row.channel;
 }
 
 static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,

@@ -23,6 +23,7 @@ struct rmap_emission {
     const double *colour; /* [n_channel], borrowed during the call */
     double delay_ns;      /* after the time 0 of the source; arrival times have it */
     bool predicted;       /* as in struct rmap_hit */
+    double loose;         /* how far the start may be off, as its file rounds it; 0: not at all */
 };
 
 /* The end of a segment. */

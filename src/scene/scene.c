@@ -27,18 +27,23 @@ enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_er
     return RMAP_OK;
 }
 
+void rmap_source_fini(struct rmap_source *source)
+{
+    rmap_free(source->name);
+    rmap_free(source->triangle_cdf);
+    rmap_free(source->list);
+    rmap_file_rays_drop(source->rays);
+    rmap_profile_fini(&source->profile);
+    if (source->lamp)
+        rmap_lamp_fini(source->lamp);
+    rmap_free(source->lamp);
+    rmap_steps_destroy(source->steps);
+}
+
 static void destroy_sources(struct rmap_scene *scene)
 {
-    for (size_t i = 0; scene->source && i < scene->n_source; i++) {
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_free(scene->source[i].list);
-        rmap_profile_fini(&scene->source[i].profile);
-        if (scene->source[i].lamp)
-            rmap_lamp_fini(scene->source[i].lamp);
-        rmap_free(scene->source[i].lamp);
-        rmap_steps_destroy(scene->source[i].steps);
-    }
+    for (size_t i = 0; scene->source && i < scene->n_source; i++)
+        rmap_source_fini(&scene->source[i]);
     rmap_free(scene->source);
 }
 

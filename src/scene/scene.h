@@ -20,6 +20,7 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/file_rays.h"
 #include "scene/lamp.h"
 #include "scene/phase.h"
 #include "scene/profile.h"
@@ -135,7 +136,8 @@ struct rmap_source {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
-    int32_t line, column; /* in the scene file */
+    struct rmap_file_rays *rays; /* RAYS of a file, in its place; held */
+    int32_t line, column;        /* in the scene file */
 };
 
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
@@ -233,6 +235,7 @@ struct rmap_scene {
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
+void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */

@@ -17,6 +17,8 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
     if (source->type == RMAP_SOURCE_RAYS) {
         for (size_t i = 0; i < source->n_list; i++)
             rmap_bounds_include(box, source->list[i].origin);
+        if (source->rays)
+            rmap_bounds_include_box(box, &source->frame, source->rays->lower, source->rays->upper);
         return;
     }
     if (source->type == RMAP_SOURCE_STEPS) {

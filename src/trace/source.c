@@ -95,14 +95,45 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
     return rmap_source_flat_point(source, u);
 }
 
-static void emit_list(const struct rmap_source *source, uint64_t ordinal,
-                      struct rmap_colour *colour, struct rmap_emission *emission)
+static int nearest_channel(const struct rmap_channels *channels, double nm)
 {
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    emission->position = row->origin;
-    emission->direction = row->direction;
-    if (row->channel >= 0)
-        rmap_colour_collapse(colour, row->channel);
+    const double *at = channels->wavelength_nm;
+    const int i = (int)rmap_first_above(at, (size_t)channels->n, nm);
+    return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
+}
+
+void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
+                     uint64_t ordinal, struct rmap_list_ray *row)
+{
+    if (!source->rays) {
+        *row = source->list[ordinal % source->n_list];
+        return;
+    }
+    const size_t k = rmap_file_rays_row(source->rays, ordinal);
+    const double nm = rmap_file_rays_nm(source->rays, k);
+    struct rmap_vec3 p, d;
+    rmap_file_rays_get(source->rays, k, &p, &d);
+    row->origin = rmap_affine_point(&source->frame, p);
+    row->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
+    row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
+                       ? nearest_channel(&scene->channels, nm)
+                       : -1;
+}
+
+static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
+                      uint64_t ordinal, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_list_ray row;
+    rmap_source_row(scene, source, ordinal, &row);
+    emission->position = row.origin;
+    emission->direction = row.direction;
+    if (row.channel >= 0)
+        rmap_colour_collapse(colour, row.channel);
+    if (source->rays && source->rays->loose > 0.0) {
+        const struct rmap_vec3 from = rmap_sub(row.origin, source->frame.t);
+        emission->loose =
+            source->rays->loose * fmax(fabs(from.x), fmax(fabs(from.y), fabs(from.z)));
+    }
 }
 
 void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -142,7 +173,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .colour = colour->share,
                                        .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
-        emit_list(source, ordinal, colour, emission);
+        emit_list(scene, source, ordinal, colour, emission);
         return;
     }
     if (source->type == RMAP_SOURCE_STEPS) {

@@ -10,13 +10,17 @@
 #include "trace/colour.h"
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
- * A list of rays gives its row (running number of the source's ray modulo the list's length), steps
- * of particles a photon of theirs.
- * Point sources are isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z,
- * collimated ones parallel to it or uniform in a cone, their angular diameter; area sources are
- * Lambertian on the side of their normal, uniform over their area. */
+ * A list of rays gives its row (running number of the source's ray modulo the list's length), a
+ * file of them as rmap_file_rays_row says, steps of particles a photon of theirs. Point sources are
+ * isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones
+ * parallel to it or uniform in a cone, their angular diameter; area sources are Lambertian on the
+ * side of their normal, uniform over their area. */
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
+
+/* RAYS: its ordinal-th ray, in the world. */
+void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
+                     uint64_t ordinal, struct rmap_list_ray *row);
 
 /* A point of the source's emitter, uniform over it, by three numbers in (0, 1); *normal: unit, of
  * the side that shines. */

@@ -9,6 +9,20 @@
 #include "trace/source.h"
 #include "trace/walk.h"
 
+/* A start that its file has rounded, and that lies on a surface to that rounding, is put there:
+ * whether the ray still meets that is then decided as for any that starts on one. */
+static void put_on_surface(const struct rmap_accel *accel, double loose, struct rmap_ray *ray,
+                           struct rmap_emission *emission)
+{
+    struct rmap_hit hit;
+    struct rmap_ray before = *ray;
+    before.origin = rmap_axpy(-loose, ray->direction, ray->origin);
+    if (!rmap_accel_next_within(accel, &before, 2.0 * loose, &hit))
+        return;
+    ray->origin = emission->position = hit.position;
+    emission->predicted = false;
+}
+
 static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint64_t ray,
                   struct rmap_recorder *recorder)
 {
@@ -20,6 +34,8 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.medium = emission.medium;
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
+    if (emission.loose > 0.0)
+        put_on_surface(tracer->accel, emission.loose, &walk->ray, &emission);
     walk->predicted = emission.predicted;
     if (emission.delay_ns != 0.0)
         rmap_walk_delay(walk, emission.delay_ns);
