@@ -321,6 +321,10 @@ double rmap_detector_from_world(const struct rmap_detector *detector, int axis, 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
 
+/* How many rays there are, of a scene whose rays are counted photons; 0: as many as are asked for.
+ */
+uint64_t rmap_scene_n_photon(const struct rmap_scene *scene);
+
 /* What the light of a STEPS source is made in. */
 struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
                                                   const struct rmap_source *source);

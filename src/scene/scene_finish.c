@@ -252,6 +252,12 @@ static enum rmap_status prepare_steps(struct rmap_scene *scene, struct rmap_erro
         if (source->type != RMAP_SOURCE_STEPS)
             continue;
         const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+        if (source->steps && source->steps->counted && scene->n_source > 1)
+            return rmap_error_set(
+                err, RMAP_INPUT,
+                "source '%s' has 'count: counted', each ray a photon, and is to be "
+                "the only one: leave the others out",
+                source->name ? source->name : "");
         st = source->steps ? rmap_steps_prepare(source->steps, &medium, source->colour, err)
                            : rmap_error_set(err, RMAP_INPUT, "it has no steps");
         if (st != RMAP_OK)

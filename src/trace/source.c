@@ -155,6 +155,8 @@ static void emit_photon(const struct rmap_scene *scene, const struct rmap_source
     rmap_source_photon(scene, source, seed, emission->ray, &photon);
     emission->position = photon.position;
     emission->direction = photon.direction;
+    if (scene->timed)
+        emission->delay_ns = photon.delay_ns;
     rmap_colour_collapse(colour, photon.channel);
 }
 
