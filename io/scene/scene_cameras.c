@@ -233,7 +233,7 @@ void rmap_reader_read_background(struct rmap_reader *reader)
     if (!node || !rmap_reader_known(reader, node, &rmap_background_keys, 0))
         return;
     (void)rmap_reader_fill(reader, node, &rmap_background_keys, 0, &radiance);
-    rmap_reader_source_spectrum(reader, node, &spectrum);
+    rmap_reader_spectrum(reader, node, "spectrum", &spectrum);
     if (reader->diagnostics->n_error > 0)
         return;
     if (rmap_spectrum_shares(&spectrum, &scene->channels, scene->flux_unit == RMAP_FLUX_LM,

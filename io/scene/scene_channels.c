@@ -487,13 +487,13 @@ static void set_illuminant(struct rmap_reader *reader, const double power[RMAP_I
 }
 
 static void read_named(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                       struct rmap_spectrum *spectrum)
+                       const char *key, struct rmap_spectrum *spectrum)
 {
     enum { EQUAL, D65, FIRST };
     double power[RMAP_ILLUMINANT_N];
     int choice = EQUAL;
-    (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL,
-                             "equal D65 A D50 D55 D75 F2 F11", &choice);
+    (void)rmap_reader_choice(reader, source, key, RMAP_OPTIONAL, "equal D65 A D50 D55 D75 F2 F11",
+                             &choice);
     if (choice < FIRST) {
         spectrum->kind = choice == D65 ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
         return;
@@ -529,16 +529,16 @@ static void read_led(struct rmap_reader *reader, const struct rmap_yaml_node *no
         rmap_led_steps(peak, width, value);
 }
 
-void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                                 struct rmap_spectrum *spectrum)
+void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                          const char *key, struct rmap_spectrum *spectrum)
 {
-    const struct rmap_yaml_node *node = rmap_yaml_get(source, "spectrum");
+    const struct rmap_yaml_node *node = rmap_yaml_get(source, key);
     bool good = true;
     *spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     if (!node)
         return;
     if (node->kind == RMAP_YAML_SCALAR) {
-        read_named(reader, source, spectrum);
+        read_named(reader, source, key, spectrum);
         return;
     }
     if (!rmap_reader_check_map(reader, node, "a spectrum",

@@ -225,7 +225,7 @@ const struct rmap_mapping rmap_medium_keys = {
     "media",
     NULL,
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
-                  "scattering_g scintillation"}},
+                  "scattering_g species accounting scintillation"}},
     {{"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,

@@ -243,7 +243,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
     rmap_reader_read_flux(reader, node, light);
-    rmap_reader_source_spectrum(reader, node, &light->spectrum);
+    rmap_reader_spectrum(reader, node, "spectrum", &light->spectrum);
     int type = rmap_reader_type(reader, node, &rmap_source_keys);
     (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
     if (type < 0)

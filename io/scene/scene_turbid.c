@@ -12,6 +12,7 @@
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_constants.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_species.h"
 
 static const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
 
@@ -210,7 +211,11 @@ void rmap_reader_read_turbid(struct rmap_reader *reader)
     for (size_t i = 0; media && i < media->n_item; i++) {
         const struct rmap_yaml_node *scattering = rmap_yaml_get(media->item[i].value, "scattering");
         const struct rmap_name *known = rmap_names_find(&reader->media, media->item[i].key);
-        if (known && known->line == media->item[i].line && rmap_reader_is_scattering(scattering))
-            read_scattering(reader, scattering, &reader->scene->medium[known->index]);
+        if (!known || known->line != media->item[i].line)
+            continue;
+        struct rmap_medium *medium = &reader->scene->medium[known->index];
+        if (rmap_reader_is_scattering(scattering))
+            read_scattering(reader, scattering, medium);
+        rmap_reader_species(reader, media->item[i].value, medium);
     }
 }

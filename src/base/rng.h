@@ -21,6 +21,8 @@
     X(LIGHT)   /* which light, and where on it */                                                  \
     X(NOISE)   /* permutations of noise fields; the key is the field's own seed */                 \
     X(ANYWHERE)      /* which paths of pictures take any direction, and which */                   \
+    X(SPECIES)       /* what absorbed inside a medium, if it gives back, channel, delay */         \
+    X(WAVELENGTH)    /* of a ray that has one from its beginning */                                \
     X(PHOTON_NUMBER) /* of a step; the key is the source's own seed */
 
 enum rmap_rng_slot {

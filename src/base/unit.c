@@ -21,7 +21,7 @@ static const struct rmap_written_unit unit_table[] = {
     {"rad", RMAP_DIMENSION_ANGLE, 180.0 / RMAP_PI, true, true},
     {"mrad", RMAP_DIMENSION_ANGLE, 0.18 / RMAP_PI, true, true},
     {"s", RMAP_DIMENSION_TIME, 1.0, true, true},
-    {"ms", RMAP_DIMENSION_TIME, 1e-3, false, true},
+    {"ms", RMAP_DIMENSION_TIME, 1e-3, true, true},
     {"us", RMAP_DIMENSION_TIME, 1e-6, true, true},
     {"ns", RMAP_DIMENSION_TIME, 1e-9, true, true},
     {"ps", RMAP_DIMENSION_TIME, 1e-12, true, true},

@@ -104,6 +104,11 @@ static void share_out(struct rmap_lights *lights)
         lights->light[i].share /= sum;
 }
 
+static bool has_area(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_AREA || source->shape == RMAP_EMITTER_BODY;
+}
+
 enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_lights **lights_ret,
                                     struct rmap_error *err)
 {
@@ -122,10 +127,10 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
             const struct rmap_source *source = &scene->source[s];
             if (rmap_source_is_of_rays(source))
                 lights->n_unseen += (size_t)area;
-            else if ((source->type == RMAP_SOURCE_AREA) == area)
+            else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
             lights->four_numbers |= source->type == RMAP_SOURCE_LAMP;
-            if (source->type != RMAP_SOURCE_AREA || !area)
+            if (!has_area(source) || !area)
                 continue;
             lights->n_area++;
             lights->four_numbers |= source->shape == RMAP_EMITTER_MESH;
@@ -190,12 +195,12 @@ static bool see_lamp(const struct rmap_lights *lights, struct rmap_vec3 from, co
     sample->direction = rmap_scale(away, 1.0 / sample->distance);
     const struct rmap_vec3 way =
         rmap_affine_vector(&light->to_local, rmap_scale(sample->direction, -1.0));
-    const double area =
-        source->shape == RMAP_EMITTER_MESH ? 0.0 : rmap_lamp_seen_area(source->lamp, way);
-    double factor = rmap_lamp_intensity(source->lamp, way);
-    if (area > 0.0)
-        factor *= fmax(rmap_dot(facing, way), 0.0) / area;
-    sample->irradiance = light->strength * factor / (square * lights->unit_m2);
+    if (source->shape == RMAP_EMITTER_BODY && rmap_lamp_seen_area(source->lamp, way) > 0.0)
+        sample->irradiance = rmap_light_radiance(lights, light, sample->direction) *
+                             fmax(rmap_dot(facing, way), 0.0) / square;
+    else
+        sample->irradiance =
+            light->strength * rmap_lamp_intensity(source->lamp, way) / (square * lights->unit_m2);
     return sample->irradiance > 0.0;
 }
 
@@ -343,6 +348,17 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
     return met;
 }
 
+double rmap_light_radiance(const struct rmap_lights *lights, const struct rmap_light *light,
+                           struct rmap_vec3 direction)
+{
+    const struct rmap_source *source = light->source;
+    if (source->shape != RMAP_EMITTER_BODY)
+        return light->strength;
+    const struct rmap_vec3 way = rmap_affine_vector(&light->to_local, rmap_scale(direction, -1.0));
+    const double area = rmap_lamp_seen_area(source->lamp, way) * lights->unit_m2;
+    return area > 0.0 ? light->strength * rmap_lamp_intensity(source->lamp, way) / area : 0.0;
+}
+
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
                     const struct rmap_way *way, double *distance)
 {
@@ -350,6 +366,10 @@ bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *l
         return meet_mesh(lights, light, way, distance);
     struct rmap_vec3 start = rmap_affine_point(&light->to_local, way->from);
     struct rmap_vec3 to = rmap_affine_vector(&light->to_local, way->direction);
+    if (light->source->shape == RMAP_EMITTER_BODY) {
+        *distance = rmap_lamp_entered(light->source->lamp, start, to);
+        return *distance > way->after && *distance <= way->length;
+    }
     if (!(start.z > 0.0) || !(to.z < 0.0))
         return false;
     *distance = -start.z / to.z;

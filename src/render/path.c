@@ -180,7 +180,7 @@ static void search_near(struct path *path, struct rmap_vec3 to)
             struct found found = {.at = rmap_axpy(distance, rest.direction, rest.from),
                                   .medium = ray->medium,
                                   .gradient = ray->gradient,
-                                  .factor = light->strength,
+                                  .factor = rmap_light_radiance(lights, light, rest.direction),
                                   .share = path->walk.colour.share,
                                   .colour = light->source->colour};
             found.through = transmittance(path, ray->medium, path->done + distance, store);
@@ -585,6 +585,7 @@ static bool advance(struct path *path)
         path->counts->n_limit++;
         return false;
     case RMAP_SEGMENT_ABSORBED:
+    case RMAP_SEGMENT_REEMITTED: /* at which wavelength it came is not known on the way back */
         return false;
     case RMAP_SEGMENT_SCATTERED:
         return scatter(path, &arrival);

@@ -55,6 +55,9 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_field_destroy(scene->medium[i].field);
         rmap_free(scene->medium[i].scintillation);
         rmap_phase_fini(&scene->medium[i].phase);
+        for (size_t k = 0; k < scene->medium[i].n_species; k++)
+            rmap_free(scene->medium[i].species[k].name);
+        rmap_free(scene->medium[i].species);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)

@@ -25,6 +25,7 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/species.h"
 #include "scene/steps.h"
 #include "scene/surface_model.h"
 
@@ -41,6 +42,8 @@ struct rmap_medium {
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
     double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
     struct rmap_phase phase;
+    size_t n_species;
+    struct rmap_species *species; /* [n_species], owned; their absorption is part of the medium's */
     bool scattering_at_all;
     struct rmap_scintillation *scintillation; /* owned; NULL: none */
 };
@@ -112,6 +115,7 @@ enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+    double delay_ns;                    /* of a file's ray */
 };
 
 struct rmap_source {
@@ -189,6 +193,7 @@ struct rmap_scene {
     double unit_m; /* its length in metres */
     struct rmap_channels channels;
     enum rmap_flux_unit flux_unit; /* of every source's flux */
+    enum rmap_accounting accounting;
     uint64_t limit_steps;
     double limit_weight;
     bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
@@ -217,6 +222,8 @@ struct rmap_scene {
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
 
     /* Derived by rmap_scene_finish. */
+    bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
+    double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
     double radius;
     int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
@@ -250,6 +257,13 @@ void rmap_source_fini(struct rmap_source *source);
  * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
  * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rays' weights change on their way: light is given back at other wavelengths, and its energy is
+ * counted. */
+static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
+{
+    return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
+}
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);

@@ -274,6 +274,19 @@ void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *came
     scene->radius = fmax(scene->radius, 1.001 * away);
 }
 
+static void set_worth(struct rmap_scene *scene)
+{
+    const double *nm = scene->channels.wavelength_nm;
+    scene->fluoresces = false;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        scene->fluoresces = scene->fluoresces || scene->medium[i].n_species > 0;
+    for (int i = 0; i < scene->channels.n; i++) {
+        scene->worth[i] = scene->accounting == RMAP_ACCOUNTING_PHOTONS ? 1.0 : 1.0 / nm[i];
+        if (scene->accounting == RMAP_ACCOUNTING_ENERGY && scene->flux_unit == RMAP_FLUX_LM)
+            scene->worth[i] *= rmap_luminous_efficiency(nm[i]);
+    }
+}
+
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -287,6 +300,7 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(tabulate_scatter(scene, err));
     RMAP_TRY(list_detectors(scene, err));
+    set_worth(scene);
     RMAP_TRY(rmap_scene_schedule(scene, err));
 out:
     return st;

@@ -118,6 +118,7 @@ void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *s
     row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
                        ? nearest_channel(&scene->channels, nm)
                        : -1;
+    row->delay_ns = source->rays->delay_ns ? source->rays->delay_ns[k] : 0.0;
 }
 
 static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -127,6 +128,8 @@ static void emit_list(const struct rmap_scene *scene, const struct rmap_source *
     rmap_source_row(scene, source, ordinal, &row);
     emission->position = row.origin;
     emission->direction = row.direction;
+    if (scene->timed)
+        emission->delay_ns = row.delay_ns;
     if (row.channel >= 0)
         rmap_colour_collapse(colour, row.channel);
     if (source->rays && source->rays->loose > 0.0) {
@@ -160,6 +163,16 @@ static void emit_photon(const struct rmap_scene *scene, const struct rmap_source
     rmap_colour_collapse(colour, photon.channel);
 }
 
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray)
+{
+    struct rmap_colour colour;
+    double u[4];
+    rmap_colour_set(&colour, source->colour, n_channel);
+    rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
+    return rmap_colour_pick(&colour, NULL, u[0]);
+}
+
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission)
 {
@@ -167,6 +180,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
+    if (scene->fluoresces)
+        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,

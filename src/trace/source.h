@@ -18,6 +18,10 @@
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
+/* Channel of a ray of a scene whose rays have one each: drawn from the source's colour. */
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray);
+
 /* RAYS: its ordinal-th ray, in the world. */
 void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
                      uint64_t ordinal, struct rmap_list_ray *row);

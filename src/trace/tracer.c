@@ -34,6 +34,7 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.medium = emission.medium;
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
+    walk->first_channel = walk->colour.begin;
     if (emission.loose > 0.0)
         put_on_surface(tracer->accel, emission.loose, &walk->ray, &emission);
     walk->predicted = emission.predicted;
@@ -122,10 +123,14 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
 
 static bool meet_particle(struct rmap_walk *walk, const struct rmap_arrival *arrival)
 {
+    const bool reemitted = arrival->end == RMAP_SEGMENT_REEMITTED;
     if (rmap_walk_limited(walk))
         return stop_here(walk, arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
-    record_step(walk, arrival, RMAP_EVENT_SCATTER_VOLUME);
-    rmap_walk_scatter(walk, arrival);
+    record_step(walk, arrival, reemitted ? RMAP_EVENT_FLUORESCE : RMAP_EVENT_SCATTER_VOLUME);
+    if (reemitted)
+        rmap_walk_reemit(walk, arrival);
+    else
+        rmap_walk_scatter(walk, arrival);
     return true;
 }
 
@@ -144,6 +149,7 @@ static bool advance(struct rmap_walk *walk)
     case RMAP_SEGMENT_LIMIT:
         return stop_here(walk, &arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
     case RMAP_SEGMENT_SCATTERED:
+    case RMAP_SEGMENT_REEMITTED:
         return meet_particle(walk, &arrival);
     case RMAP_SEGMENT_ERROR:
         break;

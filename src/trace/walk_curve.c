@@ -255,7 +255,7 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
         arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the segment, not of its last chord */
     if (rmap_medium_is_turbid(medium)) {
         bool ended = arrival->end == RMAP_SEGMENT_SCATTERED;
-        uint32_t event = rmap_free_path_end(medium, &path, bend.length, ended, &walk->colour);
+        uint32_t event = rmap_walk_inside(walk, medium, &path, bend.length, ended, arrival);
         if (ended)
             arrival->end = rmap_segment_end_of(event);
     }

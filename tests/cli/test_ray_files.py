@@ -199,6 +199,71 @@ def check_starts():
         check(f"{N:,} rays" in told or f" {N} " in told or f"{N:,}" in told, f"{sides} in {medium}: {rest}\n{told}")
 
 
+LIGHT = """raymap: 1
+units: cm
+spectrum: {wavelengths: [450, 550, 650]}
+media: {air: {index: 1}}
+sources: [SOURCES]
+geometries: {ball: {type: sphere, radius: 1}}
+surfaces: {black: {type: absorber}}
+objects: [{name: ball, geometry: ball, surface: black, at: [0, 0, 30]}]
+detectors:
+  - {name: mid, type: plane, at: [0, 0, 5], size: 12, cells: 1}
+  - {name: far, type: plane, at: [1, 0, 20], size: [30, 20], cells: [6, 4]}
+  - {name: all, type: intensity, cells: [9, 4]}
+"""
+OWN = """{name: a, type: point, distribution: cosine, flux: 3 W, spectrum: {lines: {450: 1, 550: 2}}, rays_share: 2},
+  {name: b, type: area, shape: {disc: 1}, at: [3, 0, 0], flux: 1 W, spectrum: {lines: {650: 1}}}"""
+
+
+def arrived(target, detector):
+    return json.loads(run("detector", target, detector, "--where", "registered(mid)" if target[0] == "o" else "all", "--json"))["flux"]["total"]
+
+
+def check_written():
+    n = 30000
+    run("trace", scene("", text=LIGHT.replace("SOURCES", OWN)), "-o", "o.raymap", "-n", n, "--quiet", "--force")
+    crossed = "registered(mid) and source(a)"
+    flux = arrived("o.raymap", "far")
+    whole = arrived("o.raymap", "mid")
+    for name in "w.tm25ray", "w.mcpl", "w.h5":
+        told = run("query", "o.raymap", "registered(mid)", "-o", name, "--force", *(["--at", "mid"] if name != "w.h5" else []), "--json")
+        rows = json.loads(told)["rays"]
+        given = f", flux: {whole} W" if name == "w.mcpl" else ""  # its weights have no unit
+        more = ", detector: mid" if name == "w.h5" else ""
+        source = f"{{name: led, type: ray_file, file: {name}{more}{given}}}"
+        run("trace", scene("", text=LIGHT.replace("SOURCES", source)), "-o", "r.raymap", "-n", 4 * rows, "--quiet", "--force")
+        again = arrived("r.raymap", "far")
+        check(abs(again / flux - 1) < 2e-3, f"{name}: {again} W on far, not {flux}")
+    head, names, row = ray_files.read_tm25("w.tm25ray")
+    check(names == ["portion", "number"] and head["spectrum"] == 2, f"{head} {names}")
+    run("query", "o.raymap", "registered(mid)", "-o", "w.h5", "--force")
+    with h5py.File("w.h5") as file:
+        of = file["registration"]
+        mid = (np.array(of["detector"]) == 0) & (np.array(of["registered"]) == 1)
+        check(np.array_equal(row[:, -2] * 4096 + row[:, -1], np.array(of["ray_id"])[mid]), "ids")
+        check(np.abs(row[:, 0] / 10 - np.array(of["world_x"])[mid]).max() < 1e-5, "places in mm")
+        check(np.abs(row[:, 6] - np.array(of["flux"])[mid]).max() < 1e-9, "fluxes")
+        check(abs(head["W"] / np.array(of["flux"])[mid].sum() - 1) < 1e-6, "flux of all")
+        blue = np.array(of["source"])[mid] == 0
+        check(abs((row[blue, 7] == 450).mean() - 1 / 3) < 0.01 and (row[~blue, 7] == 650).all(), "wavelengths by their shares")
+    texts = set()
+    for ranks in 1, 3:
+        run("query", "o.raymap", crossed, "-o", "e.tm25ray", "--force", ranks=ranks)
+        head, _, row = ray_files.read_tm25("e.tm25ray")
+        texts.add(row.tobytes())
+    check(len(texts) == 1, "one file on any number of ranks")
+    length = np.linalg.norm(row[:, 3:6], axis=1)
+    check(np.abs(length - 1).max() < 1e-6, "directions")
+    for arguments, said in ((("-o", "x.tm25ray", "--at", "all"), "'all' is an intensity grid"),
+                            (("-o", "x.tm25ray", "--at", "midd"), "did you mean 'mid'")):
+        check(said in run("query", "o.raymap", "all", *arguments, status=3), said)
+    check("--at is of files of rays" in run("query", "o.raymap", "all", "--at", "mid", status=2), "--at without a file")
+    run("trace", "scene.yaml", "--color", "rgb", "-o", "g.raymap", "-n", 100, "--quiet", "--force")
+    check("photons of MCPL have an energy" in run("query", "g.raymap", "all", "-o", "x.mcpl", status=3), "no energy")
+
+
+check_written()
 check_formats()
 check_maps()
 check_flux()
