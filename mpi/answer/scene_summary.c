@@ -313,7 +313,7 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
                            box.upper.y, box.upper.z);
     return json_pack(
         "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
-        "s:I, s:o, s:o}",
+        "s:I, s:o, s:o*}",
         "units", scene->unit, "light", light_json(scene), "media",
         names_json(scene, scene->n_medium, name_medium), "turbid", rmap_turbid_json(scene),
         "gradients", gradients_json(scene), "films", rmap_films_json(scene), "scatter",

@@ -53,5 +53,9 @@ json_t *rmap_steps_json(const struct rmap_scene *scene)
                       steps->counted, "scintillation", sum[RMAP_PHOTON_SCINTILLATION], "cherenkov",
                       sum[RMAP_PHOTON_CHERENKOV]));
     }
+    if (json_array_size(list) == 0) {
+        json_decref(list);
+        return NULL;
+    }
     return list;
 }

@@ -10,7 +10,7 @@
 
 #include "scene/scene.h"
 
-/* Behind the flux of a source of steps; of all of them as JSON. */
+/* Behind the flux of a source of steps; of all of them as JSON, NULL: there are none. */
 void rmap_steps_print(const struct rmap_steps *steps, FILE *out);
 json_t *rmap_steps_json(const struct rmap_scene *scene);
 
