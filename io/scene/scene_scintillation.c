@@ -108,7 +108,7 @@ void rmap_reader_scintillation(struct rmap_reader *reader, const struct rmap_yam
     if (light->rise_ns > 0 && light->n_decay == 0)
         rmap_reader_error(reader, rmap_yaml_get(at, "rise"),
                           "'rise' is that of light that decays: give 'decay', too");
-    rmap_reader_source_spectrum(reader, at, &spectrum);
+    rmap_reader_spectrum(reader, at, "spectrum", &spectrum);
     if (rmap_spectrum_shares(&spectrum, &reader->scene->channels, 0, light->share,
                              &reader->failure) != RMAP_OK)
         rmap_reader_error(reader, at, "%s", reader->failure.text);
