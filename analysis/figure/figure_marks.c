@@ -106,6 +106,12 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     double dot[2];
     if (rmap_source_is_of_rays(source))
         return;
+    if (source->sky) { /* from its pole down, at the middle of what it lights */
+        const struct rmap_vec3 down = rmap_affine_vector(place, rmap_vec3(0, 0, -1));
+        draw_arrow(frame, rmap_axpy(-0.5 * source->shape_size[0], down, place->t), down, ink,
+                   labels, svg);
+        return;
+    }
     const struct rmap_vec3 half = rmap_source_half_size(source);
     const bool round = source->shape == RMAP_EMITTER_DISC ||
                        (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);
@@ -178,9 +184,8 @@ enum rmap_status rmap_marks_draw(const struct rmap_scene *scene, struct rmap_mes
         mark_source(frame, &scene->source[s], source_ink(rays, s), labels, svg);
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct rmap_source *source = &scene->source[s];
-        bool listed = source->type == RMAP_SOURCE_RAYS && source->n_list > 0;
-        put_name(frame, listed ? source->list[0].origin : source->frame.t, source_ink(rays, s),
-                 source->name, labels, svg);
+        put_name(frame, rmap_source_place(scene, source), source_ink(rays, s), source->name, labels,
+                 svg);
     }
     for (size_t d = 0; d < scene->n_detector; d++)
         if (scene->detector[d].type == RMAP_DETECTOR_PLANE)

@@ -38,6 +38,9 @@
 #define RMAP_FEATURE_SCATTER                                                                       \
     "scatter" /* compact portions may leave out colours that follow from scatter models */
 
+#define RMAP_FEATURE_TURBID                                                                        \
+    "turbid" /* compact portions may leave out what follows from scattering and luminescence */
+
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256
 

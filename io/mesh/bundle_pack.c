@@ -103,7 +103,8 @@ static void put_files(struct sink *sink, const struct rmap_bundle *bundle)
     put_u64(sink, bundle->n_file);
     for (size_t i = 0; i < bundle->n_file; i++) {
         put_text(sink, bundle->file[i].name);
-        put_text(sink, bundle->file[i].text);
+        put_u64(sink, bundle->file[i].nbytes);
+        put_bytes(sink, bundle->file[i].text, bundle->file[i].nbytes);
     }
 }
 
@@ -268,16 +269,16 @@ static enum rmap_status take_count(struct cursor *in, size_t nbytes, size_t *cou
     return RMAP_OK;
 }
 
-static enum rmap_status take_text(struct cursor *in, char **text_ret)
+/* Of any bytes, a 0 behind them; NULL: none. */
+static enum rmap_status take_bytes(struct cursor *in, char **text_ret, size_t *nbytes_ret)
 {
     uint64_t len = 0;
     enum rmap_status st = take_u64(in, &len);
+    *nbytes_ret = 0;
     if (st != RMAP_OK || len == UINT64_MAX)
         return st;
     if (len > in->left)
         return damaged(in, "a text exceeds what is there");
-    if (memchr(in->at, 0, (size_t)len))
-        return damaged(in, "a text holds a NUL");
     char *text = rmap_alloc((size_t)len + 1, 1);
     if (!text)
         return no_memory(in);
@@ -285,7 +286,19 @@ static enum rmap_status take_text(struct cursor *in, char **text_ret)
     in->at += len;
     in->left -= (size_t)len;
     *text_ret = text;
+    *nbytes_ret = (size_t)len;
     return RMAP_OK;
+}
+
+static enum rmap_status take_text(struct cursor *in, char **text_ret)
+{
+    size_t nbytes = 0;
+    enum rmap_status st = take_bytes(in, text_ret, &nbytes);
+    if (st != RMAP_OK || !*text_ret || strlen(*text_ret) == nbytes)
+        return st;
+    rmap_free(*text_ret);
+    *text_ret = NULL;
+    return damaged(in, "a text holds a NUL");
 }
 
 /* A text that must be there. */
@@ -454,13 +467,15 @@ out:
 static enum rmap_status take_files(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n = 0;
+    size_t n = 0, nbytes = 0;
     char *name = NULL, *text = NULL;
     RMAP_TRY(take_count(in, 16, &n));
     for (size_t i = 0; i < n; i++) {
         RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_name(in, &text));
-        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, strlen(text), in->err));
+        RMAP_TRY(take_bytes(in, &text, &nbytes));
+        if (!text)
+            RMAP_TRY(damaged(in, "a file is missing"));
+        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, nbytes, in->err));
         text = NULL;
         rmap_free(name);
         name = NULL;

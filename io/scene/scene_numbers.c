@@ -91,14 +91,17 @@ static const struct rmap_h5_field medium_field[] = {
 
 static const struct rmap_h5_field source_field[] = {
     NUMBER("source", rmap_source, type, I32, 1,
-           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 steps of particles"),
+           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 volume, 6 sky, 7 sun, "
+           "8 steps of particles"),
     NUMBER("source", rmap_source, shape, I32, 1,
-           "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening"),
-    NUMBER("source", rmap_source, shape_size, F64, 2, "disc: radius; rectangle: full widths"),
+           "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening, 5 from outside"),
+    NUMBER("source", rmap_source, shape_size, F64, 2,
+           "disc: radius; rectangle: full widths; from outside: radius of the sphere about the "
+           "frame's origin that is lit"),
     NUMBER("source", rmap_source, shape_geometry, I32, 1, "mesh: row of /name/geometry"),
     NUMBER("source", rmap_source, frame, F64, 12, "rows of the 3 x 3 matrix, then translation"),
     NUMBER("source", rmap_source, distribution, I32, 1,
-           "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp, 5 steps of particles"),
+           "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp, 5 sky, 6 steps of particles"),
     NUMBER("source", rmap_source, cone_rad, F64, 1, "half opening of a cone"),
     NUMBER("source", rmap_source, cosine_power, F64, 1, "power of the cosine"),
     NUMBER("source", rmap_source, colour, F64, 0, "share of the flux per channel"),
@@ -182,6 +185,17 @@ static const struct rmap_h5_field profile_field[] = {
      "share of the flux at smaller angles"},
 };
 
+struct kept_portal {
+    int32_t source;
+    struct rmap_sky_portal portal;
+};
+static const struct rmap_h5_field portal_field[] = {
+    NUMBER("portal", kept_portal, source, I32, 1, "row of /name/source"),
+    {"portal/centre", RMAP_F64, 3, offsetof(struct kept_portal, portal.centre),
+     "of an opening that a sky is seen through"},
+    {"portal/sides", RMAP_F64, 6, offsetof(struct kept_portal, portal.side), "its edges"},
+};
+
 static const struct rmap_h5_field film_field[] = {
     NUMBER("film", rmap_thin_film_layer, n, F64, 1,
            "index of the layers of films: film after film, channel after channel"),
@@ -213,7 +227,7 @@ struct table {
     bool optional; /* not in maps where it has no rows */
 };
 
-enum { N_TABLE = 15, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 16, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -224,7 +238,8 @@ struct copies {
     struct rmap_thin_film_layer *layer;
     struct kept_step *step;
     struct kept_scintillation *scintillation;
-    size_t n_list, n_cdf, n_knot, n_layer, n_step, n_scintillation;
+    size_t n_list, n_cdf, n_knot, n_layer, n_step, n_scintillation, n_portal;
+    struct kept_portal *portal;
 };
 
 static size_t n_triangle_of(const struct rmap_scene *scene, const struct rmap_source *source)
@@ -251,6 +266,7 @@ static void copies_fini(struct copies *copies)
     rmap_free(copies->layer);
     rmap_free(copies->step);
     rmap_free(copies->scintillation);
+    rmap_free(copies->portal);
 }
 
 /* Into the copies, or back into the scene. */
@@ -296,12 +312,14 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
         copies->n_cdf += n_triangle_of(scene, &scene->source[s]);
         copies->n_knot += scene->source[s].profile.n;
         copies->n_step += n_step_of(&scene->source[s]);
+        copies->n_portal += scene->source[s].sky ? scene->source[s].sky->n_portal : 0;
     }
     for (size_t m = 0; m < scene->n_medium; m++)
         copies->n_scintillation += scene->medium[m].scintillation != NULL;
     for (size_t f = 0; f < scene->n_film; f++)
         copies->n_layer += n_layer_of(scene, &scene->film[f]);
     copies->layer = rmap_alloc(copies->n_layer, sizeof *copies->layer);
+    copies->portal = rmap_alloc(copies->n_portal, sizeof *copies->portal);
     copies->list = rmap_alloc(copies->n_list, sizeof *copies->list);
     copies->cdf = rmap_alloc(copies->n_cdf, sizeof *copies->cdf);
     copies->knot = rmap_alloc(copies->n_knot, sizeof *copies->knot);
@@ -309,12 +327,12 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
     copies->scintillation = rmap_alloc(copies->n_scintillation, sizeof *copies->scintillation);
     copies->turn = rmap_alloc(scene->schedule_len, sizeof *copies->turn);
     if (!copies->list || !copies->cdf || !copies->knot || !copies->turn || !copies->layer ||
-        !copies->step || !copies->scintillation) {
+        !copies->step || !copies->scintillation || !copies->portal) {
         copies_fini(copies);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's numbers");
     }
     copy_steps((struct rmap_scene *)(uintptr_t)scene, copies, false);
-    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    size_t list = 0, cdf = 0, knot = 0, layer = 0, portal = 0;
     for (size_t f = 0; f < scene->n_film; f++) {
         const size_t n = n_layer_of(scene, &scene->film[f]);
         if (n > 0)
@@ -330,6 +348,8 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
             memcpy(copies->cdf + cdf, source->triangle_cdf, n_triangle * sizeof *copies->cdf);
         for (size_t k = 0; k < source->profile.n; k++)
             copies->knot[knot++] = (struct kept_knot){(int32_t)s, source->profile.knot[k]};
+        for (size_t k = 0; source->sky && k < source->sky->n_portal; k++)
+            copies->portal[portal++] = (struct kept_portal){(int32_t)s, source->sky->portal[k]};
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -341,7 +361,7 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
 static void copies_back(const struct copies *copies, struct rmap_scene *scene)
 {
     copy_steps(scene, copies, true);
-    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    size_t list = 0, cdf = 0, knot = 0, layer = 0, portal = 0;
     for (size_t f = 0; f < scene->n_film; f++) {
         const size_t n = n_layer_of(scene, &scene->film[f]);
         if (n > 0)
@@ -357,6 +377,10 @@ static void copies_back(const struct copies *copies, struct rmap_scene *scene)
             memcpy(source->triangle_cdf, copies->cdf + cdf, n_triangle * sizeof *copies->cdf);
         for (size_t k = 0; k < source->profile.n; k++)
             source->profile.knot[k] = copies->knot[knot++].knot;
+        for (size_t k = 0; source->sky && k < source->sky->n_portal; k++)
+            source->sky->portal[k] = copies->portal[portal++].portal;
+        if (source->sky)
+            (void)rmap_sky_gather(source);
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -393,6 +417,8 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
          .optional = true},
         {"scintillation", scintillation_field, COUNT(scintillation_field), copies->scintillation,
          copies->n_scintillation, sizeof *copies->scintillation, .optional = true},
+        {"portal", portal_field, COUNT(portal_field), copies->portal, copies->n_portal,
+         sizeof *copies->portal, .optional = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);

@@ -20,6 +20,7 @@
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_simulations.h"
+#include "io/scene/scene_skies.h"
 #include "io/scene/scene_sources.h"
 #include "io/scene/scene_surfaces.h"
 #include "io/scene/scene_turbid.h"
@@ -62,6 +63,7 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_turbid,
                                                             rmap_reader_read_sources,
                                                             rmap_reader_read_detectors,
+                                                            rmap_reader_aim_skies,
                                                             rmap_reader_read_receivers,
                                                             rmap_reader_read_cameras,
                                                             rmap_reader_read_background,
@@ -105,6 +107,7 @@ static void fini(struct rmap_reader *reader)
     rmap_free(reader->group_to_world);
     rmap_free(reader->placed);
     rmap_free(reader->frame);
+    rmap_free(reader->sky);
     rmap_reader_release(reader);
 }
 

@@ -89,6 +89,21 @@ struct rmap_medium_frame {
     bool open;    /* OBJECT: a surface that closes no body by itself names the medium */
 };
 
+/* A sky or a sun, until it is known what it lights. */
+enum rmap_sky_measure {
+    RMAP_SKY_FLUX,
+    RMAP_SKY_IRRADIANCE /* of what faces its pole */,
+    RMAP_SKY_RADIANCE /* of what is 1 now */
+};
+enum rmap_sky_unit { RMAP_SKY_ANY, RMAP_SKY_CD, RMAP_SKY_W };
+struct rmap_sky_plan {
+    int32_t source;
+    const struct rmap_yaml_node *node;
+    enum rmap_sky_measure measure;
+    double amount;
+    enum rmap_sky_unit unit; /* of a picture */
+};
+
 /* A source that is written in a group. */
 struct rmap_placed_source {
     const struct rmap_yaml_node *node;
@@ -116,6 +131,8 @@ struct rmap_reader {
     size_t cap_group_to_world;
     struct rmap_placed_source *placed;
     size_t n_placed, cap_placed;
+    struct rmap_sky_plan *sky;
+    size_t n_sky, cap_sky;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */
@@ -152,8 +169,8 @@ bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_n
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
 
-/* The text of a file that the scene names under `key`, which goes with the scene's bundle; NULL
- * after a complaint. Borrowed. */
+/* The text (bytes, of kinds without a format) of a file that the scene names under `key`, which
+ * goes with the scene's bundle; NULL after a complaint. Borrowed. */
 const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                              const char *key, const struct rmap_text_kind *kind,
                              size_t *nbytes_ret);

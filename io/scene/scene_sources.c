@@ -8,16 +8,19 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_environment.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_ray_files.h"
+#include "io/scene/scene_skies.h"
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
 #include "io/scene/scene_steps.h"
+#include "io/scene/scene_volumes.h"
 
 /* ---- shape and directions ---- */
 
@@ -212,15 +215,22 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 /* ---- one source ---- */
 
 #define PLACED "at direction rotate scale matrix "
+#define FAR    "sun place time up north toward "
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp steps ray_file",
+    "collimated point area rays lamp volume sky sun steps ray_file",
     {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
      {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
+     {"a volume source", "name type in from to file dataset axes lower upper spacing origin unit "
+                         "at rotate scale matrix " LIGHT},
+     {"a sky",
+      "name type model kind horizontal zenith radiance direct diffuse file map unit rotate " FAR
+          LIGHT},
+     {"a sun", "name type irradiance shape direction " FAR LIGHT},
      {"steps of particles",
       "name type file format unit emit count seed wavelengths at rotate scale matrix rays_share "
       "medium within"},
@@ -244,13 +254,19 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
     rmap_reader_read_flux(reader, node, light);
     rmap_reader_spectrum(reader, node, "spectrum", &light->spectrum);
-    int type = rmap_reader_type(reader, node, &rmap_source_keys);
+    const bool around = node == rmap_yaml_get(reader->root, "background");
+    int type = around ? RMAP_SOURCE_SKY : rmap_reader_type(reader, node, &rmap_source_keys);
     (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
     if (type < 0)
         return;
-    (void)rmap_reader_known(reader, node, &rmap_source_keys, type);
+    (void)rmap_reader_known(reader, node, around ? &rmap_background_keys : &rmap_source_keys,
+                            around ? 0 : type);
     if (type == RAY_FILE) {
         rmap_reader_read_ray_file(reader, node, source, light);
+        return;
+    }
+    if (type == RMAP_SOURCE_VOLUME) {
+        rmap_reader_read_volume(reader, node, source);
         return;
     }
     source->type = (enum rmap_source_type)type;
@@ -277,7 +293,12 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     case RMAP_SOURCE_STEPS:
         rmap_reader_read_steps(reader, node, source);
         return;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        rmap_reader_read_sky(reader, node, source, light);
+        return;
     case RMAP_SOURCE_LAMP:
+    case RMAP_SOURCE_VOLUME:
         break;
     }
     read_frame(reader, node, source);
@@ -303,10 +324,11 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     const bool mesh = source->type == RMAP_SOURCE_AREA && source->shape == RMAP_EMITTER_MESH;
     const double larger = enlargement(&placed->to_world);
     source->parent = placed->parent;
-    if (rmap_yaml_get(placed->node, "fills")) /* it stands in the world already */
+    if (rmap_yaml_get(placed->node, "fills") ||
+        (source->volume && source->volume->kind == RMAP_VOLUME_BODY)) /* in the world already */
         return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
-    if (mesh || source->rays || source->type == RMAP_SOURCE_STEPS)
+    if (mesh || source->rays || source->volume || source->type == RMAP_SOURCE_STEPS)
         return;
     if (!(larger > 0))
         rmap_reader_error(reader, placed->node,
@@ -364,11 +386,11 @@ void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_
 static void settle(struct rmap_reader *reader, const struct rmap_source_light *light, size_t n)
 {
     struct rmap_scene *scene = reader->scene;
-    bool all_lumens = n > 0;
+    bool some_lumens = false, some_watts = false;
     int32_t medium = -1;
     for (size_t i = 0; i < n; i++)
-        all_lumens &= light[i].lumens;
-    scene->flux_unit = all_lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
+        *(light[i].lumens ? &some_lumens : &some_watts) |= !light[i].either;
+    scene->flux_unit = some_lumens && !some_watts ? RMAP_FLUX_LM : RMAP_FLUX_W;
     for (size_t i = 0; i < n; i++) {
         rmap_reader_settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];
@@ -388,7 +410,13 @@ void rmap_reader_read_sources(struct rmap_reader *reader)
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     if (sources && !rmap_reader_check_list(reader, sources, "'sources'"))
         return;
+    const struct rmap_yaml_node *around = rmap_yaml_get(reader->root, "background");
     const size_t n_own = sources ? sources->n_item : 0;
+    if (rmap_reader_background_shines(reader) &&
+        rmap_reader_room(reader, &reader->placed, &reader->cap_placed, reader->n_placed,
+                         sizeof *reader->placed))
+        reader->placed[reader->n_placed++] =
+            (struct rmap_placed_source){around, "background", -1, rmap_affine_identity()};
     if (n_own + reader->n_placed == 0) {
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return;

@@ -4,6 +4,8 @@
  */
 #include "io/scene/scene_species.h"
 
+#include <math.h>
+
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
@@ -42,8 +44,9 @@ static void read_emission(struct rmap_reader *reader, const struct rmap_yaml_nod
                              &reader->failure) != RMAP_OK)
         rmap_reader_error(reader, rmap_yaml_get(node, "emission"), "species '%.60s': %.200s",
                           its->name, reader->failure.text);
+    /* rounded, as the C library's exponentials of some spectra differ between machines */
     for (int i = 0; i < reader->scene->channels.n; i++)
-        its->below[i] = sum += its->below[i];
+        its->below[i] = sum += floor(its->below[i] * 0x1p40 + 0.5) * 0x1p-40;
 }
 
 /* [2 ns], or [{time: 2 ns, share: 0.7}, ...] */

@@ -114,11 +114,25 @@ static void print_lamp(const struct rmap_scene *scene, const struct rmap_source 
                 scene->unit);
 }
 
+/* Its pole, what it is, and where its light comes in. */
+static void print_sky(const struct rmap_scene *scene, const struct rmap_source *source, FILE *out)
+{
+    const struct rmap_sky *sky = source->sky;
+    fprintf(out, "%s%s", sky->title[0] ? ", " : "", sky->title);
+    if (sky->n_portal > 0)
+        fprintf(out, ", through %s; light that meets none is left out",
+                rmap_counted(sky->n_portal, "portal").text);
+    else
+        fprintf(out, ", by discs of radius %.4g %s", source->shape_size[0], scene->unit);
+}
+
 static void print_light(const struct rmap_scene *scene, FILE *out)
 {
     for (size_t s = 0; s < scene->n_source; s++) {
         fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
                 rmap_flux_unit_text(scene), scene->medium[scene->source[s].medium].name);
+        if (scene->source[s].sky)
+            print_sky(scene, &scene->source[s], out);
         if (scene->source[s].lamp)
             print_lamp(scene, &scene->source[s], out);
         if (scene->source[s].steps)

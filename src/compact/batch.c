@@ -219,7 +219,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
                                 direction, &facing);
     if (!met) {
         const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
+        if (medium && (r->event[row] & rmap_step_inside(r->turbid)))
             run->batch->careful[ray->index] = 1;
         facing.t = rmap_step_distance_out(r->model->scene, position, direction);
         facing.position = rmap_axpy(facing.t, direction, position);
@@ -364,7 +364,8 @@ static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
     ray->id = r->id[i];
     ray->index = (uint32_t)i;
     ray->step = 0;
-    ray->departs = (int16_t)departure->channel;
+    ray->departs = (int16_t)rmap_departure_channel(r->model, r->seed, r->id[i], r->source[i],
+                                                   departure->channel);
     ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
     run->row = ray->end;
     run->segment += r->segment_count[i];

@@ -9,6 +9,7 @@
 #include "compact/retrace.h"
 #include "compact/retrace_colour.h"
 #include "compact/step.h"
+#include "trace/turbid.h"
 
 /* The ray in hand. */
 struct sum {
@@ -86,9 +87,11 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && segment->way.length > 0.0 &&
+    if (medium && rmap_medium_is_turbid(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
-        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, segment->way.length, false,
+        (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
+                                                      .turbid = r->turbid,
+                                                      .length = segment->way.length},
                                 light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);

@@ -128,7 +128,8 @@ static struct rmap_lane_header header_of(const struct rmap_compact_encoder *enco
     return (struct rmap_lane_header){.seed = encoder->seed,
                                      .first_ray = encoder->first_ray,
                                      .placed = true,
-                                     .weighed = encoder->model->scene->n_scatter > 0};
+                                     .weighed = encoder->model->scene->n_scatter > 0,
+                                     .turbid = encoder->model->turbid};
 }
 
 /* What was recorded against what is predicted: of all rays, or of those that need it.

@@ -14,6 +14,7 @@
 #define CLASSED        UINT64_C(4)
 #define MEASURED       UINT64_C(8)
 #define WEIGHED        UINT64_C(16)
+#define TURBID         UINT64_C(32)
 #define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT))
 
@@ -33,7 +34,7 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
     row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
-                     (header->weighed ? WEIGHED : 0) |
+                     (header->weighed ? WEIGHED : 0) | (header->turbid ? TURBID : 0) |
                      (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
     row[ROW_SEED] = header->seed;
     row[ROW_FIRST] = header->first_ray;
@@ -58,7 +59,7 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     const uint64_t flags = row[ROW_FLAGS];
     if (n < RMAP_LANE_HEADER_ROWS)
         return rmap_portion_damaged("its header is cut off", err);
-    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | CODES)) ||
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | CODES)) ||
         ((flags & CODES) && !(flags & CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
@@ -66,6 +67,7 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     header->classed = flags & CLASSED;
     header->measured = flags & MEASURED;
     header->weighed = flags & WEIGHED;
+    header->turbid = flags & TURBID;
     header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
     *n_used_ret = RMAP_LANE_HEADER_ROWS;
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {

@@ -66,6 +66,7 @@ struct rmap_lane_header {
     bool classed;    /* segments of own paths are stored as classes of steps, */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     bool weighed;    /* colours beside scatter models are predicted */
+    bool turbid;     /* what happens inside media is predicted */
     bool measured;   /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];

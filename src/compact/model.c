@@ -11,6 +11,7 @@
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
+#include "trace/turbid.h"
 
 /* A map that keeps lengths, so that normals stay unit vectors. */
 static bool keeps_lengths(const struct rmap_affine *a)
@@ -187,7 +188,8 @@ static void set_media(struct rmap_compact_model *model)
         *index++ = 1.0;
     }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] = medium[i].dispersive || medium[i].absorbing ? RMAP_BATCH_TINTS << 8 : 0;
+        model->tint[i] =
+            medium[i].dispersive || rmap_medium_is_turbid(&medium[i]) ? RMAP_BATCH_TINTS << 8 : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */
@@ -222,8 +224,9 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
     model->n_detector = scene->n_detector;
     model->epsilon = 1e-12 * scene->radius;
     model->predicts = names_channels(scene);
+    model->turbid = rmap_scene_is_turbid(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
-        model->absorbing = model->absorbing || scene->medium[i].absorbing;
+        model->absorbing = model->absorbing || rmap_medium_is_turbid(&scene->medium[i]);
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);

@@ -78,7 +78,8 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is */
+    bool absorbing;          /* some medium is, or it scatters */
+    bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
@@ -152,6 +153,7 @@ struct rmap_retrace {
     const int32_t *crossing_detector;
     bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
     bool weighed; /* colours beside scatter models are predicted */
+    bool turbid;  /* so is what happens inside media */
     bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
                      absorbs */
     struct rmap_lane *lane;

@@ -13,6 +13,7 @@
 #include "formula/emit.h"
 #include "formula/triangle.h"
 #include "trace/source.h"
+#include "trace/turbid.h"
 
 /* Where a segment crosses the detector that its path names (trace/detector.c has the physics). */
 
@@ -80,6 +81,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
     case RMAP_DISTRIBUTION_STEPS:
+    case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -111,6 +113,15 @@ static void from_steps(const struct rmap_scene *scene, const struct rmap_source 
     departure->channel = photon.channel;
 }
 
+int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                           int32_t index, int channel)
+{
+    const bool known = index >= 0 && (size_t)index < model->n_source;
+    return channel < 0 && known && model->scene->fluoresces
+               ? rmap_source_channel(&model->scene->source[index], model->n_channel, seed, ray)
+               : channel;
+}
+
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t index, struct rmap_departure *departure)
 {
@@ -129,6 +140,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        departure->position = rmap_volume_draw(model->scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
@@ -136,6 +153,12 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
+        return;
+    }
+    if (source->sky) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
         return;
     }
     departure->position = source->shape == RMAP_EMITTER_MESH
@@ -417,17 +440,21 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                            .optical_from = walk->optical_path,
                                            .index = 1.0,
                                            .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
-    bool absorbed = !met && (r->event[row] & RMAP_EVENT_ABSORB);
+    struct rmap_inside inside = {.medium = medium,
+                                 .turbid = r->turbid,
+                                 .draw = {r->seed, r->id[walk->ray], number + 1},
+                                 .event = met ? 0 : r->event[row] & rmap_step_inside(r->turbid)};
     if (!met)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour)
         segment.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
                                            : medium->n[walk->light.colour.begin];
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && medium->absorbing && segment.length > 0.0 && (absorbed || !single)) {
-        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], number + 1,
-                                             segment.length, absorbed, &walk->light);
-        segment.length = absorbed ? travelled : segment.length;
+    if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
+        (inside.event || !single)) {
+        inside.length = segment.length;
+        const double travelled = rmap_light_travel(&inside, &walk->light);
+        segment.length = inside.event ? travelled : segment.length;
     }
     if (!met)
         facing.position = rmap_axpy(segment.length, walk->direction, walk->position);
@@ -449,6 +476,10 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
     }
     if (met && !last)
         meet(walk, row, number, &facing);
+    else if (!last && medium && (inside.event & ~(uint32_t)RMAP_EVENT_ABSORB) &&
+             rmap_light_go_on(&inside, r->model->n_channel, &walk->light, &walk->direction) &&
+             r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
     walk->position = facing.position;
     walk->object = met ? r->object[row] : -1;
 }
@@ -458,6 +489,8 @@ static void begin(struct walk *walk)
     const struct rmap_retrace *r = walk->r;
     struct rmap_departure departure;
     rmap_departure_find(r->model, r->seed, r->id[walk->ray], r->source[walk->ray], &departure);
+    departure.channel = rmap_departure_channel(r->model, r->seed, r->id[walk->ray],
+                                               r->source[walk->ray], departure.channel);
     (void)offer_point(r, &r->lane[RMAP_LANE_RAY_start], walk->ray, &departure.position);
     offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;
@@ -468,6 +501,8 @@ static void begin(struct walk *walk)
     if (walk->channel >= r->model->n_channel)
         walk->channel = -1;
     rmap_light_begin(r->model, r->source[walk->ray], departure.channel, &walk->light);
+    if (r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
 }
 
 static void end(struct walk *walk)
@@ -511,6 +546,7 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
                                  .crossing_detector = portion->registration.detector,
                                  .placed = header->placed,
                                  .weighed = header->weighed,
+                                 .turbid = header->turbid,
                                  .colour = true,
                                  .lane = lane};
 }

@@ -13,7 +13,9 @@
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 #include "trace/interact.h"
+#include "trace/luminescence.h"
 #include "trace/scattering.h"
+#include "trace/turbid.h"
 
 static void collapse(struct rmap_compact_light *light, int channel)
 {
@@ -216,35 +218,72 @@ void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact
         meet_shares(encounter, light);
 }
 
-double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
-                         uint32_t step, double length, bool absorbed,
+/* Absorbed or not, where the medium also scatters. */
+static void weigh_choice(const struct rmap_inside *inside, const double *mu,
                          struct rmap_compact_light *light)
 {
-    double u[4], p[RMAP_CHANNEL_MAX], travelled = length;
-    bool single = rmap_colour_single(&light->colour);
-    if (absorbed) {
-        rmap_rng(seed, ray, step, RMAP_RNG_MEDIUM, u);
-        double mu = medium->absorption[single ? light->colour.begin
-                                              : rmap_colour_pick(&light->colour, NULL, u[0])];
-        travelled = -rmap_portable_log(u[1]) / mu;
-        if (!(travelled < length))
-            travelled = length;
+    double p[RMAP_CHANNEL_MAX];
+    if (!inside->turbid || !inside->medium->scattering_at_all || !inside->medium->absorbing)
+        return;
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
+        p[i] = mu[i] > 0.0 ? inside->medium->absorption[i] / mu[i] : 0.0;
+        if (inside->event == RMAP_EVENT_SCATTER_VOLUME)
+            p[i] = 1.0 - p[i];
+    }
+    if (rmap_colour_sum(&light->colour, p) > 0.0)
+        weigh(light, p);
+}
+
+double rmap_light_travel(const struct rmap_inside *inside, struct rmap_compact_light *light)
+{
+    double u[4], p[RMAP_CHANNEL_MAX], mu[RMAP_CHANNEL_MAX], travelled = inside->length;
+    const bool ended = inside->event != 0;
+    for (int i = light->colour.begin; i < light->colour.end; i++)
+        mu[i] =
+            inside->medium->absorption[i] + (inside->turbid ? inside->medium->scattering[i] : 0.0);
+    const bool single = rmap_colour_single(&light->colour);
+    if (ended) {
+        rmap_rng(inside->draw.seed, inside->draw.ray, inside->draw.step, RMAP_RNG_MEDIUM, u);
+        travelled = -rmap_portable_log(u[1]) /
+                    mu[single ? light->colour.begin : rmap_colour_pick(&light->colour, NULL, u[0])];
+        if (!(travelled < inside->length))
+            travelled = inside->length;
     }
     if (single)
         return travelled;
     int alike = light->colour.begin + 1;
-    while (alike < light->colour.end &&
-           medium->absorption[alike] == medium->absorption[light->colour.begin])
+    while (alike < light->colour.end && mu[alike] == mu[light->colour.begin])
         alike++;
-    if (alike == light->colour.end)
-        return travelled; /* equal probabilities weigh nothing */
-    for (int i = light->colour.begin; i < light->colour.end; i++) {
-        double mu_i = medium->absorption[i];
-        if (i > light->colour.begin && mu_i == medium->absorption[i - 1])
+    /* equal probabilities weigh nothing */
+    for (int i = light->colour.begin; i < light->colour.end && alike < light->colour.end; i++) {
+        if (i > light->colour.begin && mu[i] == mu[i - 1])
             p[i] = p[i - 1];
         else
-            p[i] = (1.0 - rmap_portable_one_minus_exp(mu_i * travelled)) * (absorbed ? mu_i : 1.0);
+            p[i] = (1.0 - rmap_portable_one_minus_exp(mu[i] * travelled)) * (ended ? mu[i] : 1.0);
     }
-    weigh(light, p);
+    if (alike < light->colour.end)
+        weigh(light, p);
+    if (ended)
+        weigh_choice(inside, mu, light);
     return travelled;
+}
+
+bool rmap_light_go_on(const struct rmap_inside *inside, int n_channel,
+                      struct rmap_compact_light *light, struct rmap_vec3 *direction)
+{
+    const bool single = rmap_colour_single(&light->colour);
+    struct rmap_reemission back;
+    if (inside->event == RMAP_EVENT_SCATTER_VOLUME) {
+        *direction = rmap_scatter(inside->medium, &inside->draw, &light->colour, *direction);
+        if (single || !rmap_colour_single(&light->colour))
+            return false;
+        collapse(light, light->colour.begin);
+        return true;
+    }
+    *direction = rmap_reemit_direction(&inside->draw);
+    if (!single ||
+        !rmap_reemit(inside->medium, n_channel, &inside->draw, light->colour.begin, &back))
+        return false;
+    collapse(light, back.channel);
+    return true;
 }

@@ -43,6 +43,7 @@ static double emitter_area(const struct rmap_scene *scene, const struct rmap_sou
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return RMAP_PI * source->shape_size[0] * source->shape_size[0];
@@ -68,6 +69,7 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_TABLE:
     case RMAP_DISTRIBUTION_LAMP:
     case RMAP_DISTRIBUTION_STEPS:
+    case RMAP_DISTRIBUTION_SKY:
         return 1.0; /* they are of unit flux */
     }
     return 0.25 / RMAP_PI;
@@ -78,6 +80,8 @@ static enum rmap_status make_light(const struct rmap_lights *lights,
                                    struct rmap_error *err)
 {
     *light = (struct rmap_light){.source = source};
+    if (source->sky) /* which knows its radiance */
+        return RMAP_OK;
     if (!rmap_affine_invert(&source->frame, &light->to_local))
         return rmap_error_set(err, RMAP_INPUT, "source '%s': its transform is singular",
                               source->name);
@@ -129,7 +133,8 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
                 lights->n_unseen += (size_t)area;
             else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
-            lights->four_numbers |= source->type == RMAP_SOURCE_LAMP;
+            lights->four_numbers |= source->type == RMAP_SOURCE_LAMP || source->sky;
+            lights->n_sky += (source->sky != NULL) * (size_t)area;
             if (!has_area(source) || !area)
                 continue;
             lights->n_area++;
@@ -252,6 +257,19 @@ static bool see_area(const struct rmap_lights *lights, struct rmap_vec3 from, co
     return true;
 }
 
+static bool see_sky(const struct rmap_lights *lights, struct rmap_vec3 from, const double u[4],
+                    struct rmap_light_sample *sample)
+{
+    const struct rmap_source *source = sample->light->source;
+    struct rmap_sky_look look;
+    rmap_sky_look(source, from, u, lights->scene->channels.n, sample->own, &look);
+    sample->direction = look.towards;
+    sample->distance = look.distance;
+    sample->irradiance = look.irradiance;
+    sample->colour = source->sky->band ? sample->own : source->colour;
+    return look.irradiance > 0.0;
+}
+
 int rmap_lights_n_draw(const struct rmap_lights *lights)
 {
     return lights->n < RMAP_LIGHT_DRAWS ? (int)lights->n : RMAP_LIGHT_DRAWS;
@@ -283,6 +301,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         factor = 1.0 / (RMAP_LIGHT_DRAWS * probability);
     }
     sample->light = &lights->light[chosen];
+    sample->colour = sample->light->source->colour;
     switch (sample->light->source->type) {
     case RMAP_SOURCE_POINT:
         seen = see_point(lights, from, sample);
@@ -296,8 +315,13 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
     case RMAP_SOURCE_AREA:
         seen = see_area(lights, from, u, sample);
         break;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        seen = see_sky(lights, from, u, sample);
+        break;
     case RMAP_SOURCE_RAYS:
     case RMAP_SOURCE_STEPS:
+    case RMAP_SOURCE_VOLUME:
         break;
     }
     sample->irradiance *= factor;

@@ -29,6 +29,7 @@ struct rmap_lights {
     struct rmap_light *light;
     size_t n_area;     /* the first ones have an area: those that a segment can meet */
     size_t n_bent;     /* of them in gradient media: curved segments meet no others */
+    size_t n_sky;      /* SKY and SUN, somewhere among the others */
     size_t n_unseen;   /* lists of rays, which no point can look at */
     bool four_numbers; /* a draw takes more than two: there is a choice, or a mesh */
     double unit_m2;    /* a square of the scene's unit */
@@ -44,7 +45,9 @@ struct rmap_light_sample {
     const struct rmap_light *light;
     struct rmap_vec3 direction;
     double distance;
-    double irradiance; /* flux unit / m2 */
+    double irradiance;            /* flux unit / m2 */
+    const double *colour;         /* the source's, or its own */
+    double own[RMAP_CHANNEL_MAX]; /* of a sky that differs over direction */
 };
 
 int rmap_lights_n_draw(const struct rmap_lights *lights);

@@ -315,7 +315,7 @@ static void look(struct path *path, struct receiver *receiver)
                                   .medium = receiver->ray.medium,
                                   .factor = sample.irradiance * part,
                                   .share = path->walk.colour.share,
-                                  .colour = sample.light->source->colour,
+                                  .colour = sample.colour,
                                   .through = through ? through : receiver->p});
     }
     path->lit_once = true;
@@ -545,6 +545,30 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
     return true;
 }
 
+/* Skies, unless they were looked at from where the segment begins. */
+static void see_skies(struct path *path)
+{
+    const struct rmap_walk *walk = &path->walk;
+    const struct rmap_lights *lights = path->renderer->lights;
+    double colour[RMAP_CHANNEL_MAX];
+    for (size_t l = 0; l < lights->n && lights->n_sky > 0 && !path->looked; l++) {
+        const struct rmap_source *source = lights->light[l].source;
+        const double before[3] = {path->rgb[0], path->rgb[1], path->rgb[2]};
+        const double seen = source->sky ? rmap_sky_seen(source, walk->ray.direction,
+                                                        walk->scene->channels.n, colour)
+                                        : 0.0;
+        if (!(seen > 0.0))
+            continue;
+        add(path, &(struct found){.at = path->point,
+                                  .medium = walk->ray.medium,
+                                  .gradient = walk->ray.gradient,
+                                  .factor = seen,
+                                  .share = walk->colour.share,
+                                  .colour = colour});
+        clamp(path, before);
+    }
+}
+
 static void see_background(struct path *path)
 {
     const struct rmap_walk *walk = &path->walk;
@@ -580,6 +604,7 @@ static bool advance(struct path *path)
         return meet_surface(path, &arrival);
     case RMAP_SEGMENT_LEFT:
         see_background(path);
+        see_skies(path);
         return false;
     case RMAP_SEGMENT_LIMIT:
         path->counts->n_limit++;

@@ -38,6 +38,12 @@ void rmap_source_fini(struct rmap_source *source)
         rmap_lamp_fini(source->lamp);
     rmap_free(source->lamp);
     rmap_steps_destroy(source->steps);
+    if (source->volume)
+        rmap_volume_fini(source->volume);
+    rmap_free(source->volume);
+    if (source->sky)
+        rmap_sky_fini(source->sky);
+    rmap_free(source->sky);
 }
 
 static void destroy_sources(struct rmap_scene *scene)
@@ -123,12 +129,26 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene);
 }
 
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct rmap_source *source)
+{
+    const struct rmap_volume *volume = source->volume;
+    if (source->n_list > 0)
+        return source->list[0].origin;
+    if (source->sky) /* its pole, halfway to where it begins */
+        return rmap_affine_point(&source->frame, rmap_vec3(0, 0, 0.5 * source->shape_size[0]));
+    if (!volume || volume->kind == RMAP_VOLUME_TRACK || volume->n_part == 0)
+        return source->frame.t;
+    return rmap_affine_point(&scene->object[volume->part[0]].to_world,
+                             rmap_affine_point(&source->frame, rmap_vec3(0.5, 0.5, 0.5)));
+}
+
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
 {
     const double *size = source->shape_size;
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return rmap_vec3(size[0], size[0], 0.0);
@@ -192,6 +212,14 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
     if (ordinal_ret)
         *ordinal_ret = period * scene->schedule_quota[source] + scene->schedule_rank[entry];
     return source;
+}
+
+bool rmap_scene_is_turbid(const struct rmap_scene *scene)
+{
+    for (size_t i = 0; i < scene->n_medium; i++)
+        if (scene->medium[i].scattering_at_all || scene->medium[i].n_species > 0)
+            return true;
+    return false;
 }
 
 bool rmap_scene_is_curved(const struct rmap_scene *scene)

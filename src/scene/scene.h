@@ -25,9 +25,11 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/sky.h"
 #include "scene/species.h"
 #include "scene/steps.h"
 #include "scene/surface_model.h"
+#include "scene/volume.h"
 
 struct rmap_medium {
     char *name;
@@ -89,6 +91,9 @@ enum rmap_source_type {
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
     RMAP_SOURCE_LAMP,
+    RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
+    RMAP_SOURCE_SUN,
     RMAP_SOURCE_STEPS
 };
 
@@ -97,7 +102,8 @@ enum rmap_emitter {
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
     RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
-    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_BODY,      /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_SKY        /* shape_size[0]: radius of the sphere that its light comes into */
 };
 
 enum rmap_distribution {
@@ -107,6 +113,7 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
     RMAP_DISTRIBUTION_STEPS,  /* STEPS */
 };
 
@@ -132,6 +139,8 @@ struct rmap_source {
     struct rmap_profile profile; /* TABLE */
     struct rmap_lamp *lamp;      /* LAMP; owned */
     struct rmap_steps *steps;    /* STEPS; owned */
+    struct rmap_volume *volume;  /* VOLUME; owned */
+    struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit; STEPS: photons */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
@@ -238,6 +247,9 @@ struct rmap_scene {
     size_t *on_first;     /* [n_object + 1] */
 };
 
+/* What a source owns. */
+void rmap_source_fini(struct rmap_source *source);
+
 /* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
@@ -264,6 +276,9 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
 {
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
+
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
@@ -295,8 +310,13 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 /* Sends rays that are somebody's, one by one: pictures have no lamp to look for. */
 static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
 {
-    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS;
+    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS ||
+           source->type == RMAP_SOURCE_VOLUME;
 }
+
+/* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
+                                   const struct rmap_source *source);
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);

@@ -29,24 +29,29 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
         }
         return;
     }
+    if (source->volume && source->volume->grid) {
+        const struct rmap_grid *grid = source->volume->grid;
+        const struct rmap_vec3 half = rmap_scale(grid->spacing, 0.5);
+        rmap_bounds_include_box(
+            box, &source->frame, rmap_sub(grid->origin, half),
+            rmap_add(grid->origin, rmap_vec3(((double)grid->n[0] - 0.5) * grid->spacing.x,
+                                             ((double)grid->n[1] - 0.5) * grid->spacing.y,
+                                             ((double)grid->n[2] - 0.5) * grid->spacing.z)));
+        return;
+    }
+    if (source->volume) { /* a body is bounded with the objects */
+        for (int k = 0; source->volume->kind == RMAP_VOLUME_TRACK && k < 2; k++)
+            rmap_bounds_include(box, rmap_affine_point(&source->frame, rmap_vec3(0, 0, k)));
+        return;
+    }
     if (source->shape == RMAP_EMITTER_MESH) {
         rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
     }
+    if (source->sky) /* its sphere is about all the rest */
+        return;
     const struct rmap_vec3 half = rmap_source_half_size(source);
     rmap_bounds_include_box(box, &source->frame, rmap_scale(half, -1.0), half);
-}
-
-static void include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
-{
-    if (detector->type != RMAP_DETECTOR_PLANE)
-        return;
-    for (int k = 0; k < 4; k++) {
-        double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
-        double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
-        rmap_bounds_include(box,
-                            rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
-    }
 }
 
 static double box_radius(const struct rmap_bounds *box)
@@ -108,7 +113,7 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     for (size_t i = 0; i < scene->n_source; i++)
         include_source(&box, scene, &scene->source[i]);
     for (size_t i = 0; i < scene->n_detector; i++)
-        include_detector(&box, &scene->detector[i]);
+        rmap_bounds_include_detector(&box, &scene->detector[i]);
     if (box.lower.x > box.upper.x) /* nothing at all */
         box.lower = box.upper = rmap_vec3(0.0, 0.0, 0.0);
     if (box.infinite)
@@ -124,6 +129,12 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     /* Margin: leaving rays end clear of the outermost surface; 1 for a scene that is a point. */
     double radius = 1.001 * rmap_length(half);
     scene->radius = radius > 0.0 ? radius : 1.0;
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].sky) /* the edge of a disc that touches the sphere */
+            scene->radius =
+                fmax(scene->radius,
+                     1.001 * (rmap_length(rmap_sub(scene->source[i].frame.t, scene->centre)) +
+                              sqrt(2.0) * scene->source[i].shape_size[0]));
     return RMAP_OK;
 }
 
@@ -296,6 +307,9 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
             scene->source[i].type != RMAP_SOURCE_RAYS)
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
     RMAP_TRY(prepare_steps(scene, err));
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].volume)
+            RMAP_TRY(rmap_volume_finish(scene, &scene->source[i], err));
     RMAP_TRY(bound_scene(scene, err));
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(tabulate_scatter(scene, err));

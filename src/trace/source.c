@@ -26,6 +26,7 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
     case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
+    case RMAP_DISTRIBUTION_SKY:
         break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
@@ -75,6 +76,7 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
@@ -199,10 +201,24 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     }
     double place[4], way[4];
     struct rmap_vec3 normal;
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        emission->position = rmap_volume_draw(scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
     if (source->type == RMAP_SOURCE_LAMP) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
+        return;
+    }
+    if (source->sky) {
+        int channel;
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_sky_draw(source, place, way, &emission->position, &channel);
+        if (channel >= 0)
+            rmap_colour_collapse(colour, channel);
         return;
     }
     emission->position = rmap_source_point(scene, source, place, &normal);

@@ -52,6 +52,29 @@ def check_room():
     drop(target)
 
 
+def check_milk():
+    """All light comes back or gets through but for what the milk absorbs; much more comes back."""
+    target = trace_example("milk", 3000)
+    (back, through, absorbed), total = rays(target, "registered(glow)", "registered(through)", "ended(absorbed, milk)")
+    (left,), _ = rays(target, "ended(left)")
+    checks.true(f"{left} of milk's light left, {absorbed} absorbed, of {total}", left + absorbed == total and absorbed < 0.2 * total)
+    checks.true(f"{back} hits above, {through} below", back > 0 and through > 0)
+    drop(target)
+
+
+def check_concentrator():
+    """Of light that the dye takes up, more gets to the cell than the cell's own share of the faces; none of it is blue."""
+    target = trace_example("concentrator", 10_000)
+    (cell, taken, blue, ended), total = rays(target, "hit(cell)", "event(fluoresce)", "hit(cell) and wavelength < 560",
+                                             "ended(left) or ended(absorbed)")
+    checks.true(f"{cell} of {taken} at the cell", 0.08 * taken < cell < 0.7 * taken and taken > 0.3 * total)
+    checks.true(f"{blue} blue ones", blue < 0.02 * cell)
+    checks.true("every photon ends", ended == total)
+    drop(target)
+
+
 check_double_gauss()
+check_milk()
+check_concentrator()
 check_room()
 checks.finish()

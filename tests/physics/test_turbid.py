@@ -115,6 +115,26 @@ for sigma in (1, 1.5):
     checks.close(f"share, sigma {sigma}", row["scattering"] / row["spheres"]["Qsca"], 1.5e-3 / (2e-3 * spread), rel=1e-5)
     checks.close(f"mean area, sigma {sigma}", row["spheres"]["area"], math.pi * 1e-6 * math.exp(2 * math.log(sigma) ** 2), rel=1e-5)
 
+# Haze of a plate: what leaves it more than 2.5 degrees off, of what passes.
+for haze, g in ((0.05, 0.9), (0.2, 0.9), (0.3, 0.98)):
+    target = trace("haze", f"""raymap: 1
+units: mm
+spectrum: {{wavelengths: [550]}}
+media: {{opal: {{index: 1.49, scattering: {{haze: {100 * haze} %, thickness: 3 mm, g: {g}}}}}, air: {{index: 1}}}}
+surfaces: {{clear: {{type: fresnel}}}}
+geometries: {{face: {{type: disc, radius: 1e6}}}}
+objects:
+  - {{name: top, geometry: face, at: [0, 0, 0], surface: clear, front: opal, back: air}}
+  - {{name: end, geometry: face, at: [0, 0, 3], surface: clear, front: air, back: opal}}
+sources:
+  - {{name: beam, type: collimated, shape: {{disc: 0.1}}, at: [0, 0, -1], direction: [0, 0, 1], flux: 1 W, medium: air}}
+""", many(20_000))
+    (way,) = columns(target, "ray/end_direction")
+    way = way.reshape(-1, 3)[:, 2]
+    passed = way[way > 0]
+    checks.close(f"haze {haze}, g {g}", (passed < math.cos(math.radians(2.5))).mean(), haze, abs=0.005 + 0.1 * haze)
+    drop(target)
+
 # Slabs thick and thin: light is neither made nor lost, whatever the phase function.
 for scattering in ("{coefficient: 3, phase: rayleigh}", "{mie: {diameter: 0.5 um, n: 1.46, share: 1e-2}}"):
     target = trace("slab", f"""raymap: 1

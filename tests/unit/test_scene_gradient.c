@@ -373,6 +373,7 @@ static const struct {
      "values above 0 somewhere"},
     {"{index: 1, scattering: {coefficient: 1, mie: {diameter: 1 um, n: 1.5, share: 0.1}}}", NULL,
      NULL, "or 'mie' alone"},
+    {"{index: 1, scattering: {haze: 8 %, thickness: 3 mm}}", NULL, NULL, "mean cosine 'g'"},
     {"{index: 1, scattering: {mie: {diameter: 1 um, n: 1.5}}}", NULL, NULL,
      "how many spheres? Give 'share' of the volume, or 'density', their number per mm^3"},
     {"{index: 1, scattering: {mie: {diameter: 10, n: 1.5, share: 0.1}}}", NULL, NULL,
