@@ -113,7 +113,7 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
         return;
     }
     const struct rmap_vec3 half = rmap_source_half_size(source);
-    const bool round = source->shape == RMAP_EMITTER_DISC ||
+    const bool round = source->shape == RMAP_EMITTER_DISC || source->type == RMAP_SOURCE_BEAM ||
                        (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);
     if (round && half.x > 0)
         draw_circle(frame, place, half.x, svg, &line);
@@ -124,7 +124,7 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
         pixel_of(frame, place->t, dot);
         rmap_svg_circle(svg, dot[0], dot[1], 3.5, &(struct rmap_svg_style){.fill = ink});
     }
-    if (source->type == RMAP_SOURCE_COLLIMATED ||
+    if (source->type == RMAP_SOURCE_COLLIMATED || source->type == RMAP_SOURCE_BEAM ||
         source->distribution != RMAP_DISTRIBUTION_ISOTROPIC)
         draw_arrow(frame, place->t, rmap_affine_vector(place, rmap_vec3(0, 0, 1)), ink, labels,
                    svg);

@@ -28,6 +28,7 @@
 
 /* What a reader of format 5 must know, by name, in the attribute `features`. */
 #define RMAP_FEATURE_CURVES "curves" /* /curve: the scene has gradient media */
+#define RMAP_FEATURE_TIMES  "times"  /* group paths and delays; /curve, too */
 #define RMAP_FEATURE_GAPS   "gaps"   /* ids of a portion may have gaps: picked rays */
 #define RMAP_FEATURE_PLACES "places" /* compact portions may have places stand by themselves */
 #define RMAP_FEATURE_CLASSES                                                                       \

@@ -246,6 +246,19 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
 
 const struct rmap_mapping rmap_spectrum_keys = {"Head", NULL, {{"spectrum", "mode wavelengths"}}};
 
+/* Group paths and delays: asked for by the simulation, or by the scene for all of them. */
+static void read_timed(struct rmap_reader *reader)
+{
+    int choice = 0;
+    (void)rmap_reader_choice(reader, reader->root, "time", RMAP_OPTIONAL, "off on", &choice);
+    (void)rmap_reader_choice(reader, reader->simulation, "time", RMAP_OPTIONAL, "off on", &choice);
+    reader->scene->timed = choice == 1;
+    if (choice == 1 && reader->scene->channels.mode == RMAP_COLOUR_RGB)
+        rmap_reader_warn(reader, NULL,
+                         "'time: on' in colours of rgb: group indices are the phase indices, since "
+                         "dispersion needs wavelengths (spectrum: {mode: spectral})");
+}
+
 void rmap_reader_read_channels(struct rmap_reader *reader)
 {
     struct rmap_channels *channels = &reader->scene->channels;
@@ -265,6 +278,7 @@ void rmap_reader_read_channels(struct rmap_reader *reader)
         for (int i = 0; i < 3; i++)
             channels->wavelength_nm[i] = rgb_index_nm;
     }
+    read_timed(reader);
 }
 
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,

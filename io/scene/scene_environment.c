@@ -38,7 +38,7 @@ static enum rmap_status fill_latlong(const struct rmap_picture *picture, struct 
         rmap_sky_init(sky, fine[1] * picture->size[1], fine[0] * wide, true, err);
     if (st != RMAP_OK)
         return st;
-    rmap_sky_even_rows(sky, 180.0);
+    rmap_sky_even_rows(sky, 0, 0.0, sky->n_row, 180.0);
     for (size_t r = 0; r < sky->n_row; r++)
         for (size_t k = 0; k < sky->n_around; k++)
             memcpy(sky->band + 3 * (r * sky->n_around + k),
@@ -111,7 +111,7 @@ static enum rmap_status fill_angular(const struct rmap_picture *picture, struct 
         rmap_free(deposit);
         return st != RMAP_OK ? st : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
     }
-    rmap_sky_even_rows(sky, 180.0);
+    rmap_sky_even_rows(sky, 0, 0.0, sky->n_row, 180.0);
     for (size_t i = 0; i < size * size; i++) {
         const double corner[2] = {(double)(i % size) * step - 1.0, 1.0 - (double)(i / size) * step};
         deposit_pixel(picture->rgb + 3 * i, corner, step, parts, sky, deposit);

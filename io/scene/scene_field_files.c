@@ -87,6 +87,9 @@ void rmap_reader_find_grid(struct rmap_reader *reader, const struct rmap_yaml_no
     bool good = describe_grid(reader, node, &file);
     const struct rmap_name *bundled = rmap_names_find(&reader->grids, path);
     *grid_ret = bundled ? reader->bundle->grid[bundled->index].grid : NULL;
+    for (size_t i = 0; reader->beside != 0 && !*grid_ret && i < reader->bundle->n_grid; i++)
+        if (strcmp(reader->bundle->grid[i].field, path) == 0) /* put there by the first reading */
+            *grid_ret = reader->bundle->grid[i].grid;
     if (!name || !good || *grid_ret)
         return;
     if (reader->bundle->meshes_complete) {

@@ -24,7 +24,7 @@ static struct rmap_medium *new_medium(struct rmap_reader *reader, const char *na
     if (!medium)
         return NULL;
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
-        medium->n[i] = 1;
+        medium->n[i] = medium->n_group[i] = 1;
     medium->name = rmap_reader_strdup(reader, name);
     rmap_reader_add_name(reader, &reader->media, medium->name, 0, (int32_t)(scene->n_medium - 1),
                          line);
@@ -45,7 +45,9 @@ static bool evaluate(struct rmap_reader *reader, const struct rmap_yaml_node *at
     for (int i = 0; i < channels->n; i++) {
         double n = rmap_glass_index(glass, channels->wavelength_nm[i]);
         if (n >= range_index.from && n <= range_index.to) {
+            const double group = rmap_glass_group_index(glass, channels->wavelength_nm[i]);
             medium->n[i] = n;
+            medium->n_group[i] = channels->mode == RMAP_COLOUR_RGB || !isfinite(group) ? n : group;
             continue;
         }
         rmap_reader_error(reader, at,
@@ -163,7 +165,11 @@ static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
     const struct rmap_table1 index = {n, column[0], column[1]};
     for (int i = 0; i < scene->channels.n; i++)
-        medium->n[i] = rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
+        medium->n[i] = medium->n_group[i] =
+            rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
+    for (int i = 0; i < scene->channels.n && scene->channels.mode == RMAP_COLOUR_SPECTRAL; i++)
+        medium->n_group[i] -= scene->channels.wavelength_nm[i] *
+                              rmap_table1_slope(&index, scene->channels.wavelength_nm[i]);
     rmap_reader_warn_outside(reader, inner, "medium", medium->name, column[0][0], column[0][n - 1],
                              "its ends stand for the rest");
     describe(reader, medium, "table of the scene");
@@ -179,7 +185,7 @@ static void read_index(struct rmap_reader *reader, const struct rmap_yaml_node *
     char text[64];
     (void)rmap_reader_number(reader, node, "index", RMAP_REQUIRED, &range_index, &n);
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
-        medium->n[i] = n;
+        medium->n[i] = medium->n_group[i] = n;
     (void)snprintf(text, sizeof text, "index %.9g", n);
     describe(reader, medium, text);
 }

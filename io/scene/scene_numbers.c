@@ -92,17 +92,19 @@ static const struct rmap_h5_field medium_field[] = {
 static const struct rmap_h5_field source_field[] = {
     NUMBER("source", rmap_source, type, I32, 1,
            "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 volume, 6 sky, 7 sun, "
-           "8 steps of particles"),
+           "8 Gaussian beam, 9 steps of particles"),
     NUMBER("source", rmap_source, shape, I32, 1,
            "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening, 5 from outside"),
     NUMBER("source", rmap_source, shape_size, F64, 2,
            "disc: radius; rectangle: full widths; from outside: radius of the sphere about the "
-           "frame's origin that is lit"),
+           "frame's origin that is lit; beam: waist, Rayleigh length"),
     NUMBER("source", rmap_source, shape_geometry, I32, 1, "mesh: row of /name/geometry"),
     NUMBER("source", rmap_source, frame, F64, 12, "rows of the 3 x 3 matrix, then translation"),
-    NUMBER("source", rmap_source, distribution, I32, 1,
-           "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp, 5 sky, 6 steps of particles"),
-    NUMBER("source", rmap_source, cone_rad, F64, 1, "half opening of a cone"),
+    NUMBER(
+        "source", rmap_source, distribution, I32, 1,
+        "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp, 5 sky, 6 by sine, 7 steps of particles"),
+    NUMBER("source", rmap_source, cone_rad, F64, 1,
+           "half opening of a cone; beam: distance of its waist"),
     NUMBER("source", rmap_source, cosine_power, F64, 1, "power of the cosine"),
     NUMBER("source", rmap_source, colour, F64, 0, "share of the flux per channel"),
     NUMBER("source", rmap_source, medium, I32, 1, "row of /name/medium"),

@@ -45,7 +45,7 @@ const struct rmap_mapping rmap_root_keys = {
     NULL,
     {{"a scene", "raymap include units spectrum limits media films surfaces geometries objects "
                  "sources detectors "
-                 "cameras background simulations"}}};
+                 "cameras background time simulations"}}};
 
 static void read_sections(struct rmap_reader *reader)
 {

@@ -14,6 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/count.h"
 #include "io/file/diagnostics.h"
 #include "io/file/text_file.h"
 #include "io/mesh/bundle.h"
@@ -137,8 +138,9 @@ struct rmap_reader {
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */
     size_t n_receiver;                      /* the last ones of the scene's detectors */
-    bool lenient_field;                     /* the field being read has a part that is `lenient` */
-    void *arena;                            /* blocks that live as long as the reader */
+    double beside;      /* the scene's wavelengths are so much beside its own, a share of them */
+    bool lenient_field; /* the field being read has a part that is `lenient` */
+    void *arena;        /* blocks that live as long as the reader */
 };
 
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -195,8 +197,6 @@ char *rmap_reader_strdup(struct rmap_reader *reader, const char *text);
     (rmap_reader_room((reader), &(array), &(cap), (n), sizeof *(array)) ? &(array)[(n)++] : NULL)
 bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
                       size_t size);
-
-#define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
 enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int32_t kind,

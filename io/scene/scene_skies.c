@@ -199,7 +199,7 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
                                    ratio = {0, 0.849, "between 0 and 0.849"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "shape");
     *shape = RMAP_SUNSHAPE_PILLBOX;
-    *size = 4.65e-3;
+    *size = RMAP_SUN_RIM;
     if (!given || !rmap_reader_check_keys(reader, given, "a sun's shape", key, RMAP_COUNT(key)))
         return;
     if (given->n_item != 1) {

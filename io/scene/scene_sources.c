@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_beams.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_environment.h"
 #include "io/scene/scene_field_frames.h"
@@ -121,33 +122,47 @@ static void read_profile(struct rmap_reader *reader, const struct rmap_yaml_node
 
 /* "cosine", "cone 20", {cone: 20}, or the key `cone` beside `distribution`. */
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                              struct rmap_source *source)
+                              struct rmap_source *source, struct rmap_source_light *light)
 {
+    const bool area = source->type == RMAP_SOURCE_AREA;
     const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees",
                                      RMAP_DIMENSION_ANGLE};
+    const struct rmap_range sine = {1e-9, 1, "greater than 0 and up to 1"};
     const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
     double cone = 0, cosine_power = 1;
     int choice = 0;
     if (given && given->kind == RMAP_YAML_MAP) {
-        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power table");
+        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power table na");
         from = given;
     } else if (given) {
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "isotropic cosine",
-                                 &choice);
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL,
+                                 area ? "lambertian cosine" : "isotropic cosine", &choice);
     }
     bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
     const struct rmap_yaml_node *table = from == given ? rmap_yaml_get(given, "table") : NULL;
-    if (has_cone + has_power + !!table > 1)
-        rmap_reader_error(reader, from, "give one of 'cone', 'cosine_power' and 'table'");
-    if (table)
+    const bool has_na = rmap_yaml_get(from, "na");
+    if (has_cone + has_power + has_na + !!table > 1)
+        rmap_reader_error(reader, from, "give one of 'cone', 'cosine_power', 'na' and 'table'");
+    if (has_na && !area)
+        rmap_reader_error(reader, rmap_yaml_get(from, "na"),
+                          "'na' is of an area, as the end of a fibre");
+    (void)rmap_reader_number(reader, from, "na", RMAP_OPTIONAL, &sine, &source->aperture);
+    const bool file = table && (table->kind != RMAP_YAML_MAP || rmap_yaml_get(table, "file"));
+    if (file)
+        rmap_reader_distribution_file(reader, table->kind == RMAP_YAML_MAP ? table : given,
+                                      table->kind == RMAP_YAML_MAP ? "file" : "table", source,
+                                      light);
+    else if (table)
         read_profile(reader, table, source);
     (void)rmap_reader_number(reader, from, "cone", RMAP_OPTIONAL, &angle, &cone);
     (void)rmap_reader_number(reader, from, "cosine_power", RMAP_OPTIONAL, &power, &cosine_power);
-    source->distribution = table                      ? RMAP_DISTRIBUTION_TABLE
-                           : has_cone                 ? RMAP_DISTRIBUTION_CONE
-                           : has_power || choice == 1 ? RMAP_DISTRIBUTION_COSINE
-                                                      : RMAP_DISTRIBUTION_ISOTROPIC;
+    source->distribution = file                               ? RMAP_DISTRIBUTION_LAMP
+                           : table                            ? RMAP_DISTRIBUTION_TABLE
+                           : has_na                           ? RMAP_DISTRIBUTION_SINE
+                           : has_cone                         ? RMAP_DISTRIBUTION_CONE
+                           : has_power || choice == 1 || area ? RMAP_DISTRIBUTION_COSINE
+                                                              : RMAP_DISTRIBUTION_ISOTROPIC;
     source->cone_rad = cone * RMAP_PI / 180;
     source->cosine_power = cosine_power;
 }
@@ -219,10 +234,10 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp volume sky sun steps ray_file",
-    {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
+    "collimated point area rays lamp volume sky sun beam steps ray_file",
+    {{"a collimated source", "name type shape fills field angular_diameter profile " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
-     {"an area source", "name type shape distribution " PLACED LIGHT},
+     {"an area source", "name type shape distribution cone cosine_power na " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
      {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
      {"a volume source", "name type in from to file dataset axes lower upper spacing origin unit "
@@ -231,6 +246,7 @@ const struct rmap_mapping rmap_source_keys = {
       "name type model kind horizontal zenith radiance direct diffuse file map unit rotate " FAR
           LIGHT},
      {"a sun", "name type irradiance shape direction " FAR LIGHT},
+     {"a Gaussian beam", "name type waist divergence wavelength waist_at " PLACED LIGHT},
      {"steps of particles",
       "name type file format unit emit count seed wavelengths at rotate scale matrix rays_share "
       "medium within"},
@@ -244,7 +260,6 @@ enum { RAY_FILE = RMAP_SOURCE_STEPS + 1 };
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_source *source, struct rmap_source_light *light)
 {
-    int choice = 0;
     source->medium = -1;
     source->frame = rmap_affine_identity();
     source->cosine_power = 1;
@@ -273,19 +288,20 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
         read_angular_diameter(reader, node, source);
-        if (rmap_reader_aim_source(reader, node, source))
+        if (rmap_reader_aim_source(reader, node, source)) {
+            rmap_reader_read_profile(reader, node, source);
             return;
+        }
         read_shape(reader, node, source);
+        rmap_reader_read_profile(reader, node, source);
         break;
     case RMAP_SOURCE_POINT:
         source->shape = RMAP_EMITTER_POINT;
-        read_distribution(reader, node, source);
+        read_distribution(reader, node, source, light);
         break;
     case RMAP_SOURCE_AREA:
         read_shape(reader, node, source);
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "lambertian cosine",
-                                 &choice);
-        source->distribution = RMAP_DISTRIBUTION_COSINE;
+        read_distribution(reader, node, source, light);
         break;
     case RMAP_SOURCE_RAYS:
         read_rays(reader, node, source);
@@ -300,9 +316,12 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     case RMAP_SOURCE_LAMP:
     case RMAP_SOURCE_VOLUME:
         break;
+    case RMAP_SOURCE_BEAM:
+        rmap_reader_read_beam(reader, node, source);
+        break;
     }
     read_frame(reader, node, source);
-    if (source->type == RMAP_SOURCE_LAMP)
+    if (source->type == RMAP_SOURCE_LAMP && !source->lamp)
         rmap_reader_read_lamp(reader, node, source, light);
 }
 
@@ -338,6 +357,8 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     source->frame = rmap_placement_rigid(&source->frame);
     for (int k = 0; k < 2; k++)
         source->shape_size[k] *= larger;
+    if (source->type == RMAP_SOURCE_BEAM)
+        source->cone_rad *= larger;
     if (source->lamp)
         rmap_lamp_enlarge(source->lamp, larger);
     for (size_t i = 0; i < source->n_list; i++) {

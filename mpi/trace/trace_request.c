@@ -4,8 +4,10 @@
  */
 #include "mpi/trace/trace_request.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "base/alloc.h"
 #include "mpi/command/argument_numbers.h"
 #include "portion/ray_plan.h"
 
@@ -17,6 +19,9 @@ const struct rmap_option rmap_trace_options[] = {
     {"time-limit", 't', "TIME",
      "stop in good order after 90s, 3h50min, 1:30:00, 1-00:00:00: status 6"},
     {"force", 'f', NULL, "replace a ray map that stands there", "output"},
+    {"time", 0, "MODE",
+     "on: with times of arrival, by group index (default: the simulation's, or off)",
+     .words = "on off"},
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL, "accepted, without effect: maps need no index"},
@@ -102,6 +107,29 @@ static enum rmap_status read_encoding(const struct rmap_arguments *given,
     return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'", text);
 }
 
+/* --time, as --set would say it: so a map keeps it. */
+static enum rmap_status set_time(const struct rmap_arguments *given,
+                                 struct rmap_scene_options *options, struct rmap_error *err)
+{
+    const char *time = rmap_argument(given, "time");
+    const char *simulation = options->simulation;
+    if (!time)
+        return RMAP_OK;
+    if (strcmp(time, "on") != 0 && strcmp(time, "off") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--time is 'on' or 'off', not '%s'", time);
+    const size_t nbytes = (simulation ? strlen(simulation) : 0) + sizeof "simulations..time=off";
+    char **set = rmap_realloc(options->set, options->n_set + 1, sizeof *set);
+    if (set)
+        options->set = set;
+    char *text = set ? rmap_alloc(nbytes, 1) : NULL;
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");
+    (void)snprintf(text, nbytes, "%s%s%stime=%s", simulation ? "simulations." : "",
+                   simulation ? simulation : "", simulation ? "." : "", time);
+    set[options->n_set++] = text;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
                                          struct rmap_trace_request *request, struct rmap_error *err)
 {
@@ -128,6 +156,7 @@ enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
     RMAP_TRY(read_encoding(given, request, err));
     RMAP_TRY(check_request(given, request, err));
     RMAP_TRY(rmap_scene_options_read(given, &request->scene, err));
+    RMAP_TRY(set_time(given, &request->scene, err));
 out:
     return st;
 }

@@ -265,6 +265,8 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
         if (plan->writer || plan->forward)
             RMAP_TRY(rmap_portion_create(RMAP_BLOCK_RAYS, plan->scene->channels.n,
                                          &workers->worker[i].portion, err));
+        if (workers->worker[i].portion)
+            RMAP_TRY(rmap_portion_set_timed(workers->worker[i].portion, plan->scene->timed, err));
         if (plan->writer)
             RMAP_TRY(rmap_shard_block_create(plan->writer, &workers->worker[i].parts, err));
     }

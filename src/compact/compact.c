@@ -24,6 +24,8 @@ enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *mo
     encoder->model = model;
     rmap_lanes_init(encoder->lane);
     enum rmap_status st = rmap_portion_create(1, model->n_channel, &encoder->predicted, err);
+    if (st == RMAP_OK)
+        st = rmap_portion_set_timed(encoder->predicted, model->scene->timed, err);
     encoder->few = rmap_alloc(1, sizeof *encoder->few);
     if (st == RMAP_OK && !encoder->few)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
@@ -128,6 +130,7 @@ static struct rmap_lane_header header_of(const struct rmap_compact_encoder *enco
     return (struct rmap_lane_header){.seed = encoder->seed,
                                      .first_ray = encoder->first_ray,
                                      .placed = true,
+                                     .n_lane = rmap_lane_count(encoder->model->scene->timed),
                                      .weighed = encoder->model->scene->n_scatter > 0,
                                      .turbid = encoder->model->turbid};
 }
@@ -282,7 +285,8 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 #define LANE_COLUMNS       (0 RMAP_LANES(LANE))
 
 #define COLOUR_COLUMNS                                                                             \
-    (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path))
+    (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path) | \
+     BIT(RMAP_RAY_group_path) | BIT(RMAP_REGISTRATION_group_path))
 
 /* The streams are there. */
 static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t streams,
@@ -459,6 +463,8 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     enum rmap_status st = RMAP_OK;
     if (!present)
         rmap_portion_clear(out);
+    out->timed = decoder->model->scene->timed;
+    columns &= rmap_columns_of_run(out->timed);
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);

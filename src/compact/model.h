@@ -56,6 +56,7 @@ struct rmap_compact_guide {
 /* The light of the ray in hand. */
 struct rmap_compact_light {
     struct rmap_colour colour;
+    double delay_ns;                      /* so far, where rays are followed one by one */
     bool changed;                         /* `quantised` is not up to date */
     uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
 };
@@ -85,6 +86,7 @@ struct rmap_compact_model {
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
+    double *group;  /* the same of group indices, of a timed scene; else NULL */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };
@@ -108,6 +110,7 @@ struct rmap_departure {
     struct rmap_vec3 position, direction, normal;
     int32_t medium; /* of the source */
     int channel;    /* the list's ray has this one only; -1: the source's colour */
+    double delay_ns;
 };
 
 /* A surface met: the light from before it to after it. */
@@ -127,12 +130,13 @@ struct rmap_encounter {
 struct rmap_compact_segment {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
+    double group_from, group_index;
     bool left; /* out of the scene */
 };
 struct rmap_crossing {
     uint16_t cell[2], relative[2];
     float direction[3];
-    double optical_path;
+    double optical_path, group_path;
 };
 
 /* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */

@@ -56,6 +56,7 @@ void rmap_crossing_find(const struct rmap_detector *detector,
         far_away(detector, segment, relative);
     rmap_detect_record(detector, relative, crossing->cell, crossing->relative);
     crossing->optical_path = segment->optical_from + segment->index * distance;
+    crossing->group_path = segment->group_from + segment->group_index * distance;
 }
 
 /* Where a ray starts: the source's random numbers drawn again. */
@@ -81,6 +82,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
     case RMAP_DISTRIBUTION_STEPS:
+    case RMAP_DISTRIBUTION_SINE:
     case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
     }
@@ -99,6 +101,7 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
     departure->position = row.origin;
     departure->direction = row.direction;
     departure->channel = row.channel;
+    departure->delay_ns = scene->timed ? row.delay_ns : 0.0;
 }
 
 static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -111,13 +114,14 @@ static void from_steps(const struct rmap_scene *scene, const struct rmap_source 
     departure->position = photon.position;
     departure->direction = photon.direction;
     departure->channel = photon.channel;
+    departure->delay_ns = scene->timed ? photon.delay_ns : 0.0;
 }
 
 int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                            int32_t index, int channel)
 {
     const bool known = index >= 0 && (size_t)index < model->n_source;
-    return channel < 0 && known && model->scene->fluoresces
+    return channel < 0 && known && rmap_scene_draws_wavelength(model->scene)
                ? rmap_source_channel(&model->scene->source[index], model->n_channel, seed, ray)
                : channel;
 }
@@ -155,6 +159,11 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
         return;
     }
+    if (source->type == RMAP_SOURCE_BEAM) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        rmap_source_beam(source, place, &departure->position, &departure->direction);
+        return;
+    }
     if (source->sky) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
@@ -175,7 +184,9 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->normal = normal;
     if (source->shape == RMAP_EMITTER_MESH)
         rmap_basis(normal, &x, &y);
-    departure->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+    departure->direction = rmap_source_is_directed(source)
+                               ? rmap_source_directed(source, normal, way)
+                               : rmap_lambertian(normal, x, y, way[0], way[1]);
 }
 
 /* The point where a segment meets the surface that its path names. The steps are the tracer's, so
@@ -290,7 +301,7 @@ struct walk {
     struct rmap_vec3 position, direction;
     int32_t object; /* the segment starts on, or -1 */
     int channel;    /* at the end; -1: several */
-    double path_length, optical_path;
+    double path_length, optical_path, group_path;
     struct rmap_compact_light light;
 };
 
@@ -370,6 +381,10 @@ static void offer_crossings(struct walk *walk, uint32_t number,
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_direction], 3 * row, 3,
                               sizeof *crossing.direction, crossing.direction);
         offer_double(&r->lane[RMAP_LANE_REGISTRATION_optical_path], row, crossing.optical_path);
+        if (!r->model->scene->timed)
+            continue;
+        offer_double(&r->lane[RMAP_LANE_REGISTRATION_group_path], row, crossing.group_path);
+        offer_double(&r->lane[RMAP_LANE_REGISTRATION_delay], row, walk->light.delay_ns);
     }
 }
 
@@ -426,6 +441,12 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
     rmap_light_meet(&encounter, &walk->light);
 }
 
+static double index_of(const struct rmap_medium *medium, const struct rmap_colour *colour,
+                       const double *n)
+{
+    return medium->dispersive ? rmap_colour_sum(colour, n) : n[colour->begin];
+}
+
 /* One segment. last: of the ray. */
 static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
 {
@@ -439,6 +460,8 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                            .length = facing.t,
                                            .optical_from = walk->optical_path,
                                            .index = 1.0,
+                                           .group_from = walk->group_path,
+                                           .group_index = 1.0,
                                            .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
     struct rmap_inside inside = {.medium = medium,
                                  .turbid = r->turbid,
@@ -446,9 +469,10 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                  .event = met ? 0 : r->event[row] & rmap_step_inside(r->turbid)};
     if (!met)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
-    if (medium && r->colour)
-        segment.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
-                                           : medium->n[walk->light.colour.begin];
+    if (medium && r->colour) {
+        segment.index = index_of(medium, &walk->light.colour, medium->n);
+        segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
+    }
     bool single = rmap_colour_single(&walk->light.colour);
     if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
         (inside.event || !single)) {
@@ -473,6 +497,7 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
     if (!segment.left) {
         walk->path_length += segment.length;
         walk->optical_path += segment.index * segment.length;
+        walk->group_path += segment.group_index * segment.length;
     }
     if (met && !last)
         meet(walk, row, number, &facing);
@@ -496,7 +521,8 @@ static void begin(struct walk *walk)
     walk->position = departure.position;
     walk->direction = departure.direction;
     walk->object = r->start_object[walk->ray];
-    walk->path_length = walk->optical_path = 0.0;
+    walk->path_length = walk->optical_path = walk->group_path = 0.0;
+    walk->light.delay_ns = departure.delay_ns;
     walk->channel = (int)r->channel[walk->ray] - 1;
     if (walk->channel >= r->model->n_channel)
         walk->channel = -1;
@@ -516,6 +542,10 @@ static void end(struct walk *walk)
     }
     offer_double(&r->lane[RMAP_LANE_RAY_path_length], walk->ray, walk->path_length);
     offer_double(&r->lane[RMAP_LANE_RAY_optical_path], walk->ray, walk->optical_path);
+    if (r->model->scene->timed) {
+        offer_double(&r->lane[RMAP_LANE_RAY_group_path], walk->ray, walk->group_path);
+        offer_double(&r->lane[RMAP_LANE_RAY_delay], walk->ray, walk->light.delay_ns);
+    }
     if (r->stop[walk->ray] == RMAP_STOP_LEFT)
         way = walk->direction;
     rmap_step_float3(way, value);

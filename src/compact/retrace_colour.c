@@ -285,5 +285,6 @@ bool rmap_light_go_on(const struct rmap_inside *inside, int n_channel,
         !rmap_reemit(inside->medium, n_channel, &inside->draw, light->colour.begin, &back))
         return false;
     collapse(light, back.channel);
+    light->delay_ns += back.delay_ns;
     return true;
 }

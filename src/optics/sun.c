@@ -182,7 +182,7 @@ double rmap_sunshape_at(enum rmap_sunshape shape, double size, double angle)
     case RMAP_SUNSHAPE_BUIE:
         break;
     }
-    if (mrad <= 4.65)
+    if (angle <= RMAP_SUN_RIM)
         return portable_cos(0.326 * mrad) / portable_cos(0.308 * mrad);
     if (!(size > 0.0))
         return 0.0;

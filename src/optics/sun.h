@@ -29,8 +29,10 @@ enum rmap_sunshape {
     RMAP_SUNSHAPE_PILLBOX, /* the same up to `size` (radians) */
     RMAP_SUNSHAPE_GAUSS,   /* exp(-angle^2 / (2 size^2)) */
     RMAP_SUNSHAPE_BUIE     /* size: circumsolar ratio (Buie, Monger, Dey 2003,
-                              doi:10.1016/S0038-092X(03)00125-7), to 43.6 mrad */
+                              doi:10.1016/S0038-092X(03)00125-7), the disc to RMAP_SUN_RIM, and
+                              light around it to 43.6 mrad */
 };
+#define RMAP_SUN_RIM 4.65e-3
 /* Beyond which there is nothing, radians. */
 double rmap_sunshape_end(enum rmap_sunshape shape, double size);
 /* Of any unit, by +, -, x, / and square roots alone. */

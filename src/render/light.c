@@ -67,6 +67,7 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_COSINE:
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
     case RMAP_DISTRIBUTION_TABLE:
+    case RMAP_DISTRIBUTION_SINE: /* of no point */
     case RMAP_DISTRIBUTION_LAMP:
     case RMAP_DISTRIBUTION_STEPS:
     case RMAP_DISTRIBUTION_SKY:
@@ -129,7 +130,7 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
     for (int area = 1; area >= 0; area--)
         for (size_t s = 0; s < scene->n_source; s++) {
             const struct rmap_source *source = &scene->source[s];
-            if (rmap_source_is_of_rays(source))
+            if (rmap_source_is_unseen(source))
                 lights->n_unseen += (size_t)area;
             else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
@@ -322,6 +323,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
     case RMAP_SOURCE_RAYS:
     case RMAP_SOURCE_STEPS:
     case RMAP_SOURCE_VOLUME:
+    case RMAP_SOURCE_BEAM:
         break;
     }
     sample->irradiance *= factor;

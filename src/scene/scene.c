@@ -60,6 +60,8 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
         rmap_free(scene->medium[i].scintillation);
+        for (int k = 0; k < 2; k++)
+            rmap_field_destroy(scene->medium[i].beside[k]);
         rmap_phase_fini(&scene->medium[i].phase);
         for (size_t k = 0; k < scene->medium[i].n_species; k++)
             rmap_free(scene->medium[i].species[k].name);
@@ -145,6 +147,11 @@ struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct 
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
 {
     const double *size = source->shape_size;
+    if (source->type == RMAP_SOURCE_BEAM) { /* no ray is drawn beyond 4.3 radii */
+        const double turn = source->cone_rad / size[1],
+                     half = 4.5 * size[0] * sqrt(1.0 + turn * turn);
+        return rmap_vec3(half, half, 0.0);
+    }
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
@@ -255,6 +262,11 @@ const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *sce
         return NULL;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, u);
     return &source->steps->step[rmap_steps_find(source->steps, ordinal, u[0], &kind)];
+}
+
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene)
+{
+    return scene->timed || rmap_scene_is_curved(scene);
 }
 
 int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)

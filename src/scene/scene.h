@@ -34,12 +34,15 @@
 struct rmap_medium {
     char *name;
     double n[RMAP_CHANNEL_MAX];          /* refractive index */
+    double n_group[RMAP_CHANNEL_MAX];    /* n - wavelength dn/dwavelength; in RGB as n */
     double absorption[RMAP_CHANNEL_MAX]; /* per length unit, from k and from `absorption` */
     bool dispersive;                     /* n differs between channels */
     bool absorbing;                      /* any absorption > 0 */
     char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
     struct rmap_field *field; /* a gradient medium's index, owned; NULL: uniform. n above is then
                                  the index at the origin of its frame, for reports */
+    struct rmap_field *beside[2];        /* of a timed scene, a dispersive field a little beside the
+                                            channels (RMAP_GRADIENT_BESIDE), owned; or NULL */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
     double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
@@ -94,6 +97,8 @@ enum rmap_source_type {
     RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
     RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
     RMAP_SOURCE_SUN,
+    RMAP_SOURCE_BEAM, /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
+                        Rayleigh length, cone_rad the distance of the waist along z */
     RMAP_SOURCE_STEPS
 };
 
@@ -112,9 +117,10 @@ enum rmap_distribution {
                                  COLLIMATED, whose ISOTROPIC is one direction */
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
-    RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_LAMP,   /* LAMP; AREA: by `lamp` about its frame */
     RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
-    RMAP_DISTRIBUTION_STEPS,  /* STEPS */
+    RMAP_DISTRIBUTION_SINE,   /* AREA: as LAMBERT within the angle whose sine is `aperture` */
+    RMAP_DISTRIBUTION_STEPS   /* STEPS */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -135,9 +141,10 @@ struct rmap_source {
     double *triangle_cdf;     /* MESH: [n_triangle], cumulative world area / total */
     struct rmap_affine frame; /* local z: the axis of emission */
     enum rmap_distribution distribution;
-    double cone_rad, cosine_power;
-    struct rmap_profile profile; /* TABLE */
-    struct rmap_lamp *lamp;      /* LAMP; owned */
+    double cone_rad, cosine_power, aperture;
+    struct rmap_profile profile; /* TABLE; of a COLLIMATED disc the irradiance over the square of
+                                    the distance to its middle, in place of 1 - cos */
+    struct rmap_lamp *lamp;      /* LAMP, and where the distribution is; owned */
     struct rmap_steps *steps;    /* STEPS; owned */
     struct rmap_volume *volume;  /* VOLUME; owned */
     struct rmap_sky *sky;        /* SKY, SUN; owned */
@@ -277,11 +284,21 @@ static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
     return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
 }
 
+/* A ray of several channels has one from its beginning: where light is given back at other
+ * wavelengths, or its time of arrival is asked for. */
+static inline bool rmap_scene_draws_wavelength(const struct rmap_scene *scene)
+{
+    return scene->fluoresces || (scene->timed && scene->channels.mode == RMAP_COLOUR_SPECTRAL);
+}
+
 /* Some medium scatters, or gives light back. */
 bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
-/* Has gradient media: its rays may be curved, and its maps have /curve. */
+/* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
+
+/* Its maps have /curve: it is curved, or timed, as time's columns come behind those of curves. */
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene);
 
 /* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
  * there is inside the scene. Before the scene's rmap_accel is made. */
@@ -307,11 +324,32 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
 
-/* Sends rays that are somebody's, one by one: pictures have no lamp to look for. */
+/* Sends rays that are somebody's, one by one, from no lamp. */
 static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
 {
     return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS ||
            source->type == RMAP_SOURCE_VOLUME;
+}
+
+/* An area whose light is not Lambert's. */
+static inline bool rmap_source_is_directed(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_AREA &&
+           source->distribution != RMAP_DISTRIBUTION_ISOTROPIC &&
+           (source->distribution != RMAP_DISTRIBUTION_COSINE || source->cosine_power != 1.0);
+}
+
+/* A collimated disc that is not as bright all over. */
+static inline bool rmap_source_is_apodised(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_COLLIMATED && source->profile.n > 0;
+}
+
+/* Pictures do not know its light. */
+static inline bool rmap_source_is_unseen(const struct rmap_source *source)
+{
+    return rmap_source_is_of_rays(source) || source->type == RMAP_SOURCE_BEAM ||
+           rmap_source_is_directed(source) || rmap_source_is_apodised(source);
 }
 
 /* Where a source is named in pictures: its origin, its first ray, the middle of its body. */

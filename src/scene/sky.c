@@ -37,11 +37,13 @@ void rmap_sky_fini(struct rmap_sky *sky)
     *sky = (struct rmap_sky){.n_row = 0};
 }
 
-void rmap_sky_even_rows(struct rmap_sky *sky, double end_deg)
+void rmap_sky_even_rows(struct rmap_sky *sky, size_t first, double from_deg, size_t last,
+                        double to_deg)
 {
     double cosine, sine;
-    for (size_t r = 0; r <= sky->n_row; r++) {
-        rmap_azimuth(end_deg * (double)r / ((double)sky->n_row * 720.0), &cosine, &sine);
+    for (size_t r = first; r <= last; r++) {
+        const double part = (double)(r - first) / (double)(last - first);
+        rmap_azimuth((from_deg + part * (to_deg - from_deg)) / 720.0, &cosine, &sine);
         sky->edge[r] = 2.0 * sine * sine;
     }
 }

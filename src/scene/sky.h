@@ -43,8 +43,9 @@ enum rmap_status rmap_sky_init(struct rmap_sky *sky, size_t n_row, size_t n_arou
                                struct rmap_error *err) RMAP_MUST_USE;
 void rmap_sky_fini(struct rmap_sky *sky);
 
-/* Edges at even steps of the polar angle from 0 to `end` degrees. */
-void rmap_sky_even_rows(struct rmap_sky *sky, double end_deg);
+/* Edges first..last at even steps of the polar angle, in degrees. */
+void rmap_sky_even_rows(struct rmap_sky *sky, size_t first, double from_deg, size_t last,
+                        double to_deg);
 
 /* Irradiance of a plane that faces the pole. */
 double rmap_sky_irradiance(const struct rmap_sky *sky);

@@ -280,8 +280,11 @@ static struct passage passage_at(const struct watched *light, double along)
     passage.direction = rmap_normalize(passage.direction);
     rmap_curve_lengths(piece->step, along, &passage.optical_path, &length);
     passage.optical_path += piece->optical_from;
-    if (piece->clock)
+    if (piece->clock) {
         passage.delay_ns = piece->clock->delay_ns;
+        passage.group_path = piece->clock->group_path +
+                             rmap_curve_group(piece->gradient, piece->channel, piece->step, along);
+    }
     return passage;
 }
 

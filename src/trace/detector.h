@@ -41,7 +41,9 @@ struct rmap_segment_piece {
     double optical_from; /* optical path at `from` */
     double tolerance;    /* a curve that dips through a plane by less may go unnoticed */
     uint32_t segment;
-    const struct rmap_clock *clock; /* borrowed; NULL: none. group_path: at `from` */
+    const struct rmap_clock *clock;       /* borrowed; NULL: none. group_path: at `from` */
+    const struct rmap_gradient *gradient; /* with a clock: borrowed, */
+    int channel;                          /* of the light */
 };
 
 /* Planes free in space that the curve crosses, each as often as it does, along the curve. */

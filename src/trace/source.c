@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "base/portable.h"
 #include "base/rng.h"
 #include "base/search.h"
 #include "formula/emit.h"
@@ -26,10 +27,64 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
     case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
+    case RMAP_DISTRIBUTION_SINE:
     case RMAP_DISTRIBUTION_SKY:
         break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
+}
+
+/* Each ray on a hyperboloid of one sheet, turning about the axis to one side or the other: the
+ * radius of every share of the light grows as the beam's does. */
+void rmap_source_beam(const struct rmap_source *source, const double u[4],
+                      struct rmap_vec3 *position, struct rmap_vec3 *direction)
+{
+    double c, s;
+    const double r = source->shape_size[0] * sqrt(-0.5 * rmap_portable_log(u[0])),
+                 turn = (u[2] < 0.5 ? -1.0 : 1.0) / source->shape_size[1], z = -source->cone_rad;
+    rmap_azimuth(u[1], &c, &s);
+    const double x = r * c, y = r * s, dx = -turn * y, dy = turn * x;
+    *position = rmap_affine_point(&source->frame, rmap_vec3(x + z * dx, y + z * dy, 0.0));
+    *direction = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(dx, dy, 1.0)));
+}
+
+struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
+                                      const double u[2])
+{
+    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0), x, y;
+    double c, s;
+    switch (source->distribution) {
+    case RMAP_DISTRIBUTION_ISOTROPIC:
+    case RMAP_DISTRIBUTION_SKY:
+    case RMAP_DISTRIBUTION_STEPS:
+        break;
+    case RMAP_DISTRIBUTION_CONE:
+        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
+        local = rmap_about_z(2.0 * s * s * u[0], u[1]);
+        break;
+    case RMAP_DISTRIBUTION_COSINE:
+        local = rmap_about_z(
+            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
+            u[1]);
+        break;
+    case RMAP_DISTRIBUTION_TABLE:
+        local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
+        break;
+    case RMAP_DISTRIBUTION_LAMP:
+        local = rmap_lamp_draw(source->lamp, u);
+        break;
+    case RMAP_DISTRIBUTION_SINE: {
+        const double sine = source->aperture * sqrt(u[0]);
+        rmap_azimuth(u[1], &c, &s);
+        local = rmap_vec3(sine * c, sine * s, sqrt((1.0 - sine) * (1.0 + sine)));
+        break;
+    }
+    }
+    if (source->shape != RMAP_EMITTER_MESH)
+        return rmap_normalize(rmap_affine_vector(&source->frame, local));
+    rmap_basis(normal, &x, &y);
+    return rmap_normalize(
+        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
 }
 
 struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -79,7 +134,10 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
-        local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
+        local = rmap_source_is_apodised(source)
+                    ? rmap_disc_point(source->shape_size[0],
+                                      0.5 * rmap_profile_draw(&source->profile, u[0]), u[1])
+                    : rmap_disc_point(source->shape_size[0], u[0], u[1]);
         break;
     case RMAP_EMITTER_RECTANGLE:
         local = rmap_rectangle_point(source->shape_size, u[0], u[1]);
@@ -182,7 +240,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
-    if (scene->fluoresces)
+    if (rmap_scene_draws_wavelength(scene))
         rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
@@ -213,6 +271,10 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
         return;
     }
+    if (source->type == RMAP_SOURCE_BEAM) {
+        rmap_source_beam(source, place, &emission->position, &emission->direction);
+        return;
+    }
     if (source->sky) {
         int channel;
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
@@ -230,7 +292,9 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         struct rmap_vec3 x, y;
         rmap_basis(normal, &x, &y);
         emission->normal = normal;
-        emission->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+        emission->direction = rmap_source_is_directed(source)
+                                  ? rmap_source_directed(source, normal, way)
+                                  : rmap_lambertian(normal, x, y, way[0], way[1]);
     } else {
         emission->predicted = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
                               source->distribution == RMAP_DISTRIBUTION_TABLE;

@@ -51,6 +51,14 @@ struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct r
 void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
                         uint64_t seed, uint64_t ray, struct rmap_photon *photon);
 
+/* BEAM: start and direction. Part of the compact encoding, as is the next. */
+void rmap_source_beam(const struct rmap_source *source, const double u[4],
+                      struct rmap_vec3 *position, struct rmap_vec3 *direction);
+
+/* AREA that rmap_source_is_directed: a direction of its light, from where `normal` is. */
+struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
+                                      const double u[2]);
+
 /* A direction of its light in its frame, about z, by two numbers in (0, 1). */
 struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2]);
 

@@ -82,13 +82,14 @@ static inline void rmap_walk_delay(struct rmap_walk *walk, double delay_ns)
     walk->predicted = false;
 }
 
-/* Index along the segment; before the wavelength is drawn, the mean over the colour. */
-static inline double rmap_walk_index(const struct rmap_walk *walk)
+/* Index along the segment, n or n_group of the medium; before the wavelength is drawn, the mean
+ * over the colour. */
+static inline double rmap_walk_index(const struct rmap_walk *walk, const struct rmap_medium *medium,
+                                     const double *n)
 {
-    const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     if (!medium->dispersive)
-        return medium->n[walk->colour.begin];
-    return rmap_colour_sum(&walk->colour, medium->n);
+        return n[walk->colour.begin];
+    return rmap_colour_sum(&walk->colour, n);
 }
 
 /* Distance to the scene's bounding sphere from inside; 0 from outside. */
@@ -146,9 +147,13 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
     segment->direction = walk->ray.direction;
     segment->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
     segment->optical_from = walk->optical_path;
-    segment->index = rmap_walk_index(walk);
+    segment->index = rmap_walk_index(walk, medium, medium->n);
     segment->segment = walk->draw.step++;
-    segment->clock = walk->scene->timed ? &walk->clock : NULL;
+    segment->clock = NULL;
+    if (walk->scene->timed) {
+        segment->clock = &walk->clock;
+        walk->clock.group_index = rmap_walk_index(walk, medium, medium->n_group);
+    }
     if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
@@ -170,6 +175,8 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         return;
     walk->path_length += segment->length;
     walk->optical_path += segment->index * segment->length;
+    walk->clock.group_path += walk->clock.group_index * segment->length;
+    walk->clock.group_index = 0.0;
 }
 
 /* Does the scene's limit of steps or of weight end the ray at the end of this segment? */

@@ -19,8 +19,9 @@ struct bend {
     struct rmap_curve curve;
     struct rmap_curve_search search;
     struct rmap_curve_points points;
-    double length, optical; /* of the steps so far */
-    double free_path;       /* the segment ends there inside the medium */
+    double length, optical;  /* of the steps so far */
+    struct rmap_clock clock; /* where the next step begins */
+    double free_path;        /* the segment ends there inside the medium */
 };
 
 static bool is_rough(const struct rmap_walk *walk)
@@ -168,12 +169,16 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
                                                  .optical_from = walk->optical_path + bend->optical,
                                                  .tolerance = bend->gradient->options.tolerance,
                                                  .segment = segment,
-                                                 .clock = bend->arrival->segment.clock};
+                                                 .clock = walk->scene->timed ? &bend->clock : NULL,
+                                                 .gradient = bend->gradient,
+                                                 .channel = bend->curve.channel};
         rmap_curve_points_add(&bend->points, step, segment, bend->length, piece.optical_from);
         rmap_detect_curve(walk->scene, &piece, walk->recorder);
     }
     bend->length += step->length;
     bend->optical += step->optical;
+    if (walk->scene->timed)
+        bend->clock.group_path += rmap_curve_group(bend->gradient, bend->curve.channel, step, 1.0);
     bend->arrival->segment.to = to;
 }
 
@@ -220,6 +225,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     bend->arrival = arrival;
     bend->gradient = gradient;
     bend->length = bend->optical = 0.0;
+    bend->clock = walk->clock;
     bend->free_path = HUGE_VAL;
     arrival->events = RMAP_EVENT_GRADIENT;
     walk->predicted = false;
@@ -263,5 +269,6 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
         return;
     walk->path_length += bend.length;
     walk->optical_path += bend.optical;
+    walk->clock = bend.clock;
     segment->optical_from = walk->optical_path;
 }

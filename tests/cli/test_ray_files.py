@@ -170,8 +170,8 @@ def check_mistakes():
                              ("x.ray", ", format: step", "unknown format 'step'")):
         told = run("check", scene(file, more), status=3)
         check(said in told, f"{file}{more}: {said}\n{told}")
-    told = run("check", scene("a.tm25ray", text=SCENE.replace("450, 550, 650", "500, 600")), status=3)
-    check("its rays have wavelengths from 450 to 650 nm, and the scene has 500 to 600 nm" in told, told)
+    told = run("check", scene("a.tm25ray", text=SCENE.replace("450, 550, 650", "540, 560")), status=3)
+    check("its rays have wavelengths from 450 to 650 nm, and the scene has 540 to 560 nm" in told, told)
 
 
 SURFACES = """raymap: 1
