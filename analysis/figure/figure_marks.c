@@ -104,7 +104,7 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     const struct rmap_svg_style line = {.stroke = ink, .width = ink == rmap_source_ink ? 2 : 1.2};
     const struct rmap_affine *place = &source->frame;
     double dot[2];
-    if (source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME)
+    if (rmap_source_is_of_rays(source))
         return;
     if (source->sky) { /* from its pole down, at the middle of what it lights */
         const struct rmap_vec3 down = rmap_affine_vector(place, rmap_vec3(0, 0, -1));

@@ -498,9 +498,7 @@ static json_t *objects(const struct rmap_scene *scene)
 static const char *emitter_word(const struct rmap_source *source)
 {
     static const char *const word[] = {"point", "disc", "rectangle", "mesh", "rectangle", "sky"};
-    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME
-               ? "rays"
-               : word[source->shape];
+    return rmap_source_is_of_rays(source) ? "rays" : word[source->shape];
 }
 
 static json_t *sources(const struct rmap_scene *scene)

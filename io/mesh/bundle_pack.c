@@ -127,7 +127,15 @@ static void put_tangents(struct sink *sink, const struct rmap_bundle *bundle)
 }
 
 /* Which columns there are, as bits. */
-enum { RAYS_WIDE = 1, RAYS_POWER = 2, RAYS_NM = 4, RAYS_DELAY = 8, RAYS_EVENT = 16, RAYS_LM = 32 };
+enum {
+    RAYS_WIDE = 1,
+    RAYS_POWER = 2,
+    RAYS_NM = 4,
+    RAYS_DELAY = 8,
+    RAYS_EVENT = 16,
+    RAYS_LM = 32,
+    RAYS_STEP = 64
+};
 
 static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
 {
@@ -135,7 +143,8 @@ static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
     put_u64(sink, set->n);
     put_u32(sink, (set->wide ? RAYS_WIDE : 0U) | (set->below ? RAYS_POWER : 0U) |
                       (set->wavelength_nm ? RAYS_NM : 0U) | (set->delay_ns ? RAYS_DELAY : 0U) |
-                      (set->event ? RAYS_EVENT : 0U) | (set->lumens ? RAYS_LM : 0U));
+                      (set->event ? RAYS_EVENT : 0U) | (set->lumens ? RAYS_LM : 0U) |
+                      (set->step ? RAYS_STEP : 0U));
     put_bytes(sink, said, sizeof said);
     put_text(sink, set->title);
     if (set->wide)
@@ -147,6 +156,7 @@ static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
               set->wavelength_nm ? set->n * sizeof *set->wavelength_nm : 0);
     put_bytes(sink, set->delay_ns, set->delay_ns ? set->n * sizeof *set->delay_ns : 0);
     put_bytes(sink, set->event, set->event ? set->n * sizeof *set->event : 0);
+    put_bytes(sink, set->step, set->step ? set->n * sizeof *set->step : 0);
 }
 
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
@@ -546,6 +556,7 @@ static enum rmap_status take_rays(struct cursor *in, struct rmap_file_rays **set
     RMAP_TRY(
         take_column(in, (bits & RAYS_DELAY) != 0, set->n, sizeof *set->delay_ns, &set->delay_ns));
     RMAP_TRY(take_column(in, (bits & RAYS_EVENT) != 0, set->n, sizeof *set->event, &set->event));
+    RMAP_TRY(take_column(in, (bits & RAYS_STEP) != 0, set->n, sizeof *set->step, &set->step));
     st = rmap_file_rays_finish(set, &why);
     if (st != RMAP_OK)
         RMAP_TRY(damaged(in, why.text));

@@ -86,12 +86,29 @@ static void unpack(const double packed[2], bool minus, double d[3])
     d[left_out] = copysign(sqrt(rest > 0.0 ? rest : 0.0), minus ? -1.0 : 1.0);
 }
 
+/* Of the Particle Data Group's number of a particle, in elementary charges; 0 of others than the
+ * long-lived ones. */
+static double charge_of(int32_t code)
+{
+    static const int32_t positive[] = {-11, -13, -15, 211, 321, 2212};
+    if (code >= 1000000000)
+        return (double)(code / 10000 % 1000);
+    for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
+        if (code == positive[i] || code == -positive[i])
+            return code == positive[i] ? 1.0 : -1.0;
+    return 0.0;
+}
+
 static int32_t take_particle(const struct mcpl *self, const uint8_t *at,
                              double value[RMAP_RAY_COLUMNS])
 {
-    double packed[2];
+    double packed[2], polarisation[3] = {0};
     int32_t code = self->head.one_code;
-    at += self->head.polarised ? 3 * self->width : 0;
+    for (int k = 0; self->head.polarised && k < 3; k++)
+        polarisation[k] = number(self, &at);
+    /* Of a step: cm, and the speed, which may be left out. */
+    value[RMAP_RAY_LENGTH] = polarisation[0];
+    value[RMAP_RAY_BETA] = polarisation[1] != 0.0 ? polarisation[1] : 1.0;
     for (int k = 0; k < 3; k++)
         value[k] = number(self, &at);
     for (int k = 0; k < 2; k++)
@@ -99,6 +116,7 @@ static int32_t take_particle(const struct mcpl *self, const uint8_t *at,
     const double energy = number(self, &at);
     unpack(packed, signbit(energy), value + RMAP_RAY_DX);
     value[RMAP_RAY_NM] = 1e-6 * RMAP_EV_NM / fabs(energy);
+    value[RMAP_RAY_DEPOSIT] = fabs(energy);
     value[RMAP_RAY_TIME] = 1e6 * number(self, &at);
     value[RMAP_RAY_POWER] = self->head.one_weight ? self->weight : number(self, &at);
     if (!code)
@@ -109,6 +127,7 @@ static int32_t take_particle(const struct mcpl *self, const uint8_t *at,
     if (self->head.flags)
         memcpy(&flags, at, sizeof flags);
     value[RMAP_RAY_EVENT] = (double)flags;
+    value[RMAP_RAY_CHARGE] = charge_of(code);
     return code;
 }
 
@@ -132,7 +151,8 @@ static enum rmap_status take_particles(struct mcpl *self, struct rmap_ray_wanted
         RMAP_TRY(rmap_ray_take(self->bytes, block, n * width, "its particles"));
         for (size_t k = 0; k < n; k++, i++) {
             double value[RMAP_RAY_COLUMNS];
-            if (take_particle(self, block + k * width, value) != PHOTON)
+            const bool photon = take_particle(self, block + k * width, value) == PHOTON;
+            if (!photon && !wanted->steps)
                 wanted->n_passed_over++;
             else
                 RMAP_TRY(rmap_ray_rows_add(rows, value, self->bytes->err));
@@ -151,8 +171,14 @@ enum rmap_status rmap_mcpl_read(struct rmap_ray_bytes *bytes, struct rmap_ray_wa
     struct rmap_ray_rows rows = {.set = NULL};
     bytes->err = err;
     RMAP_TRY(take_head(&self));
-    rows.has[RMAP_RAY_NM] = rows.has[RMAP_RAY_TIME] = true;
-    rows.has[RMAP_RAY_POWER] = !self.head.one_weight;
+    if (wanted->steps && !self.head.polarised)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
+                                "it has no polarisation, where steps have their length (cm) and "
+                                "beta"));
+    rows.has[RMAP_RAY_TIME] = true;
+    rows.has[RMAP_RAY_LENGTH] = wanted->steps;
+    rows.has[RMAP_RAY_NM] = !wanted->steps;
+    rows.has[RMAP_RAY_POWER] = !self.head.one_weight && !wanted->steps;
     rows.has[RMAP_RAY_EVENT] = self.head.flags != 0;
     RMAP_TRY(take_particles(&self, wanted, &rows));
     RMAP_TRY(rmap_ray_rows_finish(&rows, set_ret, err));

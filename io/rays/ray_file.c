@@ -71,7 +71,7 @@ enum rmap_status rmap_ray_stream_read(FILE *in, uint64_t nbytes, enum rmap_ray_f
     case RMAP_RAYS_LIGHTTOOLS:
         return rmap_lighttools_read(in, set_ret, err);
     case RMAP_RAYS_CSV:
-        return rmap_ray_csv_read(in, set_ret, err);
+        return rmap_ray_csv_read(in, wanted->steps, set_ret, err);
     case RMAP_RAYS_MCPL:
         return rmap_mcpl_read(&bytes, wanted, set_ret, err);
     case RMAP_RAYS_HDF5:

@@ -23,6 +23,7 @@ bool rmap_ray_format_of(const char *path, enum rmap_ray_format *format_ret);
 
 struct rmap_ray_wanted {
     const char *detector; /* HDF5 of a query: rays as they crossed this one; NULL: the only one */
+    bool steps;           /* of charged particles, in place of rays: CSV, HDF5, MCPL */
     size_t n_passed_over; /* set: MCPL's particles that are no photons */
 };
 

@@ -24,7 +24,7 @@ struct hdf5 {
     size_t n_column;
     uint64_t n;
     double unit_m;
-    bool lumens, wide;
+    bool lumens, wide, steps;
     hid_t filter[FILTERS];  /* of a query's table: detector, registered; < 0: all rows */
     double wanted[FILTERS]; /* the number there */
     struct rmap_error *err;
@@ -101,7 +101,8 @@ static enum rmap_status add_dataset(struct hdf5 *self, const char *name, const c
     self->n_column++;
     get_unit(column->set, unit);
     if (st == RMAP_OK)
-        st = rmap_ray_meaning_of(as, unit_given ? unit_given : unit, &column->is, self->err);
+        st = rmap_ray_meaning_of(as, unit_given ? unit_given : unit, self->steps, &column->is,
+                                 self->err);
     if (st != RMAP_OK)
         return st;
     self->lumens = self->lumens || (column->is.column == RMAP_RAY_POWER && strcmp(unit, "lm") == 0);
@@ -109,6 +110,11 @@ static enum rmap_status add_dataset(struct hdf5 *self, const char *name, const c
         if (column->is.column != RMAP_RAY_X && column->is.factor != self->unit_m)
             return wrong(self, name, "has another unit than x");
         self->unit_m = column->is.factor;
+        column->is.factor = 1.0;
+    }
+    if (column->is.column == RMAP_RAY_LENGTH) {
+        if (column->is.factor != self->unit_m)
+            return wrong(self, name, "has another unit than x");
         column->is.factor = 1.0;
     }
     return RMAP_OK;
@@ -188,22 +194,25 @@ static enum rmap_status open_lists(struct hdf5 *self)
 {
     static const struct {
         const char *name, *as;
-    } whole[] = {{"position", "x"}, {"direction", "dx"}}, part[] = {{"x", "x"},
-                                                                    {"y", "y"},
-                                                                    {"z", "z"},
-                                                                    {"dx", "dx"},
-                                                                    {"dy", "dy"},
-                                                                    {"dz", "dz"},
-                                                                    {"wavelength", "wavelength"},
-                                                                    {"energy", "energy"},
-                                                                    {"time", "time"},
-                                                                    {"weight", "weight"},
-                                                                    {"event", "event"}};
+    } whole[] = {{"position", "x"}, {"direction", "dx"}},
+      part[] = {{"x", "x"},
+                {"y", "y"},
+                {"z", "z"},
+                {"dx", "dx"},
+                {"dy", "dy"},
+                {"dz", "dz"},
+                {"wavelength", "wavelength"},
+                {"energy", "energy"},
+                {"time", "time"},
+                {"weight", "weight"},
+                {"event", "event"}},
+      of_step[] = {{"length", "length"}, {"energy", "energy"}, {"time", "time"},
+                   {"event", "event"},   {"charge", "charge"}, {"beta", "beta"}};
     enum rmap_status st = RMAP_OK;
     bool found = false, has[2] = {false, false};
     for (size_t i = 0; i < 2; i++)
         RMAP_TRY(add_dataset(self, whole[i].name, whole[i].as, NULL, 3, &has[i]));
-    for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
+    for (size_t i = 0; i < (self->steps ? 6 : sizeof part / sizeof *part); i++) {
         if (i < 6 && has[i / 3])
             continue;
         if (self->n_column == COLUMN_SETS)
@@ -213,6 +222,11 @@ static enum rmap_status open_lists(struct hdf5 *self)
             RMAP_TRY(wrong(self, i < 3 ? "position" : "direction",
                            i < 3 ? "(or x, y, z) is missing: rays have starts"
                                  : "(or dx, dy, dz) is missing: rays have directions"));
+    }
+    for (size_t i = 0; self->steps && i < sizeof of_step / sizeof *of_step; i++) {
+        RMAP_TRY(add_dataset(self, of_step[i].name, of_step[i].as, NULL, 1, &found));
+        if (!found && i < 2)
+            RMAP_TRY(wrong(self, of_step[i].name, "is missing: steps have a length and an energy"));
     }
 out:
     return st;
@@ -244,7 +258,7 @@ static bool is_wanted(const struct hdf5 *self, double *const *filter, size_t i)
 static enum rmap_status put_rows(struct hdf5 *self, double *const block[COLUMN_SETS + FILTERS],
                                  size_t n, struct rmap_file_rays *set, size_t *row)
 {
-    double value[RMAP_RAY_COLUMNS] = {0};
+    double value[RMAP_RAY_COLUMNS] = {[RMAP_RAY_CHARGE] = 1.0, [RMAP_RAY_BETA] = 1.0};
     for (size_t i = 0; i < n; i++) {
         if (!is_wanted(self, block + COLUMN_SETS, i))
             continue;
@@ -307,7 +321,7 @@ static enum rmap_status read_rays(struct hdf5 *self, const char *detector,
 {
     enum rmap_status st = RMAP_OK;
     bool has[RMAP_RAY_COLUMNS] = {false};
-    const bool table = H5Lexists(self->file, "/registration", H5P_DEFAULT) > 0;
+    const bool table = !self->steps && H5Lexists(self->file, "/registration", H5P_DEFAULT) > 0;
     if (detector && !table)
         RMAP_TRY(rmap_error_set(self->err, RMAP_INPUT,
                                 "'detector' is for what a query wrote: it has no group "
@@ -338,7 +352,8 @@ out:
 enum rmap_status rmap_ray_hdf5_read(const char *path, const struct rmap_ray_wanted *wanted,
                                     struct rmap_file_rays **set_ret, struct rmap_error *err)
 {
-    struct hdf5 self = {.filter = {H5I_INVALID_HID, H5I_INVALID_HID}, .err = err};
+    struct hdf5 self = {
+        .steps = wanted->steps, .filter = {H5I_INVALID_HID, H5I_INVALID_HID}, .err = err};
     struct rmap_file_rays *set = NULL;
     H5E_auto2_t told = NULL;
     void *told_to = NULL;

@@ -27,7 +27,7 @@ enum rmap_status rmap_mcpl_read(struct rmap_ray_bytes *bytes, struct rmap_ray_wa
                                 struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_lighttools_read(FILE *in, struct rmap_file_rays **set_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_ray_csv_read(FILE *in, struct rmap_file_rays **set_ret,
+enum rmap_status rmap_ray_csv_read(FILE *in, bool steps, struct rmap_file_rays **set_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_ray_hdf5_read(const char *path, const struct rmap_ray_wanted *wanted,
                                     struct rmap_file_rays **set_ret,
@@ -45,6 +45,10 @@ enum rmap_ray_column {
     RMAP_RAY_NM,
     RMAP_RAY_TIME,
     RMAP_RAY_EVENT,
+    RMAP_RAY_LENGTH, /* this and those below: of steps alone */
+    RMAP_RAY_DEPOSIT,
+    RMAP_RAY_CHARGE,
+    RMAP_RAY_BETA,
     RMAP_RAY_COLUMNS
 };
 
@@ -71,16 +75,17 @@ void rmap_file_rays_put(struct rmap_file_rays *set, size_t row,
 /* Planck's constant times the speed of light (SI 2019, exact to the digits): eV nm. */
 #define RMAP_EV_NM 1239.841984332
 
-/* The column of this name, its unit behind it in brackets or by `unit` (NULL: none): what its
- * numbers are to be multiplied with to be in m, nm, ns (a length without a unit: 0); energies are
- * to be divided into *factor, *inverse says so. RMAP_INPUT where there is no such column or unit.
+/* The column of this name of a file of rays, or of steps, its unit behind it in brackets or by
+ * `unit` (NULL: none): what its numbers are to be multiplied with to be in m, nm, ns (a length
+ * without a unit: 0); energies are to be divided into *factor, *inverse says so. RMAP_INPUT where
+ * there is no such column or unit.
  */
 struct rmap_ray_meaning {
     enum rmap_ray_column column;
     double factor;
     bool inverse;
 };
-enum rmap_status rmap_ray_meaning_of(const char *name, const char *unit,
+enum rmap_status rmap_ray_meaning_of(const char *name, const char *unit, bool steps,
                                      struct rmap_ray_meaning *meaning,
                                      struct rmap_error *err) RMAP_MUST_USE;
 

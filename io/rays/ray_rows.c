@@ -21,7 +21,10 @@ enum rmap_status rmap_file_rays_columns(struct rmap_file_rays *set,
         set->delay_ns = rmap_alloc(set->n, sizeof *set->delay_ns);
     if (has[RMAP_RAY_EVENT])
         set->event = rmap_alloc(set->n, sizeof *set->event);
-    return has[RMAP_RAY_POWER] > !!set->below || has[RMAP_RAY_NM] > !!set->wavelength_nm ||
+    if (has[RMAP_RAY_LENGTH])
+        set->step = rmap_alloc(set->n, sizeof *set->step);
+    return has[RMAP_RAY_LENGTH] > !!set->step || has[RMAP_RAY_POWER] > !!set->below ||
+                   has[RMAP_RAY_NM] > !!set->wavelength_nm ||
                    has[RMAP_RAY_TIME] > !!set->delay_ns || has[RMAP_RAY_EVENT] > !!set->event
                ? rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rays", set->n)
                : RMAP_OK;
@@ -43,6 +46,8 @@ void rmap_file_rays_put(struct rmap_file_rays *set, size_t row,
         set->delay_ns[row] = value[RMAP_RAY_TIME];
     if (set->event)
         set->event[row] = (uint64_t)value[RMAP_RAY_EVENT];
+    if (set->step)
+        memcpy(set->step[row], value + RMAP_RAY_LENGTH, sizeof set->step[row]);
 }
 
 static enum rmap_status grow_column(void *column_address, size_t cap, size_t size,
@@ -65,6 +70,7 @@ static enum rmap_status grow(struct rmap_file_rays *set, size_t cap, struct rmap
     RMAP_TRY(grow_column(&set->wavelength_nm, cap, sizeof *set->wavelength_nm, err));
     RMAP_TRY(grow_column(&set->delay_ns, cap, sizeof *set->delay_ns, err));
     RMAP_TRY(grow_column(&set->event, cap, sizeof *set->event, err));
+    RMAP_TRY(grow_column(&set->step, cap, sizeof *set->step, err));
 out:
     return st;
 }
@@ -117,6 +123,7 @@ static const struct {
     const char *words;
     enum rmap_ray_column column;
     enum rmap_dimension dimension;
+    bool no_steps, no_rays;
 } known[] = {
     {"x px position_x", RMAP_RAY_X, RMAP_DIMENSION_LENGTH},
     {"y py position_y", RMAP_RAY_Y, RMAP_DIMENSION_LENGTH},
@@ -124,9 +131,13 @@ static const struct {
     {"dx kx l ux direction_x", RMAP_RAY_DX, RMAP_DIMENSION_NONE},
     {"dy ky m uy direction_y", RMAP_RAY_DY, RMAP_DIMENSION_NONE},
     {"dz kz n uz direction_z", RMAP_RAY_DZ, RMAP_DIMENSION_NONE},
-    {"weight power flux", RMAP_RAY_POWER, RMAP_DIMENSION_FLUX},
-    {"wavelength lambda", RMAP_RAY_NM, RMAP_DIMENSION_WAVELENGTH},
-    {"energy", RMAP_RAY_NM, RMAP_DIMENSION_NONE},
+    {"weight power flux", RMAP_RAY_POWER, RMAP_DIMENSION_FLUX, .no_steps = true},
+    {"wavelength lambda", RMAP_RAY_NM, RMAP_DIMENSION_WAVELENGTH, .no_steps = true},
+    {"energy", RMAP_RAY_NM, RMAP_DIMENSION_NONE, .no_steps = true},
+    {"energy edep deposit", RMAP_RAY_DEPOSIT, RMAP_DIMENSION_NONE, .no_rays = true},
+    {"length", RMAP_RAY_LENGTH, RMAP_DIMENSION_LENGTH, .no_rays = true},
+    {"charge", RMAP_RAY_CHARGE, RMAP_DIMENSION_NONE, .no_rays = true},
+    {"beta", RMAP_RAY_BETA, RMAP_DIMENSION_NONE, .no_rays = true},
     {"time delay", RMAP_RAY_TIME, RMAP_DIMENSION_TIME},
     {"event", RMAP_RAY_EVENT, RMAP_DIMENSION_NONE},
 };
@@ -137,7 +148,7 @@ static double electronvolts(const char *unit, size_t n)
     static const struct {
         const char *name;
         double size;
-    } all[] = {{"eV", 1.0}, {"meV", 1e-3}, {"keV", 1e3}, {"MeV", 1e6}};
+    } all[] = {{"eV", 1.0}, {"meV", 1e-3}, {"keV", 1e3}, {"MeV", 1e6}, {"GeV", 1e9}};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         if (strlen(all[i].name) == n && memcmp(all[i].name, unit, n) == 0)
             return all[i].size;
@@ -150,10 +161,14 @@ static enum rmap_status unit_of(size_t k, const char *unit, size_t n,
     const enum rmap_dimension dimension = known[k].dimension;
     const bool nm = dimension == RMAP_DIMENSION_WAVELENGTH;
     const struct rmap_written_unit *written = rmap_unit_named(unit, n);
+    const double mev =
+        known[k].column == RMAP_RAY_DEPOSIT && n > 0 ? 1e-6 * electronvolts(unit, n) : 1.0;
     meaning->inverse = strcmp(known[k].words, "energy") == 0;
     meaning->factor = dimension == RMAP_DIMENSION_LENGTH ? 0.0 : 1.0;
     if (meaning->inverse)
         meaning->factor = RMAP_EV_NM / (n > 0 ? electronvolts(unit, n) : 1.0);
+    else if (known[k].column == RMAP_RAY_DEPOSIT)
+        meaning->factor = mev > 0.0 ? mev : HUGE_VAL;
     else if (written && written->dimension == (nm ? RMAP_DIMENSION_LENGTH : dimension))
         meaning->factor = written->size * (nm || dimension == RMAP_DIMENSION_TIME ? 1e9 : 1.0);
     else if (n > 0 && !(n == 1 && *unit == '1'))
@@ -165,19 +180,20 @@ static enum rmap_status unit_of(size_t k, const char *unit, size_t n,
                                 known[k].words);
 }
 
-enum rmap_status rmap_ray_meaning_of(const char *name, const char *unit,
+enum rmap_status rmap_ray_meaning_of(const char *name, const char *unit, bool steps,
                                      struct rmap_ray_meaning *meaning, struct rmap_error *err)
 {
     const size_t n = strcspn(name, " \t([");
     if (!unit)
         unit = name + n + strspn(name + n, " \t([");
     for (size_t k = 0; k < sizeof known / sizeof *known; k++)
-        if (is_one_of(known[k].words, name, n)) {
+        if (!(steps ? known[k].no_steps : known[k].no_rays) && is_one_of(known[k].words, name, n)) {
             meaning->column = known[k].column;
             return unit_of(k, unit, strcspn(unit, " \t)]"), meaning, err);
         }
-    return rmap_error_set(err, RMAP_INPUT,
-                          "it has a column '%.60s'; known are x, y, z, dx, dy, dz, wavelength or "
-                          "energy, time, weight and event, with their units in brackets",
-                          name);
+    return rmap_error_set(
+        err, RMAP_INPUT,
+        "it has a column '%.60s'; known are x, y, z, dx, dy, dz, %s and event, "
+        "with their units in brackets",
+        name, steps ? "length, energy, time, charge, beta" : "wavelength or energy, time, weight");
 }

@@ -168,6 +168,7 @@ enum { CSV_COLUMNS_MAX = 32 };
 struct csv {
     struct lines lines;
     struct rmap_ray_rows rows;
+    bool steps;
     struct rmap_ray_meaning column[CSV_COLUMNS_MAX];
     size_t n_column;
     double unit_m;
@@ -183,7 +184,7 @@ static enum rmap_status add_column(struct csv *self, const char *name)
     const struct lines *lines = &self->lines;
     if (self->n_column == CSV_COLUMNS_MAX)
         return wrong(lines, "a file of rays has 32 columns at most", name);
-    st = rmap_ray_meaning_of(name, NULL, &meaning, lines->err);
+    st = rmap_ray_meaning_of(name, NULL, self->steps, &meaning, lines->err);
     if (st != RMAP_OK) {
         rmap_error_context(lines->err, "line %zu", lines->number);
         return st;
@@ -197,6 +198,10 @@ static enum rmap_status add_column(struct csv *self, const char *name)
         self->unit_m = meaning.factor;
         meaning.factor = 1.0;
     }
+    if (meaning.column == RMAP_RAY_LENGTH && meaning.factor != self->unit_m)
+        return wrong(lines, "it has the unit of x, y and z, which come first", name);
+    if (meaning.column == RMAP_RAY_LENGTH)
+        meaning.factor = 1.0;
     if (meaning.column == RMAP_RAY_POWER)
         self->lumens = strstr(name, "lm") != NULL;
     self->rows.has[meaning.column] = true;
@@ -226,6 +231,10 @@ static enum rmap_status read_names(struct csv *self)
                                     "line %zu: it has no column %s: rays need x, y, z, dx, dy, dz",
                                     lines->number,
                                     &"x\0 y\0 z\0 dx\0dy\0dz"[k < 3 ? 3 * k : 9 + 3 * (k - 3)]));
+    if (self->steps && !(self->rows.has[RMAP_RAY_LENGTH] && self->rows.has[RMAP_RAY_DEPOSIT]))
+        RMAP_TRY(rmap_error_set(lines->err, RMAP_INPUT,
+                                "line %zu: steps need columns length and energy, too",
+                                lines->number));
 out:
     return st;
 }
@@ -234,7 +243,7 @@ static enum rmap_status read_csv(struct csv *self, struct rmap_file_rays **set_r
 {
     enum rmap_status st = RMAP_OK;
     struct lines *lines = &self->lines;
-    double value[RMAP_RAY_COLUMNS] = {0};
+    double value[RMAP_RAY_COLUMNS] = {[RMAP_RAY_CHARGE] = 1.0, [RMAP_RAY_BETA] = 1.0};
     RMAP_TRY(read_names(self));
     while (next_line(lines)) {
         const char *at = lines->text;
@@ -261,10 +270,10 @@ out:
     return st;
 }
 
-enum rmap_status rmap_ray_csv_read(FILE *in, struct rmap_file_rays **set_ret,
+enum rmap_status rmap_ray_csv_read(FILE *in, bool steps, struct rmap_file_rays **set_ret,
                                    struct rmap_error *err)
 {
-    struct csv self = {.lines = {.in = in, .err = err}};
+    struct csv self = {.steps = steps, .lines = {.in = in, .err = err}};
     const enum rmap_status st = read_csv(&self, set_ret);
     free(self.lines.text);
     rmap_file_rays_drop(self.rows.set);

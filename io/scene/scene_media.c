@@ -11,6 +11,7 @@
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
+#include "io/scene/scene_scintillation.h"
 #include "io/scene/scene_turbid.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
@@ -230,7 +231,7 @@ const struct rmap_mapping rmap_medium_keys = {
     "media",
     NULL,
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
-                  "scattering_g species accounting"}},
+                  "scattering_g species accounting scintillation"}},
     {{"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -264,6 +265,7 @@ static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
                              (int32_t)(medium - reader->scene->medium));
     read_absorption(reader, node, medium);
     read_scattering(reader, node, medium);
+    rmap_reader_scintillation(reader, node, medium);
 }
 
 static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)

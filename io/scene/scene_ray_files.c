@@ -21,36 +21,38 @@ static struct rmap_file_rays *in_bundle(const struct rmap_bundle *bundle, const 
     return NULL;
 }
 
-static bool format_of(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+static bool format_of(struct rmap_reader *reader, const struct rmap_yaml_node *node, bool steps,
                       enum rmap_ray_format *format)
 {
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
     int choice = -1;
     if (rmap_yaml_get(node, "format")) {
-        const bool good = rmap_reader_choice(reader, node, "format", RMAP_OPTIONAL,
-                                             "tm25 lighttools csv hdf5 mcpl", &choice);
-        *format = (enum rmap_ray_format)choice;
+        const bool good =
+            rmap_reader_choice(reader, node, "format", RMAP_OPTIONAL,
+                               steps ? "csv hdf5 mcpl" : "tm25 lighttools csv hdf5 mcpl", &choice);
+        *format = (enum rmap_ray_format)(choice + (steps ? (int)RMAP_RAYS_CSV : 0));
         return good && choice >= 0;
     }
-    if (rmap_ray_format_of(at->text, format))
+    if (rmap_ray_format_of(at->text, format) && !(steps && *format < RMAP_RAYS_CSV))
         return true;
-    rmap_reader_error(reader, at,
-                      "'%.100s' is no file of rays by its name: they end in .tm25ray, .ray, .csv, "
-                      ".h5, .mcpl; or say 'format'",
-                      at->text);
+    rmap_reader_error(
+        reader, at,
+        "'%.100s' is no file of %s by its name: they end in %s.csv, .h5, .mcpl; or say "
+        "'format'",
+        at->text, steps ? "steps" : "rays", steps ? "" : ".tm25ray, .ray, ");
     return false;
 }
 
 /* Puts the rays into the bundle. */
 static struct rmap_file_rays *load(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const char *name, const char *detector)
+                                   const char *name, const char *detector, bool steps)
 {
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
-    struct rmap_ray_wanted wanted = {.detector = detector};
+    struct rmap_ray_wanted wanted = {.detector = detector, .steps = steps};
     struct rmap_file_rays *set = NULL;
     enum rmap_ray_format format;
     const char *path = rmap_reader_path(reader, at->text);
-    if (!path || !format_of(reader, node, &format))
+    if (!path || !format_of(reader, node, steps, &format))
         return NULL;
     if (detector && format != RMAP_RAYS_HDF5) {
         rmap_reader_error(reader, rmap_yaml_get(node, "detector"),
@@ -70,20 +72,23 @@ static struct rmap_file_rays *load(struct rmap_reader *reader, const struct rmap
     return st == RMAP_OK ? set : NULL;
 }
 
-static struct rmap_file_rays *find(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+struct rmap_file_rays *rmap_reader_file_rays(struct rmap_reader *reader,
+                                             const struct rmap_yaml_node *node, bool steps)
 {
     const char *file = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
     const char *detector = rmap_reader_text(reader, node, "detector", RMAP_OPTIONAL);
     if (!file)
         return NULL;
-    const size_t nbytes = strlen(file) + (detector ? strlen(detector) : 0) + 2;
+    /* The same file may be asked for rays and for steps. */
+    const char *part = steps ? "#" : detector;
+    const size_t nbytes = strlen(file) + (part ? strlen(part) : 0) + 2;
     char *name = rmap_reader_alloc(reader, nbytes, 1);
     if (!name)
         return NULL;
-    (void)snprintf(name, nbytes, "%s%s%s", file, detector ? "#" : "", detector ? detector : "");
+    (void)snprintf(name, nbytes, "%s%s%s", file, part ? "#" : "", part ? part : "");
     struct rmap_file_rays *set = in_bundle(reader->bundle, name);
     if (!set && !reader->bundle->meshes_complete)
-        return load(reader, node, name, detector);
+        return load(reader, node, name, detector, steps);
     if (!set)
         rmap_reader_error(reader, rmap_yaml_get(node, "file"),
                           "the rays of '%.100s' are not stored with the scene", file);
@@ -113,7 +118,7 @@ void rmap_reader_read_ray_file(struct rmap_reader *reader, const struct rmap_yam
 {
     const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, node, "unit");
     const bool placed = rmap_reader_placement(reader, node, &source->frame);
-    struct rmap_file_rays *set = find(reader, node);
+    struct rmap_file_rays *set = rmap_reader_file_rays(reader, node, false);
     source->type = RMAP_SOURCE_RAYS;
     if (!set)
         return;

@@ -12,4 +12,9 @@
 void rmap_reader_read_ray_file(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                struct rmap_source *source, struct rmap_source_light *light);
 
+/* The rows of `file`, of rays or of steps, by the bundle or, into it, from the file; NULL after a
+ * complaint. Borrowed. */
+struct rmap_file_rays *rmap_reader_file_rays(struct rmap_reader *reader,
+                                             const struct rmap_yaml_node *node, bool steps);
+
 #endif

@@ -20,6 +20,7 @@
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
+#include "io/scene/scene_steps.h"
 #include "io/scene/scene_volumes.h"
 
 /* ---- shape and directions ---- */
@@ -233,7 +234,7 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp volume sky sun beam ray_file",
+    "collimated point area rays lamp volume sky sun beam steps ray_file",
     {{"a collimated source", "name type shape fills field angular_diameter profile " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
      {"an area source", "name type shape distribution cone cosine_power na " PLACED LIGHT},
@@ -246,12 +247,15 @@ const struct rmap_mapping rmap_source_keys = {
           LIGHT},
      {"a sun", "name type irradiance shape direction " FAR LIGHT},
      {"a Gaussian beam", "name type waist divergence wavelength waist_at " PLACED LIGHT},
+     {"steps of particles",
+      "name type file format unit emit count seed wavelengths at rotate scale matrix rays_share "
+      "medium within"},
      {"a file of rays", "name type file format detector unit at rotate scale matrix " LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
 /* Words of `type` that are another type of source. */
-enum { RAY_FILE = RMAP_SOURCE_BEAM + 1 };
+enum { RAY_FILE = RMAP_SOURCE_STEPS + 1 };
 
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_source *source, struct rmap_source_light *light)
@@ -302,6 +306,9 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     case RMAP_SOURCE_RAYS:
         read_rays(reader, node, source);
         return;
+    case RMAP_SOURCE_STEPS:
+        rmap_reader_read_steps(reader, node, source);
+        return;
     case RMAP_SOURCE_SKY:
     case RMAP_SOURCE_SUN:
         rmap_reader_read_sky(reader, node, source, light);
@@ -340,7 +347,7 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
         (source->volume && source->volume->kind == RMAP_VOLUME_BODY)) /* in the world already */
         return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
-    if (mesh || source->rays || source->volume)
+    if (mesh || source->rays || source->volume || source->type == RMAP_SOURCE_STEPS)
         return;
     if (!(larger > 0))
         rmap_reader_error(reader, placed->node,
@@ -414,6 +421,8 @@ static void settle(struct rmap_reader *reader, const struct rmap_source_light *l
         if (!named)
             source->medium = medium;
         rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient);
+        if (source->type == RMAP_SOURCE_STEPS)
+            rmap_reader_settle_steps(reader, light[i].node, source);
     }
 }
 

@@ -9,6 +9,7 @@
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "mpi/answer/medium_out.h"
+#include "mpi/answer/steps_out.h"
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
@@ -134,6 +135,8 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
             print_sky(scene, &scene->source[s], out);
         if (scene->source[s].lamp)
             print_lamp(scene, &scene->source[s], out);
+        if (scene->source[s].steps)
+            rmap_steps_print(scene->source[s].steps, out);
         fputc('\n', out);
     }
     for (size_t m = 0; m < scene->n_medium; m++)
@@ -351,18 +354,19 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack(
-        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
-        "s:I, s:o, s:o}",
-        "units", scene->unit, "light", light_json(scene), "media",
-        names_json(scene, scene->n_medium, name_medium), "turbid", rmap_turbid_json(scene),
-        "gradients", gradients_json(scene), "films", rmap_films_json(scene), "scatter",
-        rmap_scatters_json(scene), "surfaces", names_json(scene, scene->n_surface, name_surface),
-        "geometries", names_json(scene, scene->n_geometry, name_geometry), "objects",
-        names_json(scene, scene->n_object, name_object), "groups",
-        names_json(scene, scene->n_group, name_group), "sources",
-        names_json(scene, scene->n_source, name_source), "detectors",
-        names_json(scene, scene->n_detector, name_detector), "cameras",
-        names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene), "triangles",
-        (json_int_t)triangles(scene), "box", extent, "indices", indices_json(scene));
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
+                     "s:I, s:o, s:o, s:o*}",
+                     "units", scene->unit, "light", light_json(scene), "media",
+                     names_json(scene, scene->n_medium, name_medium), "turbid",
+                     rmap_turbid_json(scene), "gradients", gradients_json(scene), "films",
+                     rmap_films_json(scene), "scatter", rmap_scatters_json(scene), "surfaces",
+                     names_json(scene, scene->n_surface, name_surface), "geometries",
+                     names_json(scene, scene->n_geometry, name_geometry), "objects",
+                     names_json(scene, scene->n_object, name_object), "groups",
+                     names_json(scene, scene->n_group, name_group), "sources",
+                     names_json(scene, scene->n_source, name_source), "detectors",
+                     names_json(scene, scene->n_detector, name_detector), "cameras",
+                     names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene),
+                     "triangles", (json_int_t)triangles(scene), "box", extent, "indices",
+                     indices_json(scene), "steps", rmap_steps_json(scene));
 }

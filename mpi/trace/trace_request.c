@@ -161,6 +161,23 @@ out:
     return st;
 }
 
+enum rmap_status rmap_trace_request_fits(const struct rmap_trace_request *request, uint64_t first,
+                                         struct rmap_error *err)
+{
+    const uint64_t end = request->n_photon ? request->n_photon : RMAP_RAY_END;
+    if (first <= end && request->n_ray <= end - first)
+        return RMAP_OK;
+    return request->n_photon
+               ? rmap_error_set(err, RMAP_USAGE,
+                                "the scene has %llu photons, each of which is a ray ('count: "
+                                "counted'): %llu rays from %llu on are too many",
+                                (unsigned long long)end, (unsigned long long)request->n_ray,
+                                (unsigned long long)first)
+               : rmap_error_set(err, RMAP_USAGE,
+                                "%llu rays from %llu on are too many: ids end at 2^64 - 2",
+                                (unsigned long long)request->n_ray, (unsigned long long)first);
+}
+
 enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                                              const struct rmap_scene *scene,
                                              struct rmap_trace_request *request,
@@ -170,14 +187,18 @@ enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
     const struct rmap_simulation *simulation = &scene->simulation;
     bool record = !rmap_argument(given, "no-record") &&
                   (request->mode != RMAP_TRACE_NEW || simulation->record || !simulation->name);
+    request->n_photon = rmap_scene_n_photon(scene);
     if (!request->has_n_ray)
-        request->n_ray = simulation->rays ? simulation->rays : default_rays;
+        request->n_ray = simulation->rays    ? simulation->rays
+                         : request->n_photon ? request->n_photon
+                                             : default_rays;
     if (request->time_limit_s <= 0.0)
         request->time_limit_s = simulation->time_limit_s;
-    if (request->n_ray > RMAP_RAY_END - request->first_ray)
-        return rmap_error_set(
-            err, RMAP_USAGE, "%llu rays from %llu on are too many: ids end at 2^64 - 2",
-            (unsigned long long)request->n_ray, (unsigned long long)request->first_ray);
+    if (request->mode == RMAP_TRACE_NEW) {
+        const enum rmap_status st = rmap_trace_request_fits(request, request->first_ray, err);
+        if (st != RMAP_OK)
+            return st;
+    }
     if (scene->n_source == 0)
         return rmap_error_set(err, RMAP_INPUT, "%s: no source takes part, so there is no light",
                               request->scene_path);

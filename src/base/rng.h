@@ -20,9 +20,10 @@
     X(CAMERA)  /* place in the pixel and on the lens */                                            \
     X(LIGHT)   /* which light, and where on it */                                                  \
     X(NOISE)   /* permutations of noise fields; the key is the field's own seed */                 \
-    X(ANYWHERE)   /* which paths of pictures take any direction, and which */                      \
-    X(SPECIES)    /* what absorbed inside a medium, if it gives back, channel, delay */            \
-    X(WAVELENGTH) /* of a ray that has one from its beginning */
+    X(ANYWHERE)      /* which paths of pictures take any direction, and which */                   \
+    X(SPECIES)       /* what absorbed inside a medium, if it gives back, channel, delay */         \
+    X(WAVELENGTH)    /* of a ray that has one from its beginning */                                \
+    X(PHOTON_NUMBER) /* of a step; the key is the source's own seed */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

@@ -81,6 +81,7 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+    case RMAP_DISTRIBUTION_STEPS:
     case RMAP_DISTRIBUTION_SINE:
     case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
@@ -103,6 +104,19 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
     departure->delay_ns = scene->timed ? row.delay_ns : 0.0;
 }
 
+static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,
+                       uint64_t seed, uint64_t ray, struct rmap_departure *departure)
+{
+    struct rmap_photon photon;
+    if (scene->schedule_len == 0)
+        return;
+    rmap_source_photon(scene, source, seed, ray, &photon);
+    departure->position = photon.position;
+    departure->direction = photon.direction;
+    departure->channel = photon.channel;
+    departure->delay_ns = scene->timed ? photon.delay_ns : 0.0;
+}
+
 int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                            int32_t index, int channel)
 {
@@ -123,6 +137,10 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->medium = source->medium;
     if (source->type == RMAP_SOURCE_RAYS) {
         from_list(model->scene, source, ray, departure);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        from_steps(model->scene, source, seed, ray, departure);
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];

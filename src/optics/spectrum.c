@@ -5,6 +5,7 @@
  */
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "optics/spectrum.h"
 
@@ -327,6 +328,18 @@ void rmap_channel_steps(const struct rmap_channels *channels, int i, double *bel
         return;
     *below = i > 0 ? x[i] - x[i - 1] : x[1] - x[0];
     *above = i < last ? x[i + 1] - x[i] : x[last] - x[last - 1];
+}
+
+void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2])
+{
+    double below, above;
+    if (channels->mode == RMAP_COLOUR_RGB) {
+        memcpy(band_nm, rgb_band_nm[i], sizeof rgb_band_nm[i]);
+        return;
+    }
+    rmap_channel_steps(channels, i, &below, &above);
+    band_nm[0] = channels->wavelength_nm[i] - 0.5 * below;
+    band_nm[1] = channels->wavelength_nm[i] + 0.5 * above;
 }
 
 static double band_width(const struct rmap_channels *channels, int i)

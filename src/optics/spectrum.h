@@ -33,6 +33,9 @@ struct rmap_table1 {
  * and that of a channel alone 1 nm wide. */
 void rmap_channel_steps(const struct rmap_channels *channels, int i, double *below, double *above);
 
+/* Its band, from and to; of red, green, blue in RGB mode. */
+void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2]);
+
 double rmap_table1_at(const struct rmap_table1 *table, double wavelength_nm);
 
 /* Derivative of an index, per nm, by the cubic spline through the rows over 1 / wavelength^2, where

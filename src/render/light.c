@@ -69,6 +69,7 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_TABLE:
     case RMAP_DISTRIBUTION_SINE: /* of no point */
     case RMAP_DISTRIBUTION_LAMP:
+    case RMAP_DISTRIBUTION_STEPS:
     case RMAP_DISTRIBUTION_SKY:
         return 1.0; /* they are of unit flux */
     }
@@ -320,6 +321,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         seen = see_sky(lights, from, u, sample);
         break;
     case RMAP_SOURCE_RAYS:
+    case RMAP_SOURCE_STEPS:
     case RMAP_SOURCE_VOLUME:
     case RMAP_SOURCE_BEAM:
         break;

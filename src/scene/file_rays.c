@@ -44,6 +44,7 @@ void rmap_file_rays_drop(struct rmap_file_rays *set)
     rmap_free(set->wavelength_nm);
     rmap_free(set->delay_ns);
     rmap_free(set->event);
+    rmap_free(set->step);
     rmap_free(set);
 }
 

@@ -14,6 +14,7 @@
 #include "base/vec.h"
 
 #define RMAP_FILE_RAYS_TITLE 128
+#define RMAP_FILE_RAYS_STEP  4    /* length, MeV left, charge, beta */
 #define RMAP_FILE_RAYS_LOOSE 1e-6 /* numbers of float, or of seven digits */
 
 /* Shared by those who hold it; columns that the file does not have are NULL. */
@@ -25,10 +26,11 @@ struct rmap_file_rays {
     float *wavelength_nm; /* [n] NaN: not known */
     double *delay_ns;     /* [n] */
     uint64_t *event;      /* [n] */
-    double unit_m;        /* of the positions; 0: that of the scene */
-    double all_nm;        /* wavelength of all; NaN: not said */
-    double flux;          /* of all, in W or lm; NaN: not said */
-    double loose;         /* share of its coordinates that a start may be off, as it is rounded */
+    double (*step)[RMAP_FILE_RAYS_STEP]; /* [n] of steps of charged particles, which are no rays */
+    double unit_m;                       /* of the positions; 0: that of the scene */
+    double all_nm;                       /* wavelength of all; NaN: not said */
+    double flux;                         /* of all, in W or lm; NaN: not said */
+    double loose; /* share of its coordinates that a start may be off, as it is rounded */
     bool lumens;
     char title[RMAP_FILE_RAYS_TITLE]; /* for people; may be "" */
     /* By rmap_file_rays_finish. */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/rng.h"
 
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_error *err)
 {
@@ -36,6 +37,7 @@ void rmap_source_fini(struct rmap_source *source)
     if (source->lamp)
         rmap_lamp_fini(source->lamp);
     rmap_free(source->lamp);
+    rmap_steps_destroy(source->steps);
     if (source->volume)
         rmap_volume_fini(source->volume);
     rmap_free(source->volume);
@@ -57,6 +59,7 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
+        rmap_free(scene->medium[i].scintillation);
         for (int k = 0; k < 2; k++)
             rmap_field_destroy(scene->medium[i].beside[k]);
         rmap_phase_fini(&scene->medium[i].phase);
@@ -232,6 +235,33 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene)
     for (size_t i = 0; i < scene->n_medium; i++)
         curved = curved || scene->medium[i].field;
     return curved;
+}
+
+uint64_t rmap_scene_n_photon(const struct rmap_scene *scene)
+{
+    const struct rmap_steps *steps = scene->n_source == 1 ? scene->source[0].steps : NULL;
+    return steps && steps->counted ? (uint64_t)rmap_steps_photons(steps) : 0;
+}
+
+struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
+                                                  const struct rmap_source *source)
+{
+    const struct rmap_medium *medium = &scene->medium[source->medium];
+    return (struct rmap_steps_medium){medium->n, medium->scintillation, &scene->channels,
+                                      scene->unit_m};
+}
+
+const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *scene, uint64_t seed,
+                                                    uint64_t ray)
+{
+    uint64_t ordinal = 0;
+    double u[4];
+    enum rmap_photon_kind kind;
+    const struct rmap_source *source = &scene->source[rmap_scene_source_of(scene, ray, &ordinal)];
+    if (source->type != RMAP_SOURCE_STEPS)
+        return NULL;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, u);
+    return &source->steps->step[rmap_steps_find(source->steps, ordinal, u[0], &kind)];
 }
 
 bool rmap_scene_keeps_curves(const struct rmap_scene *scene)

@@ -27,6 +27,7 @@
 #include "scene/ray_names.h"
 #include "scene/sky.h"
 #include "scene/species.h"
+#include "scene/steps.h"
 #include "scene/surface_model.h"
 #include "scene/volume.h"
 
@@ -49,6 +50,7 @@ struct rmap_medium {
     size_t n_species;
     struct rmap_species *species; /* [n_species], owned; their absorption is part of the medium's */
     bool scattering_at_all;
+    struct rmap_scintillation *scintillation; /* owned; NULL: none */
 };
 
 enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
@@ -95,8 +97,9 @@ enum rmap_source_type {
     RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
     RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
     RMAP_SOURCE_SUN,
-    RMAP_SOURCE_BEAM /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
+    RMAP_SOURCE_BEAM, /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
                         Rayleigh length, cone_rad the distance of the waist along z */
+    RMAP_SOURCE_STEPS
 };
 
 enum rmap_emitter {
@@ -116,7 +119,8 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
     RMAP_DISTRIBUTION_LAMP,   /* LAMP; AREA: by `lamp` about its frame */
     RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
-    RMAP_DISTRIBUTION_SINE    /* AREA: as LAMBERT within the angle whose sine is `aperture` */
+    RMAP_DISTRIBUTION_SINE,   /* AREA: as LAMBERT within the angle whose sine is `aperture` */
+    RMAP_DISTRIBUTION_STEPS   /* STEPS */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -141,9 +145,10 @@ struct rmap_source {
     struct rmap_profile profile; /* TABLE; of a COLLIMATED disc the irradiance over the square of
                                     the distance to its middle, in place of 1 - cos */
     struct rmap_lamp *lamp;      /* LAMP, and where the distribution is; owned */
+    struct rmap_steps *steps;    /* STEPS; owned */
     struct rmap_volume *volume;  /* VOLUME; owned */
     struct rmap_sky *sky;        /* SKY, SUN; owned */
-    double flux;                 /* in the scene's flux_unit */
+    double flux;                 /* in the scene's flux_unit; STEPS: photons */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
     double share;        /* rays_share, > 0 */
@@ -319,6 +324,13 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
 
+/* Sends rays that are somebody's, one by one, from no lamp. */
+static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS ||
+           source->type == RMAP_SOURCE_VOLUME;
+}
+
 /* An area whose light is not Lambert's. */
 static inline bool rmap_source_is_directed(const struct rmap_source *source)
 {
@@ -336,9 +348,8 @@ static inline bool rmap_source_is_apodised(const struct rmap_source *source)
 /* Pictures do not know its light. */
 static inline bool rmap_source_is_unseen(const struct rmap_source *source)
 {
-    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_VOLUME ||
-           source->type == RMAP_SOURCE_BEAM || rmap_source_is_directed(source) ||
-           rmap_source_is_apodised(source);
+    return rmap_source_is_of_rays(source) || source->type == RMAP_SOURCE_BEAM ||
+           rmap_source_is_directed(source) || rmap_source_is_apodised(source);
 }
 
 /* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
@@ -381,5 +392,17 @@ double rmap_detector_from_world(const struct rmap_detector *detector, int axis, 
 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
+
+/* How many rays there are, of a scene whose rays are counted photons; 0: as many as are asked for.
+ */
+uint64_t rmap_scene_n_photon(const struct rmap_scene *scene);
+
+/* What the light of a STEPS source is made in. */
+struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
+                                                  const struct rmap_source *source);
+
+/* The step, and with it the event, that a ray of a STEPS source is of; NULL: of another source. */
+const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *scene, uint64_t seed,
+                                                    uint64_t ray);
 
 #endif

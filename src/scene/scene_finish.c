@@ -21,6 +21,14 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
             rmap_bounds_include_box(box, &source->frame, source->rays->lower, source->rays->upper);
         return;
     }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        for (size_t i = 0; source->steps && i < source->steps->n; i++) {
+            const struct rmap_track_step *step = &source->steps->step[i];
+            rmap_bounds_include(box, step->position);
+            rmap_bounds_include(box, rmap_axpy(step->length, step->direction, step->position));
+        }
+        return;
+    }
     if (source->volume && source->volume->grid) {
         const struct rmap_grid *grid = source->volume->grid;
         const struct rmap_vec3 half = rmap_scale(grid->spacing, 0.5);
@@ -247,6 +255,30 @@ out:
     return st;
 }
 
+static enum rmap_status prepare_steps(struct rmap_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; st == RMAP_OK && i < scene->n_source; i++) {
+        struct rmap_source *source = &scene->source[i];
+        if (source->type != RMAP_SOURCE_STEPS)
+            continue;
+        const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+        if (source->steps && source->steps->counted && scene->n_source > 1)
+            return rmap_error_set(
+                err, RMAP_INPUT,
+                "source '%s' has 'count: counted', each ray a photon, and is to be "
+                "the only one: leave the others out",
+                source->name ? source->name : "");
+        st = source->steps ? rmap_steps_prepare(source->steps, &medium, source->colour, err)
+                           : rmap_error_set(err, RMAP_INPUT, "it has no steps");
+        if (st != RMAP_OK)
+            rmap_error_context(err, "source '%s'", source->name ? source->name : "");
+        else
+            source->flux = rmap_steps_photons(source->steps);
+    }
+    return st;
+}
+
 void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera)
 {
     double away = rmap_length(rmap_sub(camera->at, scene->centre)) + camera->aperture;
@@ -274,6 +306,7 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
         if (scene->source[i].shape == RMAP_EMITTER_MESH &&
             scene->source[i].type != RMAP_SOURCE_RAYS)
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
+    RMAP_TRY(prepare_steps(scene, err));
     for (size_t i = 0; i < scene->n_source; i++)
         if (scene->source[i].volume)
             RMAP_TRY(rmap_volume_finish(scene, &scene->source[i], err));

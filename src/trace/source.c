@@ -26,6 +26,7 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
+    case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
     case RMAP_DISTRIBUTION_SINE:
     case RMAP_DISTRIBUTION_SKY:
         break;
@@ -55,6 +56,7 @@ struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct r
     switch (source->distribution) {
     case RMAP_DISTRIBUTION_ISOTROPIC:
     case RMAP_DISTRIBUTION_SKY:
+    case RMAP_DISTRIBUTION_STEPS:
         break;
     case RMAP_DISTRIBUTION_CONE:
         rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
@@ -197,6 +199,30 @@ static void emit_list(const struct rmap_scene *scene, const struct rmap_source *
     }
 }
 
+void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, struct rmap_photon *photon)
+{
+    const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+    double place[4], way[4];
+    uint64_t ordinal = 0;
+    (void)rmap_scene_source_of(scene, ray, &ordinal);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+    rmap_steps_draw(source->steps, &medium, ordinal, place, way, photon);
+}
+
+static void emit_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_photon photon;
+    rmap_source_photon(scene, source, seed, emission->ray, &photon);
+    emission->position = photon.position;
+    emission->direction = photon.direction;
+    if (scene->timed)
+        emission->delay_ns = photon.delay_ns;
+    rmap_colour_collapse(colour, photon.channel);
+}
+
 int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
                         uint64_t ray)
 {
@@ -225,6 +251,10 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
         emit_list(scene, source, ordinal, colour, emission);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        emit_photon(scene, source, seed, colour, emission);
         return;
     }
     double place[4], way[4];

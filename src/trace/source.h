@@ -11,10 +11,10 @@
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
  * A list of rays gives its row (running number of the source's ray modulo the list's length), a
- * file of them as rmap_file_rays_row says. Point sources are isotropic, uniform in a cone, ~
- * cos^power or by a table about the frame's z, collimated ones parallel to it or uniform in a cone,
- * their angular diameter; area sources are Lambertian on the side of their normal, uniform over
- * their area. */
+ * file of them as rmap_file_rays_row says, steps of particles a photon of theirs. Point sources are
+ * isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones
+ * parallel to it or uniform in a cone, their angular diameter; area sources are Lambertian on the
+ * side of their normal, uniform over their area. */
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
@@ -46,6 +46,10 @@ static inline bool rmap_source_is_parallel(const struct rmap_source *source)
 struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
                                   const double place[4], const double way[2],
                                   struct rmap_vec3 *position);
+
+/* STEPS: the photon that is this ray. */
+void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, struct rmap_photon *photon);
 
 /* BEAM: start and direction. Part of the compact encoding, as is the next. */
 void rmap_source_beam(const struct rmap_source *source, const double u[4],

@@ -66,7 +66,7 @@ def hdf5(path, datasets):
 
 
 def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single=False, codes=None, polarised=False):
-    """Version 3: directions by adaptive projection, positions in cm, energies in MeV, times in ms."""
+    """polarised: a flag, or the vectors. Version 3: directions by adaptive projection, positions in cm, energies in MeV, times in ms."""
     number = "<f4" if single else "<f8"
     d = np.asarray(direction, float)
     a, b, c = np.abs(d).T
@@ -78,19 +78,21 @@ def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single
     packed = np.select([first, second, third], [inverse, d[:, 0], d[:, 0]]), np.select([first, second, third], [d[:, 1], inverse, d[:, 1]])
     sign = np.select([first, second, third], [d[:, 0], d[:, 1], d[:, 2]])
     energy = np.copysign(1239.841984332e-6 / np.asarray(nm, float), sign)
-    fields = ([("p", number, 3)] if polarised else []) + [("x", number, 3), ("u", number, 2), ("e", number), ("t", number)]
+    fields = ([("p", number, 3)] if np.any(polarised) else []) + [("x", number, 3), ("u", number, 2), ("e", number), ("t", number)]
     fields += [("w", number)] if weight is not None else []
     fields += [("c", "<i4")] if codes is not None else []
     fields += [("f", "<u4")] if flags is not None else []
     rows = np.zeros(len(d), dtype=fields)
     rows["x"], rows["u"], rows["e"], rows["t"] = np.asarray(position) / 10, np.column_stack(packed), energy, np.asarray(time_ns) * 1e-6
+    if np.ndim(polarised) > 0:
+        rows["p"] = polarised
     if weight is not None:
         rows["w"] = weight
     if codes is not None:
         rows["c"] = codes
     if flags is not None:
         rows["f"] = flags
-    head = struct.pack("<8sQ2I3IiII", b"MCPL003L", len(d), 1, 1, flags is not None, polarised, single, 0 if codes is not None else 22,
+    head = struct.pack("<8sQ2I3IiII", b"MCPL003L", len(d), 1, 1, flags is not None, np.any(polarised), single, 0 if codes is not None else 22,
                        rows.dtype.itemsize, weight is None)
     head += struct.pack("<d", 1.0) if weight is None else b""
     for word in (b"test", b"a remark", b"name", b"data"):

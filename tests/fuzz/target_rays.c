@@ -30,7 +30,7 @@ static void use(const struct rmap_file_rays *set)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
 {
-    struct rmap_ray_wanted wanted = {.detector = NULL};
+    struct rmap_ray_wanted wanted = {.steps = data != NULL && nbytes > 0 && (data[0] & 4)};
     struct rmap_file_rays *set = NULL;
     struct rmap_error err = {0};
     const int64_t live = rmap_alloc_live();
@@ -116,8 +116,10 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "2x (mm),y [mm],z(mm),dx,dy,dz,wavelength (um),time (ps),weight,event\n"
         "1,2,3,0,0,1,0.5,10,1,2\n4;5;6;0;1;0;0.6;20;3;2\n",
         "2x,y,z,kx,ky,kz,energy (keV)\n1 2 3 0 0 1 2.5e-3\n",
+        "6x (m),y (m),z (m),dx,dy,dz,length (m),energy (keV),time,event,charge,beta\n"
+        "1,2,3,0,0,1,0.1,20,1,7,-1,0.9\n4,5,6,0,1,0,0.2,30,2,6,2,1\n",
     };
     if (k < sizeof seed / sizeof *seed)
         return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
-    return k == 3 ? seed_mcpl(to, cap) : k == 4 ? seed_tm25(to, cap) : 0;
+    return k == 4 ? seed_mcpl(to, cap) : k == 5 ? seed_tm25(to, cap) : 0;
 }
