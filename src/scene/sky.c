@@ -164,6 +164,22 @@ static double way_out(const struct rmap_source *source, struct rmap_vec3 point,
     return (square > 0.0 ? sqrt(square) : 0.0) - along;
 }
 
+/* A line through a portal: how far along the direction, which may be behind. */
+static bool meets_portal(const struct rmap_sky_portal *portal, struct rmap_vec3 point,
+                         struct rmap_vec3 direction, double *along)
+{
+    const struct rmap_vec3 area = portal_area(portal);
+    const double slope = rmap_dot(area, direction);
+    if (slope == 0.0)
+        return false;
+    *along = rmap_dot(area, rmap_sub(portal->centre, point)) / slope;
+    const struct rmap_vec3 at = rmap_sub(rmap_axpy(*along, direction, point), portal->centre);
+    const double square = rmap_dot(area, area),
+                 u = rmap_dot(rmap_cross(at, portal->side[1]), area) / square,
+                 v = rmap_dot(rmap_cross(portal->side[0], at), area) / square;
+    return fabs(u) < 0.5 && fabs(v) < 0.5;
+}
+
 /* Does light come through another portal before it comes through this one? Of portals in one place
  * the first has it. */
 static bool comes_by_another(const struct rmap_source *source, size_t index, struct rmap_vec3 point,
@@ -173,19 +189,9 @@ static bool comes_by_another(const struct rmap_source *source, size_t index, str
     const double touch = 1e-9 * source->shape_size[0];
     bool other = false;
     for (size_t p = 0; p < sky->n_portal && !other; p++) {
-        const struct rmap_sky_portal *portal = &sky->portal[p];
-        const struct rmap_vec3 area = portal_area(portal);
-        const double slope = rmap_dot(area, direction);
-        if (p == index || slope == 0.0)
-            continue;
-        const double t = rmap_dot(area, rmap_sub(portal->centre, point)) / slope;
-        if (t > touch || (t >= -touch && p > index))
-            continue;
-        const struct rmap_vec3 at = rmap_sub(rmap_axpy(t, direction, point), portal->centre);
-        const double square = rmap_dot(area, area),
-                     u = rmap_dot(rmap_cross(at, portal->side[1]), area) / square,
-                     v = rmap_dot(rmap_cross(portal->side[0], at), area) / square;
-        other = fabs(u) < 0.5 && fabs(v) < 0.5;
+        double along;
+        other = p != index && meets_portal(&sky->portal[p], point, direction, &along) &&
+                !(along > touch || (along >= -touch && p > index));
     }
     return other;
 }
@@ -313,21 +319,35 @@ static void look_through(const struct rmap_source *source, struct rmap_vec3 from
                        (distance * distance);
 }
 
+static bool comes_by_portal(const struct rmap_source *source, struct rmap_vec3 from,
+                            struct rmap_vec3 towards)
+{
+    double along;
+    for (size_t p = 0; p < source->sky->n_portal; p++)
+        if (meets_portal(&source->sky->portal[p], from, towards, &along) && along > 0.0)
+            return true;
+    return false;
+}
+
 void rmap_sky_look(const struct rmap_source *source, struct rmap_vec3 from, const double u[4],
                    int n_channel, double *colour, struct rmap_sky_look *look)
 {
     const struct rmap_sky *sky = source->sky;
     *look = (struct rmap_sky_look){.irradiance = 0.0};
-    if (sky->n_portal > 0) {
+    const bool is_small = source->type == RMAP_SOURCE_SUN; /* few points of a portal look at it */
+    if (sky->n_portal > 0 && !is_small) {
         look_through(source, from, u, n_channel, colour, look);
         return;
     }
-    /* the disc is as large from everywhere: `below` goes by radiance and solid angle */
+    /* Without portals `below` goes by radiance and solid angle: discs are as large from all sides.
+     */
     const size_t cell = rmap_first_above(sky->below, sky->n_row * sky->n_around, u[0]);
     const double share = sky->below[cell] - (cell > 0 ? sky->below[cell - 1] : 0.0);
     if (!(share > 0.0))
         return;
     look->towards = in_cell(source, cell, u[2], u[1]);
+    if (sky->n_portal > 0 && !comes_by_portal(source, from, look->towards))
+        return;
     look->distance =
         source->shape_size[0] - rmap_dot(rmap_sub(from, source->frame.t), look->towards);
     look->irradiance = cell_colour(source, cell, n_channel, colour) *

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The example scenes do what they say: no ray ends in an error, the double Gauss puts the star where
 its focal length says, and the room's paths are as long as promised."""
+import json
 import math
 import os
 import shutil
@@ -74,7 +75,18 @@ def check_concentrator():
 
 
 check_double_gauss()
+def check_office():
+    """What its README says: illuminance of a desk in the evening; no light gets lost but through the window."""
+    target = trace_example("office", 200_000)
+    (wrong,), _ = rays(target, "ended(error) or ended(limit)")
+    checks.true(f"{wrong} rays of the office ended badly", wrong == 0)
+    seen = json.loads(run("detector", target, "left_task", "--where", "not (source(sky) or source(sun))", "--json"))
+    checks.z("lx on a desk", seen["mean"]["value"], 682, math.hypot(4, seen["mean"]["standard_error"]))
+    drop(target)
+
+
 check_milk()
 check_concentrator()
+check_office()
 check_room()
 checks.finish()

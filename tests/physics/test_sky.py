@@ -198,6 +198,7 @@ cameras: [{name: eye, at: [0, -3, 0], look_at: [0, 0, 0], fov: 20, resolution: [
     for source, want in [("type: sky, kind: 12, horizontal: 100 W/m2, sun: [120, 40]", 100),
                          ("type: sky, model: perez, direct: 700 W/m2, diffuse: 110 W/m2, sun: [120, 40]", 110),
                          ("type: sun, irradiance: 800 W/m2, sun: [120, 40]", 800 * math.sin(math.radians(40))),
+                         ("type: sun, irradiance: 800 W/m2, sun: [120, 70], toward: [lid]", 800 * math.sin(math.radians(70))),
                          ("type: sky, kind: 5, horizontal: 100 W/m2, toward: [lid]", None)]:
         scene = HEAD + f"""surfaces: {{grey: {{type: lambert, reflectance: 0.3}}}}
 geometries: {{floor: {{type: rectangle, size: [20, 20]}}}}
