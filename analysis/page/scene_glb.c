@@ -210,7 +210,7 @@ static enum rmap_status add_ray(const struct build *self, size_t ray, size_t seg
         rmap_map_scene_of(self->map, rmap_map_space_of_ray(self->map, id));
     const double leaving = LEAVING * scene->radius;
     size_t point = 0;
-    const size_t end = rmap_portion_curve_of(rays, id, &point) + point;
+    const size_t n_point = rmap_portion_curve_of(rays, id, &point), end = point + n_point;
     const float *from = rays->ray.start + 3 * ray;
     for (size_t i = segment; i < segment + rays->ray.segment_count[ray]; i++) {
         uint8_t rgba[4];

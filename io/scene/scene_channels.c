@@ -567,7 +567,8 @@ void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_nod
     const struct rmap_yaml_node *led = rmap_yaml_get(node, "led");
     if (!!lines + !!table + plain + blackbody + rgb + daylight + !!led != 1)
         rmap_reader_error(reader, node,
-                          "a spectrum is one of: D65, equal, {lines: {nm: power}}, {table: "
+                          "a spectrum is one of: equal, A, D50, D55, D65, D75, F2, F11, {lines: "
+                          "{nm: power}}, {table: "
                           "{wavelength, value}}, {blackbody: kelvin}, {daylight: kelvin}, {led: "
                           "{peak, width}}, {rgb: [r, g, b]}");
     else if (daylight)
