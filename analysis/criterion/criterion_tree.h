@@ -70,8 +70,9 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_WORLD_X, /* the scene's length unit; of planes alone, else NaN */
     RMAP_REGISTRATION_WORLD_Y,
     RMAP_REGISTRATION_WORLD_Z,
-    RMAP_REGISTRATION_TIME,        /* s */
-    RMAP_REGISTRATION_OPTICAL_PATH /* scene's length unit, from emission */
+    RMAP_REGISTRATION_TIME,         /* s */
+    RMAP_REGISTRATION_OPTICAL_PATH, /* scene's length unit, from emission */
+    RMAP_REGISTRATION_DETECTED      /* 1 or 0; of criteria alone, below `where` */
 };
 
 /* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.

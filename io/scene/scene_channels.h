@@ -24,6 +24,10 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
                        const char *keys, size_t n_required, const struct rmap_range *range,
                        size_t *n_ret, double **column);
 
+/* One such column, `wavelength` or `angle`; *n_ret 0 after a complaint. */
+void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *key, size_t *n_ret, double **column);
+
 /* A source's `spectrum`, absent: equal. */
 void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
                                  struct rmap_spectrum *spectrum);

@@ -23,6 +23,7 @@
 #include "scene/lamp.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/response.h"
 #include "scene/surface_model.h"
 
 struct rmap_medium {
@@ -149,6 +150,8 @@ struct rmap_detector {
     int32_t on_object;    /* object or -1; */
     int32_t on_group;     /* group or -1; both -1: free in space */
     uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
+    struct rmap_response
+        *response;        /* NULL: all that it registers counts alike; no ray knows of it */
     int32_t line, column; /* in the scene file */
 };
 
@@ -206,6 +209,7 @@ struct rmap_scene {
     double background[RMAP_CHANNEL_MAX]; /* radiance from outside the scene: flux unit / (m2 sr) */
 
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
+    uint64_t seed;                          /* of that map: of draws at detectors */
 
     /* Derived by rmap_scene_finish. */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
@@ -270,6 +274,9 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
+
+/* The scene says of which wavelengths its light is: its `spectrum`, or that of each listed ray. */
+bool rmap_source_has_spectrum(const struct rmap_source *source);
 
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);
