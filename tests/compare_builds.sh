@@ -85,11 +85,14 @@ outputs() { # PROGRAM FOLDER
     cd "$work/run" || exit 2
     rm -rf ./*
     put help.txt --help
-    for command in check trace info query report detector stats compare paths ghosts draw render verify repair convert merge index session glass bench; do
+    for command in check trace info query report detector stats compare paths ghosts draw render verify repair convert merge index session glass import voxels bench; do
         put "help-$command.txt" $command --help
     done
     put glass.json glass 'N-*' 'crystal *' --json
     put glass-near.txt glass --near 1.5168,64.2
+    cp "$source/tests/data/lenses/rayoptics_HoO-V2C18Ex46.zmx" tilted.zmx
+    put import.json import tilted.zmx -o lens --force --json
+    cp lens/scene.yaml "$out/import.yaml"
     file glass.svg glass N-LAK8 'metal A?'
     scene_outputs double-gauss sensor
     scene_outputs gradient-sphere

@@ -74,6 +74,28 @@ static rmap_column_set plan_steps(const struct rmap_scene *scene, struct rmap_st
     return columns | rmap_step_limit_columns(test);
 }
 
+enum rmap_status rmap_check_times(const struct rmap_scene *scene, rmap_column_set columns,
+                                  struct rmap_error *err)
+{
+    if (scene->timed || !(columns & RMAP_COLUMNS_TIME))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "'group_path': this map has no group paths: trace its scene with 'time: "
+                          "on' in the simulation, or raymap trace --time on");
+}
+
+bool rmap_criterion_of_phase_time(const struct rmap_criterion *criterion)
+{
+    bool of = false;
+    for (size_t i = 0; i < criterion->n_node; i++) {
+        const struct rmap_criterion_node *node = &criterion->node[i];
+        of |= node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_TIME;
+        if (node->kind == RMAP_CRITERION_SUM)
+            of |= rmap_sum_of_phase_time(&node->sum);
+    }
+    return of;
+}
+
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number)
 {
     switch (number) {
@@ -90,6 +112,11 @@ rmap_column_set rmap_registration_number_columns(enum rmap_registration_number n
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path);
     case RMAP_REGISTRATION_DETECTED:
         return RMAP_RESPONSE_COLUMNS;
+    case RMAP_REGISTRATION_ARRIVAL:
+        return RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) |
+               RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay);
+    case RMAP_REGISTRATION_GROUP_PATH:
+        return RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path);
     }
     return 0;
 }
@@ -223,11 +250,12 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
 }
 
 /* Orders children by cost and sets columns, n_mask and the bits of every test. */
-static void criterion_plan(struct rmap_criterion *criterion)
+static enum rmap_status criterion_plan(struct rmap_criterion *criterion, struct rmap_error *err)
 {
     criterion->n_mask = 0;
     (void)plan_node(criterion, criterion->root, &criterion->n_mask);
     criterion->columns = criterion->node[criterion->root].columns;
+    return rmap_check_times(criterion->scene, criterion->columns, err);
 }
 
 enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
@@ -335,7 +363,7 @@ enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap
         criterion->node = fitting;
         criterion->node_cap = criterion->n_node;
     }
-    criterion_plan(criterion);
+    RMAP_TRY(criterion_plan(criterion, err));
     *criterion_ret = criterion;
     criterion = NULL;
 out:
@@ -361,7 +389,7 @@ rmap_criterion_compile_which(const char *text, const struct rmap_criteria *crite
     if (st == RMAP_INPUT)
         rmap_criterion_relabel("--which", err);
     RMAP_TRY(st);
-    criterion_plan(criterion);
+    RMAP_TRY(criterion_plan(criterion, err));
     *criterion_ret = criterion;
     criterion = NULL;
 out:

@@ -37,6 +37,12 @@ const char *rmap_criterion_name(const struct rmap_criterion *criterion);
 /* Columns that evaluation needs. */
 rmap_column_set rmap_criterion_columns(const struct rmap_criterion *criterion);
 
+/* Whether a time that it compares is the phase path / c, since the scene is not timed. */
+bool rmap_criterion_of_phase_time(const struct rmap_criterion *criterion);
+#define RMAP_PHASE_TIME_HINT                                                                       \
+    "'time' is the optical path (of the phase) / c here: times of arrival, by group index and "    \
+    "with delays, need a map traced with 'time: on' (raymap trace --time on)"
+
 /* False when a portion with this summary cannot hold a match. */
 bool rmap_criterion_may_match(const struct rmap_criterion *criterion,
                               const struct rmap_portion_summary *summary);

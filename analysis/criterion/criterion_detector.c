@@ -21,8 +21,10 @@ enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
     case RMAP_REGISTRATION_ANGLE:
         return RMAP_DIMENSION_ANGLE;
     case RMAP_REGISTRATION_TIME:
+    case RMAP_REGISTRATION_ARRIVAL:
         return RMAP_DIMENSION_TIME;
     case RMAP_REGISTRATION_OPTICAL_PATH:
+    case RMAP_REGISTRATION_GROUP_PATH:
     case RMAP_REGISTRATION_WORLD_X:
     case RMAP_REGISTRATION_WORLD_Y:
     case RMAP_REGISTRATION_WORLD_Z:
@@ -48,7 +50,8 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                        .first = -1,
                                        .next = -1,
                                        .begin = word->begin,
-                                       .its_number = row->its_number};
+                                       .its_number =
+                                           rmap_word_its_number(row, parser->criterion->scene)};
     size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
     if (!rmap_parser_at_comparison(parser))
         return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",

@@ -147,10 +147,12 @@ static double latest_s(const struct hinting *self)
 
 static void hint_time(const struct hinting *self, const struct rmap_criterion_node *node)
 {
-    if (node->its_number != RMAP_REGISTRATION_TIME || node->interval.outside)
+    if ((node->its_number != RMAP_REGISTRATION_TIME &&
+         node->its_number != RMAP_REGISTRATION_ARRIVAL) ||
+        node->interval.outside)
         return;
     const double latest = latest_s(self);
-    if (latest > 0.0 && node->interval.low > latest)
+    if (node->its_number == RMAP_REGISTRATION_TIME && latest > 0.0 && node->interval.low > latest)
         (void)snprintf(self->hint, RMAP_CRITERION_HINT_NBYTES,
                        "no light of this map takes as long as %.6g s; a time without a unit is in "
                        "seconds (ns, ps are understood)",

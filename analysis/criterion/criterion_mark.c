@@ -241,10 +241,15 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
                                 (int)(number - RMAP_REGISTRATION_WORLD_X));
     case RMAP_REGISTRATION_TIME:
         return registration->optical_path[row] * scene->unit_m / light_speed_m_per_s;
+    case RMAP_REGISTRATION_ARRIVAL:
+        return registration->delay[row] * 1e-9 +
+               registration->group_path[row] * scene->unit_m / light_speed_m_per_s;
     case RMAP_REGISTRATION_OPTICAL_PATH:
         return registration->optical_path[row];
     case RMAP_REGISTRATION_DETECTED:
         break; /* of its ray, too: rmap_registration_detected */
+    case RMAP_REGISTRATION_GROUP_PATH:
+        return registration->group_path[row];
     }
     return (double)NAN;
 }

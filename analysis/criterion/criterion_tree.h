@@ -70,9 +70,11 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_WORLD_X, /* the scene's length unit; of planes alone, else NaN */
     RMAP_REGISTRATION_WORLD_Y,
     RMAP_REGISTRATION_WORLD_Z,
-    RMAP_REGISTRATION_TIME,         /* s */
+    RMAP_REGISTRATION_TIME,         /* s, of scenes that are not timed: optical path / c */
+    RMAP_REGISTRATION_ARRIVAL,      /* s, of timed ones: delay + group path / c */
     RMAP_REGISTRATION_OPTICAL_PATH, /* scene's length unit, from emission */
-    RMAP_REGISTRATION_DETECTED      /* 1 or 0; of criteria alone, below `where` */
+    RMAP_REGISTRATION_GROUP_PATH,
+    RMAP_REGISTRATION_DETECTED /* 1 or 0; of criteria alone, below `where` */
 };
 
 /* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.
@@ -165,6 +167,14 @@ struct rmap_sum {
     size_t n;
     double constant;
 };
+
+static inline bool rmap_sum_of_phase_time(const struct rmap_sum *sum)
+{
+    bool of = false;
+    for (size_t k = 0; k < sum->n; k++)
+        of |= sum->term[k].of_registration && sum->term[k].its_number == RMAP_REGISTRATION_TIME;
+    return of;
+}
 
 struct rmap_criterion_node {
     enum rmap_criterion_kind kind;
@@ -289,5 +299,9 @@ bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
 
 /* A number of a registration (row of /registration), and the columns that it is made of. */
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);
+
+/* RMAP_INPUT, with the remedy, where the columns are such that only timed runs have. */
+enum rmap_status rmap_check_times(const struct rmap_scene *scene, rmap_column_set columns,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

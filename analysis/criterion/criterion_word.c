@@ -259,6 +259,8 @@ static const struct rmap_word word_table[] = {
     {"path_length", .in_stats = 3, RAY(RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH)},
     {"optical_path", NULL, 5, 4, RAY(RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH),
      ITS(RMAP_REGISTRATION_OPTICAL_PATH)},
+    {"group_path", NULL, 20, 34, RAY(RMAP_RAY_NUMBER_GROUP_PATH, RMAP_DIMENSION_LENGTH),
+     ITS(RMAP_REGISTRATION_GROUP_PATH)},
     {"start_x", .in_stats = 30, RAY(RMAP_RAY_NUMBER_START_X, RMAP_DIMENSION_LENGTH)},
     {"start_y", .in_stats = 31, RAY(RMAP_RAY_NUMBER_START_Y, RMAP_DIMENSION_LENGTH)},
     {"start_z", .in_stats = 32, RAY(RMAP_RAY_NUMBER_START_Z, RMAP_DIMENSION_LENGTH)},

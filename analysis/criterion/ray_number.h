@@ -17,6 +17,7 @@
     X(FLUX, RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source), NULL)             \
     X(PATH_LENGTH, RMAP_COLUMN_BIT(RMAP_RAY_path_length), ray->path_length)                        \
     X(OPTICAL_PATH, RMAP_COLUMN_BIT(RMAP_RAY_optical_path), ray->optical_path)                     \
+    X(GROUP_PATH, RMAP_COLUMN_BIT(RMAP_RAY_group_path), ray->group_path)                           \
     X(START_X, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
     X(START_Y, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
     X(START_Z, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)

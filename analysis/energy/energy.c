@@ -86,6 +86,27 @@ static void add_ends(const struct making *making, enum rmap_energy_end end, size
         qsort(first, (size_t)(table->row + table->n_row - first), sizeof *first, by_flux);
 }
 
+/* Of each ray what its weight lost. */
+static enum rmap_status add_heat(const struct making *making, struct rmap_error *err)
+{
+    const struct rmap_energy_sums *sums = making->sums;
+    struct rmap_energy_row row = {.end = RMAP_ENERGY_HEAT, .name = ""};
+    double *heat = rmap_alloc(2 * sums->n_source, sizeof *heat);
+    if (!heat)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the energy balance");
+    for (size_t s = making->first; s < making->last; s++) {
+        heat[2 * s] = heat[2 * s + 1] = sums->rays[s];
+        for (size_t e = s * sums->n_end; e < (s + 1) * sums->n_end; e++) {
+            heat[2 * s] -= sums->ended[e];
+            heat[2 * s + 1] += sums->ended_squared[e] - 2.0 * sums->ended[e];
+        }
+    }
+    fill(making, heat, heat + 1, 2, &row);
+    making->table->row[making->table->n_row++] = row;
+    rmap_free(heat);
+    return RMAP_OK;
+}
+
 static void add_detectors(const struct making *making)
 {
     const struct rmap_energy_sums *sums = making->sums;
@@ -98,8 +119,9 @@ static void add_detectors(const struct making *making)
     }
 }
 
-static void make_table(const struct making *making)
+static enum rmap_status make_table(const struct making *making, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct rmap_energy_sums *sums = making->sums;
     const struct rmap_scene *scene = sums->scope->scene;
     struct rmap_energy_table *table = making->table;
@@ -116,10 +138,14 @@ static void make_table(const struct making *making)
     add_ends(making, RMAP_ENERGY_LEFT, n_object + n_medium, 1);
     add_ends(making, RMAP_ENERGY_LIMIT, n_object + n_medium + 1, 1);
     add_ends(making, RMAP_ENERGY_ERROR, n_object + n_medium + 2, 1);
+    if (rmap_scene_changes_weights(scene))
+        RMAP_TRY(add_heat(making, err));
     for (size_t i = 0; i < table->n_row; i++)
         ended += table->row[i].rays;
     table->exact = !(ended < table->rays || ended > table->rays);
     add_detectors(making);
+out:
+    return st;
 }
 
 static enum rmap_status make_tables(const struct rmap_map *map, const struct rmap_energy_sums *sums,
@@ -134,10 +160,12 @@ static enum rmap_status make_tables(const struct rmap_map *map, const struct rma
             making.last = energy->n_table;
             table->source = sums->scope->scene->source[making.first].name;
         }
-        table->row = rmap_alloc(sums->n_end + sums->n_detector, sizeof *table->row);
+        table->row = rmap_alloc(sums->n_end + 1 + sums->n_detector, sizeof *table->row);
         if (!table->row)
             break;
-        make_table(&making);
+        const enum rmap_status st = make_table(&making, err);
+        if (st != RMAP_OK)
+            return st;
         void *row = rmap_realloc(table->row, table->n_row + table->n_detector, sizeof *table->row);
         table->row = row ? row : table->row;
     }
@@ -199,7 +227,7 @@ void rmap_energy_show(const struct rmap_energy_table *table, struct rmap_energy_
         n[row->end]++;
         if (row->end <= RMAP_ENERGY_MEDIUM && n[row->end] > RMAP_ENERGY_SHOWN)
             add_to_others(shown, row, n[row->end] - RMAP_ENERGY_SHOWN);
-        else if (row->rays > 0.0 || row->end <= RMAP_ENERGY_LEFT)
+        else if (row->rays > 0.0 || row->end <= RMAP_ENERGY_LEFT || row->end == RMAP_ENERGY_HEAT)
             shown->row[shown->n++] = *row;
     }
 }
@@ -218,9 +246,9 @@ void rmap_energy_destroy(struct rmap_energy *energy)
 
 const char *rmap_energy_end_text(enum rmap_energy_end end)
 {
-    static const char *const text[] = {"absorbed by",         "absorbed in",
-                                       "left the scene",      "stopped by a limit",
-                                       "stopped by an error", "registered by"};
+    static const char *const text[] = {
+        "absorbed by",         "absorbed in",    "left the scene", "stopped by a limit",
+        "stopped by an error", "turned to heat", "registered by"};
     return text[end];
 }
 
@@ -355,7 +383,8 @@ static void put_line(const struct rmap_energy_table *table, const char *what,
     fputc('\n', out);
 }
 
-static const char *const word[] = {"object", "medium", "left", "limit", "error", "detector"};
+static const char *const word[] = {"object", "medium", "left",    "limit",
+                                   "error",  "heat",   "detector"};
 
 void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
 {
@@ -399,14 +428,15 @@ static json_t *table_json(const struct rmap_energy *energy, const struct rmap_en
         else
             list[row->end] = row_json(row);
     }
-    return json_pack(
-        "{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o}", "source",
-        table->source ? json_string(table->source) : json_null(), "emitted",
-        (json_int_t)rmap_energy_whole(table->rays), "flux", "value", rmap_json_number(table->flux),
-        "standard_error", rmap_json_number(table->flux_error), "unit", energy->unit, "exact",
-        (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
-        list[RMAP_ENERGY_MEDIUM], "left", list[RMAP_ENERGY_LEFT], "limit", list[RMAP_ENERGY_LIMIT],
-        "error", list[RMAP_ENERGY_ERROR], "detectors", list[RMAP_ENERGY_DETECTOR]);
+    return json_pack("{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o*, s:o}",
+                     "source", table->source ? json_string(table->source) : json_null(), "emitted",
+                     (json_int_t)rmap_energy_whole(table->rays), "flux", "value",
+                     rmap_json_number(table->flux), "standard_error",
+                     rmap_json_number(table->flux_error), "unit", energy->unit, "exact",
+                     (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
+                     list[RMAP_ENERGY_MEDIUM], "left", list[RMAP_ENERGY_LEFT], "limit",
+                     list[RMAP_ENERGY_LIMIT], "error", list[RMAP_ENERGY_ERROR], "heat",
+                     list[RMAP_ENERGY_HEAT], "detectors", list[RMAP_ENERGY_DETECTOR]);
 }
 
 json_t *rmap_energy_json(const struct rmap_energy *energy)

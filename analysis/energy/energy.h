@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The energy balance of a map, or of the rays of it that match: what was emitted = what each
- * object and medium absorbed + what left the scene + what a limit or an error ended. Exact: rays
+ * object and medium absorbed + what left the scene + what a limit or an error ended + what turned
+ * to heat where light was given back at other wavelengths (or less than none). Exact: rays
  * are whole numbers, and each table's add up to its emitted ones.
  *
  * Standard errors are those of docs/physics.md: the flux of a row is sum f_s q, its variance
@@ -22,6 +23,7 @@ enum rmap_energy_end {
     RMAP_ENERGY_LEFT,
     RMAP_ENERGY_LIMIT,
     RMAP_ENERGY_ERROR,
+    RMAP_ENERGY_HEAT, /* of light given back at other wavelengths, where its energy is counted */
     RMAP_ENERGY_DETECTOR
 };
 
@@ -41,8 +43,8 @@ struct rmap_energy_table {
     bool exact;                  /* the rows' rays add up to `rays` */
     size_t n_row, n_detector;    /* rows of the balance, then of the detectors */
     struct rmap_energy_row *row; /* [n_row + n_detector]; objects, the most first, media alike,
-                                    left, limit, error; objects and media that absorbed nothing are
-                                    left out; then every detector */
+                                    left, limit, error, heat; objects and media that absorbed
+                                    nothing are left out; then every detector */
 };
 
 struct rmap_energy {

@@ -47,7 +47,7 @@ struct flow {
     size_t n_end;
     struct flow_end end[END_MAX];
     size_t *end_of_object, *end_of_medium; /* [n_object], [n_medium] */
-    size_t end_of_other[3];                /* left, limit, error */
+    size_t end_of_other[4];                /* left, limit, error, heat */
 };
 
 static const char *const source_ink[SOURCE_MAX] = {
@@ -56,7 +56,7 @@ static const char *const source_ink[SOURCE_MAX] = {
 static const char *const ink[] = {"#4e79a7", "#76b7b2", "#59a14f", "#edc948",
                                   "#f28e2b", "#9c755f", "#ff9da7", "#1f9e89"};
 static const char *const medium_ink = "#b07aa1", *const others_ink = "#b8b8b8";
-static const char *const other_ink[3] = {"#8c96a3", "#d62728", "#7f1d1d"};
+static const char *const other_ink[4] = {"#8c96a3", "#d62728", "#7f1d1d", "#b8860b"};
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -217,8 +217,8 @@ static void add_media(struct flow *flow)
 
 static void add_others(struct flow *flow)
 {
-    static const char *const name[3] = {"left the scene", "stopped by a limit",
-                                        "stopped by errors"};
+    static const char *const name[4] = {"left the scene", "stopped by a limit", "stopped by errors",
+                                        "heat"};
     const struct rmap_energy_table *table = &flow->energy->table[0];
     for (size_t i = 0; i < table->n_row; i++) {
         int which = (int)table->row[i].end - RMAP_ENERGY_LEFT;
@@ -235,6 +235,9 @@ static void add_flows(struct flow *flow)
         const size_t from = s < flow->n_source ? s : flow->n_source - 1;
         for (size_t i = 0; i < table->n_row; i++) {
             const struct rmap_energy_row *row = &table->row[i];
+            if (row->end == RMAP_ENERGY_HEAT &&
+                !(flow->energy->table[0].row[flow->energy->table[0].n_row - 1].rays > 0.0))
+                continue; /* photons that gained: no flow away from them */
             size_t end = row->end == RMAP_ENERGY_OBJECT ? flow->end_of_object[row->index]
                          : row->end == RMAP_ENERGY_MEDIUM
                              ? flow->end_of_medium[row->index]

@@ -333,7 +333,9 @@ void rmap_energy_sums_take_tally(struct rmap_energy_sums *sums, const struct rma
         ended[n_object + n_medium] = tally->left[s];
         ended[n_object + n_medium + 1] = tally->limit[s];
         ended[n_object + n_medium + 2] = tally->error[s];
-        memcpy(sums->ended_squared + s * sums->n_end, ended, sums->n_end * sizeof *ended);
+        for (size_t e = 0; e < sums->n_end; e++) /* weights are 1, or their squares not known */
+            sums->ended_squared[s * sums->n_end + e] =
+                rmap_scene_changes_weights(tally->scene) && ended[e] > 0.0 ? (double)NAN : ended[e];
     }
     take_images(sums, tally, RMAP_DETECTOR_INTENSITY);
 }

@@ -18,6 +18,7 @@ struct rmap_figure_detector {
     const char *criterion; /* NULL: all rays */
     bool true_colour;      /* the image must have rgb */
     enum rmap_figure_scale scale;
+    const char *sums;      /* what is said in place of registrations and flux; NULL: these */
     bool isolines, values; /* over the image; values: RMAP_USAGE where cells are too small */
 };
 

@@ -104,10 +104,16 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     const struct rmap_svg_style line = {.stroke = ink, .width = ink == rmap_source_ink ? 2 : 1.2};
     const struct rmap_affine *place = &source->frame;
     double dot[2];
-    if (source->type == RMAP_SOURCE_RAYS)
+    if (rmap_source_is_of_rays(source))
         return;
+    if (source->sky) { /* from its pole down, at the middle of what it lights */
+        const struct rmap_vec3 down = rmap_affine_vector(place, rmap_vec3(0, 0, -1));
+        draw_arrow(frame, rmap_axpy(-0.5 * source->shape_size[0], down, place->t), down, ink,
+                   labels, svg);
+        return;
+    }
     const struct rmap_vec3 half = rmap_source_half_size(source);
-    const bool round = source->shape == RMAP_EMITTER_DISC ||
+    const bool round = source->shape == RMAP_EMITTER_DISC || source->type == RMAP_SOURCE_BEAM ||
                        (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);
     if (round && half.x > 0)
         draw_circle(frame, place, half.x, svg, &line);
@@ -118,7 +124,7 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
         pixel_of(frame, place->t, dot);
         rmap_svg_circle(svg, dot[0], dot[1], 3.5, &(struct rmap_svg_style){.fill = ink});
     }
-    if (source->type == RMAP_SOURCE_COLLIMATED ||
+    if (source->type == RMAP_SOURCE_COLLIMATED || source->type == RMAP_SOURCE_BEAM ||
         source->distribution != RMAP_DISTRIBUTION_ISOTROPIC)
         draw_arrow(frame, place->t, rmap_affine_vector(place, rmap_vec3(0, 0, 1)), ink, labels,
                    svg);
@@ -178,9 +184,8 @@ enum rmap_status rmap_marks_draw(const struct rmap_scene *scene, struct rmap_mes
         mark_source(frame, &scene->source[s], source_ink(rays, s), labels, svg);
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct rmap_source *source = &scene->source[s];
-        bool listed = source->type == RMAP_SOURCE_RAYS && source->n_list > 0;
-        put_name(frame, listed ? source->list[0].origin : source->frame.t, source_ink(rays, s),
-                 source->name, labels, svg);
+        put_name(frame, rmap_source_place(scene, source), source_ink(rays, s), source->name, labels,
+                 svg);
     }
     for (size_t d = 0; d < scene->n_detector; d++)
         if (scene->detector[d].type == RMAP_DETECTOR_PLANE)

@@ -127,7 +127,10 @@ rmap_column_set rmap_overlay_columns(const struct rmap_overlay *overlay, rmap_co
         columns |= RMAP_COLUMNS_CURVE | RMAP_COLUMN_BIT(RMAP_RAY_start_object);
     if (overlay->on_faces)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive);
-    bool optical = (wanted & RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path)) != 0;
+    const bool optical = (wanted & (RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) |
+                                    RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path))) != 0;
+    if (wanted & RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay))
+        columns |= RMAP_COLUMN_BIT(RMAP_RAY_delay);
     if ((optical && overlay->needs_index) || overlay->needs_wavelength)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
     return columns;
@@ -186,6 +189,8 @@ enum rmap_status rmap_overlay_view_create(const struct rmap_overlay *overlay,
     self->overlay = overlay;
     self->base.registration = take;
     enum rmap_status st = rmap_portion_create(RMAP_BLOCK_RAYS, 1, &self->own, err);
+    if (st == RMAP_OK)
+        st = rmap_portion_set_timed(self->own, overlay->scene.timed, err);
     if (st != RMAP_OK) {
         rmap_overlay_view_destroy(self);
         return st;
@@ -230,6 +235,7 @@ static enum rmap_status copy_row(struct rmap_overlay_view *self, const struct rm
         memcpy(own->registration.field + (size_t)(width) * (*n),                                   \
                stored->registration.field + (size_t)(width)*from, (width) * sizeof(type));
     RMAP_REGISTRATION_COLUMNS(RMAP_COPY)
+    RMAP_REGISTRATION_TIME_COLUMNS(RMAP_COPY)
 #undef RMAP_COPY
     ++*n;
     own->ray.registration_count[own->n_row[RMAP_TABLE_RAY] - 1]++;
@@ -297,6 +303,7 @@ static enum rmap_status watch(struct rmap_overlay_view *self, struct rmap_overla
     const uint32_t event = columns->event[row];
     const size_t end = stored_until(self, ray, segment->segment, true);
     const struct rmap_segment begun = *segment;
+    const struct rmap_clock clock = ray->clock;
     self->n_found = 0;
     /* Which comes first only matters where both are met: then all are looked for. */
     for (int pass = 0; pass < 2; pass++) {
@@ -310,6 +317,7 @@ static enum rmap_status watch(struct rmap_overlay_view *self, struct rmap_overla
             break;
         *segment = begun;
         ray->curve = curve;
+        ray->clock = clock;
         self->n_found = 0;
     }
     RMAP_TRY(merge(self, ray, end, err));
@@ -336,6 +344,8 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
     const float *start = stored->ray.start + 3 * ray->row;
     struct rmap_vec3 from = rmap_vec3((double)start[0], (double)start[1], (double)start[2]);
     double optical = 0.0;
+    ray->clock = (struct rmap_clock){.delay_ns = stored->ray.delay ? stored->ray.delay[ray->row]
+                                                                   : 0.0}; /* whenever it came */
     for (uint32_t k = 0; k < ray->n_segment; k++) {
         const int32_t object = stored->segment.object[ray->segment + k];
         const int16_t medium = stored->segment.medium[ray->segment + k];
@@ -348,6 +358,7 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
         rmap_overlay_segment(self->overlay, ray, k, from, optical, &segment);
         RMAP_TRY(watch(self, ray, &segment, err));
         optical = segment.optical_from + segment.index * segment.length;
+        ray->clock.group_path += ray->clock.group_index * segment.length;
         from = segment.to;
     }
     if (ray->n_registration > 0)
@@ -415,6 +426,7 @@ enum rmap_status rmap_overlay_view_extend(struct rmap_overlay_view *self,
     extended->registration.field =                                                                 \
         stored->registration.field ? self->own->registration.field : NULL;
     RMAP_REGISTRATION_COLUMNS(RMAP_LEND)
+    RMAP_REGISTRATION_TIME_COLUMNS(RMAP_LEND)
 #undef RMAP_LEND
     *extended_ret = extended;
     return RMAP_OK;

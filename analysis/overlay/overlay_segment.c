@@ -11,21 +11,22 @@ static struct rmap_vec3 point_of(const float *p)
     return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
 }
 
-/* The refractive index along a straight segment: of the mean over its colour, as traced. */
-static double index_of(const struct rmap_overlay_ray *ray, size_t row)
+/* The refractive index along a straight segment, n or n_group of its medium: of the mean over its
+ * colour, as traced. */
+static double index_of(const struct rmap_overlay_ray *ray, size_t row, const double *index)
 {
     const struct rmap_portion *portion = ray->portion;
     const struct rmap_medium *medium = &ray->scene->medium[portion->segment.medium[row]];
     const int n = ray->scene->channels.n; /* rays of another colour space may have more beside */
     double sum = 0.0, whole = 0.0;
     if (!medium->dispersive || !portion->colour)
-        return medium->n[0];
+        return index[0];
     const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
     for (int c = 0; c < portion->n_channel && c < n; c++) {
-        sum += share[c] * medium->n[c];
+        sum += share[c] * index[c];
         whole += share[c];
     }
-    return whole > 0.0 ? sum / whole : medium->n[0];
+    return whole > 0.0 ? sum / whole : index[0];
 }
 
 /* Distance to the sphere from inside; 0 from outside. */
@@ -38,7 +39,7 @@ static double distance_out(const struct rmap_scene *scene, struct rmap_vec3 orig
     return gap > 0.0 ? sqrt(along * along + gap) - along : 0.0;
 }
 
-void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
+void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overlay_ray *ray,
                           uint32_t segment, struct rmap_vec3 from, double optical,
                           struct rmap_segment *out)
 {
@@ -46,8 +47,11 @@ void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_
     size_t row = ray->segment + segment;
     const uint32_t event = portion->segment.event[row];
     struct rmap_vec3 to = point_of(portion->segment.position + 3 * row);
-    *out =
-        (struct rmap_segment){.from = from, .to = to, .optical_from = optical, .segment = segment};
+    *out = (struct rmap_segment){.from = from,
+                                 .to = to,
+                                 .optical_from = optical,
+                                 .segment = segment,
+                                 .clock = ray->scene->timed ? &ray->clock : NULL};
     struct rmap_vec3 end = point_of(portion->ray.end_direction + 3 * ray->row);
     bool leaves = event & RMAP_EVENT_LEFT && !(event & RMAP_EVENT_GRADIENT);
     if (leaves && rmap_dot(end, end) > 0.0) {
@@ -60,8 +64,11 @@ void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_
         if (out->length > 0.0)
             out->direction = rmap_scale(way, 1.0 / out->length);
     }
-    if (!(event & RMAP_EVENT_GRADIENT))
-        out->index = index_of(ray, row);
+    if (!(event & RMAP_EVENT_GRADIENT)) {
+        const struct rmap_medium *medium = &ray->scene->medium[portion->segment.medium[row]];
+        out->index = index_of(ray, row, medium->n);
+        ray->clock.group_index = index_of(ray, row, medium->n_group);
+    }
 }
 
 /* ---- curves ---- */
@@ -201,11 +208,19 @@ void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray 
             .to = to.r,
             .optical_from = out->optical_from,
             .tolerance = path.gradient ? path.gradient->options.tolerance : 0.0,
-            .segment = out->segment};
+            .segment = out->segment,
+            .clock = out->clock,
+            .gradient = path.gradient,
+            .channel = path.channel};
         rmap_detect_curve(scene, &piece, recorder);
         out->optical_from += step.optical;
+        if (out->clock)
+            ray->clock.group_path += path.gradient
+                                         ? rmap_curve_group(path.gradient, path.channel, &step, 1.0)
+                                         : step.optical;
         out->direction = rmap_normalize(step.to.T);
         from = to;
     }
     out->index = 0.0;
+    ray->clock.group_index = 0.0;
 }

@@ -27,12 +27,13 @@ struct rmap_overlay_ray {
     const struct rmap_scene *scene; /* of its colour space */
     size_t row, segment, n_segment, registration, n_registration;
     size_t curve, curve_end; /* rows of /curve not yet passed */
+    struct rmap_clock clock;
 };
 
 /* Segment `segment` of the ray, as light that detectors watch. false: it has no length. from: where
  * the segment before ended; optical: the path up to there. The straight segment's `to` is where it
  * ends, or for one that left, on the overlay's bounding sphere. */
-void rmap_overlay_segment(const struct rmap_overlay *overlay, const struct rmap_overlay_ray *ray,
+void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overlay_ray *ray,
                           uint32_t segment, struct rmap_vec3 from, double optical,
                           struct rmap_segment *out);
 

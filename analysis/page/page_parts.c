@@ -497,8 +497,8 @@ static json_t *objects(const struct rmap_scene *scene)
 
 static const char *emitter_word(const struct rmap_source *source)
 {
-    static const char *const word[] = {"point", "disc", "rectangle", "mesh", "rectangle"};
-    return source->type == RMAP_SOURCE_RAYS ? "rays" : word[source->shape];
+    static const char *const word[] = {"point", "disc", "rectangle", "mesh", "rectangle", "sky"};
+    return rmap_source_is_of_rays(source) ? "rays" : word[source->shape];
 }
 
 static json_t *sources(const struct rmap_scene *scene)
@@ -506,11 +506,9 @@ static json_t *sources(const struct rmap_scene *scene)
     json_t *list = json_array();
     for (size_t i = 0; i < scene->n_source; i++) {
         const struct rmap_source *source = &scene->source[i];
-        bool listed = source->type == RMAP_SOURCE_RAYS && source->n_list > 0;
         struct rmap_affine place = source->frame;
         const double *size = source->lamp ? source->lamp->size : source->shape_size;
-        if (listed)
-            place.t = source->list[0].origin;
+        place.t = rmap_source_place(scene, source);
         json_array_append_new(list, json_pack("{s:o, s:s, s:[f, f], s:o, s:f}", "name",
                                               rmap_page_string(source->name), "shape",
                                               emitter_word(source), "size", size[0], size[1],

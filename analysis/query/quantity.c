@@ -176,7 +176,7 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         st = rmap_parser_advance(parser);
     } else if (is_its) {
         quantity->kind = RMAP_QUANTITY_ITS_NUMBER;
-        quantity->its_number = word->its_number;
+        quantity->its_number = rmap_word_its_number(word, making->self->scene);
         st = parse_its(making, quantity);
     } else if (own && is_order(own->kind)) {
         quantity->kind = own->kind;
@@ -349,6 +349,7 @@ rmap_quantities_create_over(const struct rmap_map *map, const struct rmap_overla
     RMAP_TRY(rmap_names_create(self->scene, &names, err));
     struct making making = {.self = self, .parser = {.criterion = self->holder, .names = names}};
     RMAP_TRY(parse_all(&making, text, detector, err));
+    RMAP_TRY(rmap_check_times(self->scene, self->columns, err));
     for (size_t i = 0; i < n && !self->order.makes_ghosts; i++)
         if (is_order(self->of[i].kind))
             RMAP_TRY(rmap_path_order_init(&self->order, self->scene, err));
@@ -359,6 +360,19 @@ out:
     rmap_names_destroy(names);
     rmap_quantities_destroy(self);
     return st;
+}
+
+bool rmap_quantities_of_phase_time(const struct rmap_quantities *self)
+{
+    bool of = false;
+    for (size_t i = 0; i < self->n; i++) {
+        const struct rmap_quantity *one = &self->of[i];
+        of |=
+            (one->kind == RMAP_QUANTITY_ITS_NUMBER && one->its_number == RMAP_REGISTRATION_TIME) ||
+            (one->kind == RMAP_QUANTITY_SUM && rmap_sum_of_phase_time(&one->sum)) ||
+            (one->kind == RMAP_QUANTITY_COUNT && rmap_criterion_of_phase_time(one->counted));
+    }
+    return of;
 }
 
 void rmap_quantities_destroy(struct rmap_quantities *self)

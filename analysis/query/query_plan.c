@@ -55,8 +55,8 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_outcomes *outcomes = NULL;
-    const rmap_column_set columns =
-        rays_wanted ? RMAP_COLUMNS_ALL : rmap_criterion_columns(criterion);
+    const rmap_column_set columns = rays_wanted ? rmap_columns_of_run(rmap_map_scene(map)->timed)
+                                                : rmap_criterion_columns(criterion);
     *plan = (struct rmap_query_plan){0};
     RMAP_TRY(rmap_query_outcomes_create(map, &criterion, 1, 0, &outcomes, err));
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {

@@ -88,10 +88,17 @@ static double reflectance(const struct at *at)
     return at->report->step[at->k].reflectance;
 }
 
+static enum rmap_registration_number number_of(const struct rmap_scene *scene,
+                                               const struct rmap_table_quantity *quantity)
+{
+    const bool arrives = scene->timed && quantity->number == RMAP_REGISTRATION_TIME;
+    return arrives ? RMAP_REGISTRATION_ARRIVAL : quantity->number;
+}
+
 static double registration_number(const struct at *at)
 {
     return rmap_registration_number(at->scene, at->ray->portion, at->ray->registration + at->k,
-                                    at->quantity->number);
+                                    number_of(at->scene, at->quantity));
 }
 
 /* What rows are found by. */
@@ -190,6 +197,7 @@ static enum rmap_status add_stored(struct catalogue *all, enum rmap_table table,
                                        .unit = info->unit == RMAP_UNIT_LENGTH
                                                    ? rmap_map_scene(all->map)->unit
                                                : info->unit == RMAP_UNIT_NM ? "nm"
+                                               : info->unit == RMAP_UNIT_NS ? "ns"
                                                                             : "1",
                                        .description = info->description,
                                        .column = column};
@@ -223,7 +231,8 @@ static enum rmap_status add_table(struct catalogue *all, enum rmap_table table,
         RMAP_TRY(add(all, &given, of_ray_table[i].name, "", err));
     }
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (rmap_column_info((enum rmap_column)c)->table == table)
+        if (rmap_column_info((enum rmap_column)c)->table == table &&
+            (rmap_columns_of_run(scene->timed) & RMAP_COLUMN_BIT(c)))
             RMAP_TRY(add_stored(all, table, (enum rmap_column)c, err));
     if (table == RMAP_TABLE_REGISTRATION)
         RMAP_TRY(add_stored(all, table, RMAP_SEGMENT_colour, err));
@@ -305,7 +314,8 @@ static enum rmap_status choose(const struct catalogue *all, const char *names, b
     return RMAP_OK;
 }
 
-static rmap_column_set columns_of(const struct rmap_table_column *column)
+static rmap_column_set columns_of(const struct rmap_scene *scene,
+                                  const struct rmap_table_column *column)
 {
     const struct rmap_table_quantity *quantity = column->quantity;
     rmap_column_set columns = counted[column->table];
@@ -314,7 +324,7 @@ static rmap_column_set columns_of(const struct rmap_table_column *column)
     else
         columns |= quantity->columns;
     if (quantity && quantity->read == registration_number)
-        columns |= rmap_registration_number_columns(quantity->number);
+        columns |= rmap_registration_number_columns(number_of(scene, quantity));
     if (column->table == RMAP_TABLE_REGISTRATION && columns & COLOUR)
         columns |= of_segment;
     return columns;
@@ -343,7 +353,7 @@ enum rmap_status rmap_ray_table_create(const struct rmap_map *map, const char *n
     self->map = map;
     for (size_t i = 0; i < all.n; i++)
         if (wanted[i]) {
-            self->columns |= columns_of(&all.column[i]);
+            self->columns |= columns_of(rmap_map_scene(map), &all.column[i]);
             all.column[self->n++] = all.column[i];
         }
     self->is_reported = self->columns == REPORTED;

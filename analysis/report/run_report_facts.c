@@ -369,7 +369,9 @@ void rmap_run_report_provenance(const struct rmap_run_report *report, FILE *out)
 
 static void put_sources(const struct rmap_scene *scene, FILE *out)
 {
-    static const char *const type[] = {"collimated", "point", "area", "list of rays", "lamp"};
+    static const char *const type[] = {
+        "collimated", "point", "area", "list of rays",  "lamp",
+        "volume",     "sky",   "sun",  "Gaussian beam", "steps of particles"};
     const char *unit = scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
     fprintf(out,
             "<h3>Sources</h3>\n<div class=\"table\"><table>\n<tr><th>source</th><th>type</th><th "

@@ -165,6 +165,8 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
     set(object, "which", rmap_which_json(labels->which), &failed);
     set(object, "of", names(stats->setup->quantities, false, &failed), &failed);
     set(object, "unit", names(stats->setup->quantities, true, &failed), &failed);
+    if (rmap_quantities_of_phase_time(stats->setup->quantities))
+        set(object, "time", json_string("phase"), &failed);
     set(object, "rays",
         json_pack("{s:I, s:I}", "total", (json_int_t)labels->n_ray, "matched",
                   (json_int_t)stats->known.n_ray),

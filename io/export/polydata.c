@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/file/base64.h"
+#include "io/export/vtk_xml.h"
 #include "portion/event.h"
 
 /* A piece ends with the ray that makes it as long as this. */
@@ -69,16 +69,7 @@ struct rmap_polydata {
     struct array array[ARRAY_COUNT];
 };
 
-enum { LENGTH_NBYTES = 8 };
-
-static void write_base64(const uint8_t *bytes, size_t n, FILE *file)
-{
-    char four[4];
-    for (size_t i = 0; i < n; i += 3) {
-        rmap_base64_four(bytes + i, n - i, four);
-        (void)fwrite(four, 1, sizeof four, file);
-    }
-}
+enum { LENGTH_NBYTES = RMAP_VTK_LENGTH_NBYTES };
 
 static enum rmap_status reserve(struct rmap_polydata *self, enum array_index index, size_t n_more,
                                 struct rmap_error *err)
@@ -121,21 +112,6 @@ static void put_point(struct rmap_polydata *self, const float *position,
     put(self, ARRAY_CONNECTIVITY, &number);
 }
 
-/* Names of a table, which numbers in the arrays refer to: strings of character codes. */
-static void write_names(FILE *file, const char *array, const char *const *name, size_t n,
-                        size_t stride)
-{
-    fprintf(file, "<Array type=\"String\" Name=\"%s\" NumberOfTuples=\"%zu\" format=\"ascii\">",
-            array, n);
-    for (size_t i = 0; i < n; i++) {
-        const char *const *at = (const void *)((const char *)name + i * stride);
-        for (const char *c = *at ? *at : ""; *c; c++)
-            fprintf(file, "%d ", (int)(unsigned char)*c);
-        fputs("0 ", file);
-    }
-    fputs("</Array>\n", file);
-}
-
 static void write_head(FILE *file, const struct rmap_scene *scene,
                        const struct rmap_polydata_terms *terms)
 {
@@ -145,24 +121,20 @@ static void write_head(FILE *file, const struct rmap_scene *scene,
         word[s] = rmap_stop_word(s);
     while (rmap_event_word(UINT32_C(1) << n_event))
         event[n_event] = rmap_event_word(UINT32_C(1) << n_event), n_event++;
-    fputs("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-          "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n",
-          file);
-    fprintf(file,
-            "<DataArray type=\"Float64\" Name=\"length_unit_m\" NumberOfTuples=\"1\" "
-            "format=\"ascii\">%.17g</DataArray>\n",
-            scene->unit_m);
-    write_names(file, "flux_unit", &terms->flux_unit, 1, 0);
-    write_names(file, "event_bits", event, n_event, sizeof *event);
-    write_names(file, "stops", word, RMAP_STOP_COUNT, sizeof *word);
-    write_names(file, "sources", (const void *)&scene->source->name, scene->n_source,
-                sizeof *scene->source);
-    write_names(file, "objects", (const void *)&scene->object->name, scene->n_object,
-                sizeof *scene->object);
-    write_names(file, "media", (const void *)&scene->medium->name, scene->n_medium,
-                sizeof *scene->medium);
+    rmap_vtk_begin(file, "PolyData");
+    fputs("<PolyData>\n<FieldData>\n", file);
+    rmap_vtk_length_unit(file, scene->unit_m);
+    rmap_vtk_names(file, "flux_unit", &terms->flux_unit, 1, 0);
+    rmap_vtk_names(file, "event_bits", event, n_event, sizeof *event);
+    rmap_vtk_names(file, "stops", word, RMAP_STOP_COUNT, sizeof *word);
+    rmap_vtk_names(file, "sources", (const void *)&scene->source->name, scene->n_source,
+                   sizeof *scene->source);
+    rmap_vtk_names(file, "objects", (const void *)&scene->object->name, scene->n_object,
+                   sizeof *scene->object);
+    rmap_vtk_names(file, "media", (const void *)&scene->medium->name, scene->n_medium,
+                   sizeof *scene->medium);
     if (terms->n_group > 0)
-        write_names(file, "groups", terms->group, terms->n_group, sizeof *terms->group);
+        rmap_vtk_names(file, "groups", terms->group, terms->n_group, sizeof *terms->group);
     fputs("</FieldData>\n", file);
 }
 
@@ -182,14 +154,9 @@ enum rmap_status rmap_polydata_begin(FILE *file, const struct rmap_scene *scene,
 static void write_array(struct rmap_polydata *self, enum array_index index)
 {
     struct array *array = &self->array[index];
-    uint64_t nbytes = array->n_row * array_table[index].row_nbytes;
-    for (int k = 0; k < LENGTH_NBYTES; k++)
-        array->bytes[k] = (uint8_t)(nbytes >> 8 * k);
-    fprintf(self->file,
-            "<DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"binary\">",
-            array_table[index].type, array_table[index].name, array_table[index].n_component);
-    write_base64(array->bytes, LENGTH_NBYTES + nbytes, self->file);
-    fputs("</DataArray>\n", self->file);
+    const struct rmap_vtk_array as = {array_table[index].type, array_table[index].name,
+                                      array_table[index].n_component};
+    rmap_vtk_array(self->file, &as, array->bytes, array->n_row * array_table[index].row_nbytes);
     array->n_row = 0;
 }
 

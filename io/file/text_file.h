@@ -12,7 +12,7 @@
 /* What is wanted, for the messages. */
 struct rmap_text_kind {
     const char *noun;   /* "a scene file" */
-    const char *format; /* "YAML text" */
+    const char *format; /* "YAML text"; NULL, of files that scenes name: any bytes */
     const char *advice; /* " (meshes belong into files of their own)", or "" */
     size_t nbytes_max;
 };

@@ -70,6 +70,8 @@ struct rmap_h5_unit rmap_h5_unit_of(enum rmap_unit unit, const char *length, dou
         return (struct rmap_h5_unit){length, length_m, {1}};
     case RMAP_UNIT_NM:
         return (struct rmap_h5_unit){"nm", 1e-9, {1}};
+    case RMAP_UNIT_NS:
+        return (struct rmap_h5_unit){"ns", 1e-9, {[2] = 1}};
     case RMAP_UNIT_ONE:
         break;
     }

@@ -361,7 +361,7 @@ enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set 
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
-    self->columns = columns;
+    self->columns = columns & rmap_columns_of_run(map->scene[0]->timed);
     self->space = rmap_alloc(map->spaces.n, sizeof *self->space);
     if (!self->space) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
@@ -433,6 +433,7 @@ static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, stru
         if (!*portion)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
         (*portion)->n_channel = self->map->spaces.space[space].n_channel;
+        (*portion)->timed = self->map->scene[space]->timed;
     }
     self->portion = *portion;
     rmap_portion_clear(self->portion);
@@ -462,12 +463,14 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
         if (!(columns & RMAP_COLUMN_BIT(c)))
             continue;
         void *to = rmap_portion_column(self->portion, (enum rmap_column)c);
+        const int stored =
+            rmap_map_piece_layout(self->map, (size_t)info->piece)->stream[is_beside ? 0 : c].table;
         if (is_beside)
             RMAP_TRY(rmap_chunk_reader_kept(self->reader, (size_t)info->piece, c, first[table],
                                             rows->n_row[table], to, err));
         else
             RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
-                                            info->stored_first[table], rows->n_row[table], to,
+                                            info->stored_first[stored], rows->n_row[table], to,
                                             err));
     }
 out:
@@ -609,7 +612,8 @@ static enum rmap_status choose_beside(struct rmap_cursor *self,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_piece_columns *kept;
-    const rmap_column_set traced = rmap_compact_traced(self->header.placed);
+    const rmap_column_set traced =
+        rmap_compact_traced(self->header.placed) & rmap_columns_of_run(self->shown.timed);
     *beside_ret = 0;
     /* Who wants none of them does not look for the file, and who wants all has them from the piece.
      */
@@ -657,6 +661,7 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
 {
     enum rmap_status st = RMAP_OK;
     const rmap_column_set cells = CELL_COLUMNS;
+    columns &= rmap_columns_of_run(self->shown.timed);
     rmap_column_set before = self->present | self->kept;
     self->kept |=
         rmap_map_borrow_columns(self->map, self->in_hand, columns & ~before, &self->shown);
@@ -770,6 +775,7 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     size_t n = 0;
     *selected_ret = NULL;
+    columns &= rmap_columns_of_run(self->shown.timed);
     if (!rmap_map_selects(self->map, self->in_hand, columns) ||
         !(columns & ~self->present & rmap_compact_traced(false)))
         return RMAP_OK;
@@ -781,8 +787,8 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
         goto out;
     RMAP_TRY(decode_selected(self, info, n, columns, err));
     const struct rmap_portion *rows = self->space[info->space].selected;
-    self->selected =
-        (struct rmap_portion){.n_channel = rows->n_channel, .first_ray = rows->first_ray};
+    self->selected = (struct rmap_portion){
+        .n_channel = rows->n_channel, .timed = rows->timed, .first_ray = rows->first_ray};
     memcpy(self->selected.n_row, rows->n_row, sizeof rows->n_row);
     show_columns(rows, columns, &self->selected);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)

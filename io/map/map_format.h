@@ -28,6 +28,7 @@
 
 /* What a reader of format 5 must know, by name, in the attribute `features`. */
 #define RMAP_FEATURE_CURVES "curves" /* /curve: the scene has gradient media */
+#define RMAP_FEATURE_TIMES  "times"  /* group paths and delays; /curve, too */
 #define RMAP_FEATURE_GAPS   "gaps"   /* ids of a portion may have gaps: picked rays */
 #define RMAP_FEATURE_PLACES "places" /* compact portions may have places stand by themselves */
 #define RMAP_FEATURE_CLASSES                                                                       \
@@ -35,6 +36,11 @@
 #define RMAP_FEATURE_CODES "codes" /* and these in a byte each */
 #define RMAP_FEATURE_LENGTHS                                                                       \
     "lengths" /* rays with paths of their own say about how long they are */
+#define RMAP_FEATURE_SCATTER                                                                       \
+    "scatter" /* compact portions may leave out colours that follow from scatter models */
+
+#define RMAP_FEATURE_TURBID                                                                        \
+    "turbid" /* compact portions may leave out what follows from scattering and luminescence */
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

@@ -33,6 +33,7 @@ int rmap_map_readers(const struct rmap_map *map, rmap_column_set columns, int n_
 {
     uint64_t chunk[RMAP_TABLE_COUNT];
     size_t most = 1;
+    columns &= rmap_columns_of_run(map->scene[0]->timed);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         chunk[t] = RMAP_CHUNK_ROWS;
     for (size_t i = 0; i < map->content.n_portion; i++) {

@@ -79,6 +79,11 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle)
         rmap_free(bundle->file[i].text);
     }
     rmap_free(bundle->file);
+    for (size_t i = 0; i < bundle->n_ray_set; i++) {
+        rmap_free(bundle->ray_set[i].name);
+        rmap_file_rays_drop(bundle->ray_set[i].set);
+    }
+    rmap_free(bundle->ray_set);
     for (size_t i = 0; i < bundle->n_plugin; i++)
         rmap_free(bundle->plugin[i].field);
     rmap_free(bundle->plugin);
@@ -154,6 +159,20 @@ enum rmap_status rmap_bundle_add_file(struct rmap_bundle *bundle, const char *na
     bundle->file[bundle->n_file].name = copy;
     bundle->file[bundle->n_file].text = text;
     bundle->file[bundle->n_file++].nbytes = nbytes;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_ray_set(struct rmap_bundle *bundle, const char *name,
+                                         struct rmap_file_rays *set, struct rmap_error *err)
+{
+    char *copy = NULL;
+    void *list =
+        grow(bundle->ray_set, bundle->n_ray_set, sizeof *bundle->ray_set, name, &copy, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->ray_set = list;
+    bundle->ray_set[bundle->n_ray_set].name = copy;
+    bundle->ray_set[bundle->n_ray_set++].set = set;
     return RMAP_OK;
 }
 

@@ -50,6 +50,11 @@ struct rmap_bundle {
         char *text; /* with a 0 behind it */
         size_t nbytes;
     } * file; /* tables and the like */
+    size_t n_ray_set;
+    struct {
+        char *name; /* of its file, as the scene names it, and what is taken of it */
+        struct rmap_file_rays *set;
+    } * ray_set;
     size_t n_plugin;
     struct {
         char *field;
@@ -83,6 +88,10 @@ enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *fi
 /* A file's text, taken over on success alone. */
 enum rmap_status rmap_bundle_add_file(struct rmap_bundle *bundle, const char *name, char *text,
                                       size_t nbytes, struct rmap_error *err) RMAP_MUST_USE;
+/* The same for rays of a file, whose one hold is taken over. */
+enum rmap_status rmap_bundle_add_ray_set(struct rmap_bundle *bundle, const char *name,
+                                         struct rmap_file_rays *set,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *field,
                                         uint64_t xxh3, struct rmap_error *err) RMAP_MUST_USE;
 

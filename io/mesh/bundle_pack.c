@@ -3,7 +3,7 @@
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
  * gradient media are made of stands at the end, where there is any; behind that the texts of
- * tables, and then the tangents of meshes that have them.
+ * tables, then the tangents of meshes that have them, and then rays of files.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -17,6 +17,7 @@ static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
 static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
 static const char magic_files[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '3'};
 static const char magic_tangents[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '4'};
+static const char magic_rays[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '5'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -102,7 +103,8 @@ static void put_files(struct sink *sink, const struct rmap_bundle *bundle)
     put_u64(sink, bundle->n_file);
     for (size_t i = 0; i < bundle->n_file; i++) {
         put_text(sink, bundle->file[i].name);
-        put_text(sink, bundle->file[i].text);
+        put_u64(sink, bundle->file[i].nbytes);
+        put_bytes(sink, bundle->file[i].text, bundle->file[i].nbytes);
     }
 }
 
@@ -124,16 +126,51 @@ static void put_tangents(struct sink *sink, const struct rmap_bundle *bundle)
     }
 }
 
+/* Which columns there are, as bits. */
+enum {
+    RAYS_WIDE = 1,
+    RAYS_POWER = 2,
+    RAYS_NM = 4,
+    RAYS_DELAY = 8,
+    RAYS_EVENT = 16,
+    RAYS_LM = 32,
+    RAYS_STEP = 64
+};
+
+static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
+{
+    const double said[4] = {set->unit_m, set->all_nm, set->flux, set->loose};
+    put_u64(sink, set->n);
+    put_u32(sink, (set->wide ? RAYS_WIDE : 0U) | (set->below ? RAYS_POWER : 0U) |
+                      (set->wavelength_nm ? RAYS_NM : 0U) | (set->delay_ns ? RAYS_DELAY : 0U) |
+                      (set->event ? RAYS_EVENT : 0U) | (set->lumens ? RAYS_LM : 0U) |
+                      (set->step ? RAYS_STEP : 0U));
+    put_bytes(sink, said, sizeof said);
+    put_text(sink, set->title);
+    if (set->wide)
+        put_bytes(sink, set->wide, set->n * sizeof *set->wide);
+    else
+        put_bytes(sink, set->narrow, set->n * sizeof *set->narrow);
+    put_bytes(sink, set->below, set->below ? set->n * sizeof *set->below : 0);
+    put_bytes(sink, set->wavelength_nm,
+              set->wavelength_nm ? set->n * sizeof *set->wavelength_nm : 0);
+    put_bytes(sink, set->delay_ns, set->delay_ns ? set->n * sizeof *set->delay_ns : 0);
+    put_bytes(sink, set->event, set->event ? set->n * sizeof *set->event : 0);
+    put_bytes(sink, set->step, set->step ? set->n * sizeof *set->step : 0);
+}
+
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    const bool tangents = has_tangents(bundle), files = tangents || bundle->n_file > 0,
+    const bool rays = bundle->n_ray_set > 0, tangents = rays || has_tangents(bundle),
+               files = tangents || bundle->n_file > 0,
                fields = files || bundle->n_grid || bundle->n_plugin;
     put_bytes(sink,
-              tangents ? magic_tangents
-              : files  ? magic_files
-              : fields ? magic_fields
-                       : magic,
+              rays       ? magic_rays
+              : tangents ? magic_tangents
+              : files    ? magic_files
+              : fields   ? magic_fields
+                         : magic,
               sizeof magic);
     put_text(sink, bundle->path);
     put_u64(sink, bundle->text_nbytes);
@@ -155,6 +192,12 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
         put_files(sink, bundle);
     if (tangents)
         put_tangents(sink, bundle);
+    if (rays)
+        put_u64(sink, bundle->n_ray_set);
+    for (size_t i = 0; i < bundle->n_ray_set; i++) {
+        put_text(sink, bundle->ray_set[i].name);
+        put_rays(sink, bundle->ray_set[i].set);
+    }
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -226,16 +269,16 @@ static enum rmap_status take_count(struct cursor *in, size_t nbytes, size_t *cou
     return RMAP_OK;
 }
 
-static enum rmap_status take_text(struct cursor *in, char **text_ret)
+/* Of any bytes, a 0 behind them; NULL: none. */
+static enum rmap_status take_bytes(struct cursor *in, char **text_ret, size_t *nbytes_ret)
 {
     uint64_t len = 0;
     enum rmap_status st = take_u64(in, &len);
+    *nbytes_ret = 0;
     if (st != RMAP_OK || len == UINT64_MAX)
         return st;
     if (len > in->left)
         return damaged(in, "a text exceeds what is there");
-    if (memchr(in->at, 0, (size_t)len))
-        return damaged(in, "a text holds a NUL");
     char *text = rmap_alloc((size_t)len + 1, 1);
     if (!text)
         return no_memory(in);
@@ -243,7 +286,19 @@ static enum rmap_status take_text(struct cursor *in, char **text_ret)
     in->at += len;
     in->left -= (size_t)len;
     *text_ret = text;
+    *nbytes_ret = (size_t)len;
     return RMAP_OK;
+}
+
+static enum rmap_status take_text(struct cursor *in, char **text_ret)
+{
+    size_t nbytes = 0;
+    enum rmap_status st = take_bytes(in, text_ret, &nbytes);
+    if (st != RMAP_OK || !*text_ret || strlen(*text_ret) == nbytes)
+        return st;
+    rmap_free(*text_ret);
+    *text_ret = NULL;
+    return damaged(in, "a text holds a NUL");
 }
 
 /* A text that must be there. */
@@ -412,13 +467,15 @@ out:
 static enum rmap_status take_files(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n = 0;
+    size_t n = 0, nbytes = 0;
     char *name = NULL, *text = NULL;
     RMAP_TRY(take_count(in, 16, &n));
     for (size_t i = 0; i < n; i++) {
         RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_name(in, &text));
-        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, strlen(text), in->err));
+        RMAP_TRY(take_bytes(in, &text, &nbytes));
+        if (!text)
+            RMAP_TRY(damaged(in, "a file is missing"));
+        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, nbytes, in->err));
         text = NULL;
         rmap_free(name);
         name = NULL;
@@ -449,13 +506,97 @@ out:
     return st;
 }
 
+/* A column of n rows; NULL where there is none. */
+static enum rmap_status take_column(struct cursor *in, bool there, size_t n, size_t size,
+                                    void *column_address)
+{
+    if (!there)
+        return RMAP_OK;
+    if (n > in->left / size)
+        return damaged(in, "rays exceed what is there");
+    void *column = rmap_alloc_unset(n, size);
+    if (!column)
+        return no_memory(in);
+    memcpy(column, in->at, n * size);
+    memcpy(column_address, &column, sizeof column);
+    in->at += n * size;
+    in->left -= n * size;
+    return RMAP_OK;
+}
+
+static enum rmap_status take_rays(struct cursor *in, struct rmap_file_rays **set_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    uint32_t bits = 0;
+    double said[4];
+    char *title = NULL;
+    struct rmap_error why = {0};
+    struct rmap_file_rays *set = rmap_alloc(1, sizeof *set);
+    if (!set)
+        return no_memory(in);
+    set->n_holder = 1;
+    RMAP_TRY(take_count(in, 24, &set->n));
+    RMAP_TRY(take_u32(in, &bits));
+    RMAP_TRY(take_doubles(in, said, 4));
+    RMAP_TRY(take_name(in, &title));
+    if (strlen(title) >= sizeof set->title || set->n == 0 || !(said[0] >= 0.0 && said[0] < 1e9) ||
+        !(said[3] >= 0.0 && said[3] <= RMAP_FILE_RAYS_LOOSE))
+        RMAP_TRY(damaged(in, "rays are not as they are written"));
+    memcpy(set->title, title, strlen(title) + 1);
+    set->unit_m = said[0];
+    set->all_nm = said[1];
+    set->flux = said[2];
+    set->loose = said[3];
+    set->lumens = (bits & RAYS_LM) != 0;
+    RMAP_TRY(take_column(in, (bits & RAYS_WIDE) != 0, set->n, sizeof *set->wide, &set->wide));
+    RMAP_TRY(take_column(in, !(bits & RAYS_WIDE), set->n, sizeof *set->narrow, &set->narrow));
+    RMAP_TRY(take_column(in, (bits & RAYS_POWER) != 0, set->n, sizeof *set->below, &set->below));
+    RMAP_TRY(take_column(in, (bits & RAYS_NM) != 0, set->n, sizeof *set->wavelength_nm,
+                         &set->wavelength_nm));
+    RMAP_TRY(
+        take_column(in, (bits & RAYS_DELAY) != 0, set->n, sizeof *set->delay_ns, &set->delay_ns));
+    RMAP_TRY(take_column(in, (bits & RAYS_EVENT) != 0, set->n, sizeof *set->event, &set->event));
+    RMAP_TRY(take_column(in, (bits & RAYS_STEP) != 0, set->n, sizeof *set->step, &set->step));
+    st = rmap_file_rays_finish(set, &why);
+    if (st != RMAP_OK)
+        RMAP_TRY(damaged(in, why.text));
+    *set_ret = set;
+    set = NULL;
+out:
+    rmap_free(title);
+    rmap_file_rays_drop(set);
+    return st;
+}
+
+static enum rmap_status take_ray_sets(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    char *name = NULL;
+    struct rmap_file_rays *set = NULL;
+    RMAP_TRY(take_count(in, 32, &n));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_rays(in, &set));
+        RMAP_TRY(rmap_bundle_add_ray_set(bundle, name, set, in->err));
+        set = NULL;
+        rmap_free(name);
+        name = NULL;
+    }
+out:
+    rmap_free(name);
+    rmap_file_rays_drop(set);
+    return st;
+}
+
 static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
     bool known = in->left >= sizeof magic;
-    const bool tangents = known && memcmp(in->at, magic_tangents, sizeof magic) == 0;
+    const bool rays = known && memcmp(in->at, magic_rays, sizeof magic) == 0;
+    const bool tangents = rays || (known && memcmp(in->at, magic_tangents, sizeof magic) == 0);
     const bool files = tangents || (known && memcmp(in->at, magic_files, sizeof magic) == 0);
     const bool fields = files || (known && memcmp(in->at, magic_fields, sizeof magic) == 0);
     if (!known || (!fields && memcmp(in->at, magic, sizeof magic) != 0))
@@ -481,6 +622,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
         RMAP_TRY(take_files(in, bundle));
     if (tangents)
         RMAP_TRY(take_tangents(in, bundle));
+    if (rays)
+        RMAP_TRY(take_ray_sets(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

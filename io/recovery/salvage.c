@@ -313,7 +313,7 @@ static enum rmap_status place(struct salvage *self, struct rmap_error *err)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s belongs to another scene, seed or colour space than this map",
                               self->part_path);
-    if ((header->format_major == RMAP_JOURNAL_CURVED) != rmap_scene_is_curved(map->scene[space]))
+    if ((header->format_major == RMAP_JOURNAL_CURVED) != rmap_scene_keeps_curves(map->scene[space]))
         return rmap_error_set(err, RMAP_FORMAT, "%s has another format than this map's scene",
                               self->part_path);
     self->run = (struct rmap_run){.bundle = map->bundle,

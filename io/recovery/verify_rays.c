@@ -44,7 +44,7 @@ static bool next_piece(struct source *source)
 {
     const struct rmap_map_content *content = source->self->content;
     while (source->piece < content->n_piece &&
-           content->piece[source->piece].n_row[source->stream->table] == 0)
+           content->piece[source->piece].stored_rows[source->stream->table] == 0)
         source->piece++;
     return source->piece < content->n_piece;
 }
@@ -53,7 +53,7 @@ static bool next_piece(struct source *source)
 static bool fits(struct source *source, hid_t create, size_t i)
 {
     const struct rmap_piece_info *piece = &source->self->content->piece[source->piece];
-    hsize_t rows = piece->n_row[source->stream->table];
+    hsize_t rows = piece->stored_rows[source->stream->table];
     hsize_t first[2] = {0}, last[2] = {0};
     char name[sizeof piece->name] = "", set[128] = "";
     hid_t space = H5Pget_virtual_vspace(create, i);
@@ -110,7 +110,7 @@ static enum rmap_status verify_view(struct rmap_verification *self, struct rmap_
     if (!has_view(self->content))
         return RMAP_OK;
     const struct rmap_layout *layout = rmap_map_piece_layout(self->map, 0);
-    int n_stream = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->map->scene[0]));
+    int n_stream = rmap_layout_n_stream(layout, self->map->scene[0]);
     for (int s = 0; s < n_stream && st == RMAP_OK; s++) {
         struct source source = {.self = self, .stream = &layout->stream[s]};
         hid_t set = rmap_h5_has(h5, source.stream->path)
@@ -480,7 +480,7 @@ static enum rmap_status check_totals(struct rmap_verification *self, struct rmap
 {
     static const char *const name[RMAP_TABLE_COUNT] = {"rays", "segments", "registrations",
                                                        "curve_points"};
-    const bool curved = rmap_scene_is_curved(self->map->scene[0]);
+    const bool curved = rmap_scene_keeps_curves(self->map->scene[0]);
     enum rmap_status st = RMAP_OK;
     char says[40] = "", is[33];
     for (int t = 0; t < (curved ? RMAP_TABLE_COUNT : RMAP_TABLE_CURVE) && st == RMAP_OK; t++) {

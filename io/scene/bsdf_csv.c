@@ -110,6 +110,7 @@ enum rmap_status rmap_bsdf_csv_read(const char *text, size_t nbytes,
     enum rmap_status st = RMAP_OK;
     const struct rmap_channels *channels = wanted->channels;
     struct rmap_number_rows rows = {
+        .n_column = RMAP_ROW_COLUMNS,
         .name = column,
         .n_axis = VALUE,
         .row_is = "a row has six numbers: wavelength (nm; 0: any), theta_i, phi_i, theta_s, phi_s "

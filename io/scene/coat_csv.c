@@ -35,6 +35,7 @@ enum rmap_status rmap_coat_csv_read(const char *text, size_t nbytes,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_number_rows rows = {
+        .n_column = RMAP_ROW_COLUMNS,
         .name = column,
         .n_axis = RS,
         .row_is =

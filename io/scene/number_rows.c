@@ -27,7 +27,7 @@ static bool is_blank(char c)
 /* The names of the columns, as a first line may have them. */
 static bool is_head(const struct rmap_number_rows *rows, const char *at, const char *end)
 {
-    for (size_t c = 0; c < RMAP_ROW_COLUMNS; c++) {
+    for (size_t c = 0; c < rows->n_column; c++) {
         const size_t n = strlen(rows->name[c]);
         while (at < end && is_blank(*at))
             at++;
@@ -58,7 +58,7 @@ static enum rmap_status read_row(const char *at, const char *end, size_t line,
     enum rmap_status st = rows->n == rows->cap ? make_room(rows, err) : RMAP_OK;
     if (st != RMAP_OK)
         return st;
-    for (size_t c = 0; c < RMAP_ROW_COLUMNS; c++) {
+    for (size_t c = 0; c < rows->n_column; c++) {
         char *stop = NULL;
         double *value = &rows->row[rows->n][c];
         while (at < end && is_blank(*at))
@@ -71,7 +71,8 @@ static enum rmap_status read_row(const char *at, const char *end, size_t line,
     while (at < end && is_blank(*at))
         at++;
     if (at < end && *at != '#')
-        return rmap_error_set(err, RMAP_INPUT, "line %zu: something follows its six numbers", line);
+        return rmap_error_set(err, RMAP_INPUT, "line %zu: something follows its %s numbers", line,
+                              rows->n_column == RMAP_ROW_COLUMNS ? "six" : "three");
     rows->line[rows->n++] = line;
     return RMAP_OK;
 }

@@ -11,10 +11,11 @@
 #include "base/status.h"
 #include "optics/spectrum.h"
 
-enum { RMAP_ROW_COLUMNS = 6, RMAP_ROW_AXES_MAX = 5 };
+enum { RMAP_ROW_COLUMNS = 6, RMAP_ROW_AXES_MAX = 5 }; /* at most */
 
 struct rmap_number_rows {
-    const char *const *name; /* [RMAP_ROW_COLUMNS]; the first n_axis are axes */
+    size_t n_column;
+    const char *const *name; /* [n_column]; the first n_axis are axes */
     const char *row_is;      /* "a row has six numbers: ..." */
     size_t n_axis;
     /* Read. */
@@ -26,8 +27,8 @@ struct rmap_number_rows {
     size_t count[RMAP_ROW_AXES_MAX], stride[RMAP_ROW_AXES_MAX];
 };
 
-/* Every combination of the axes' numbers once, ascending, the last axis fastest; all finite. name,
- * row_is and n_axis are set. RMAP_INPUT with the line. */
+/* Every combination of the axes' numbers once, ascending, the last axis fastest; all finite.
+ * n_column, name, row_is and n_axis are set. RMAP_INPUT with the line. */
 enum rmap_status rmap_number_rows_read(const char *text, size_t nbytes,
                                        struct rmap_number_rows *rows,
                                        struct rmap_error *err) RMAP_MUST_USE;

@@ -8,6 +8,7 @@
 #include "base/alloc.h"
 #include "io/scene/scene_cameras.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_environment.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_sources.h"
@@ -221,8 +222,9 @@ void rmap_reader_read_cameras(struct rmap_reader *reader)
 const struct rmap_mapping rmap_background_keys = {
     "cameras",
     NULL,
-    {{"'background'", "radiance spectrum"}},
-    {{"radiance", RMAP_KEY_NUMBER, 0, &rmap_range_nonnegative, .need = RMAP_REQUIRED}}};
+    {{"'background'",
+      "radiance spectrum trace file map unit rotate up north toward rays_share medium"}},
+    {{"radiance", RMAP_KEY_NUMBER, 0, &rmap_range_nonnegative}}};
 
 void rmap_reader_read_background(struct rmap_reader *reader)
 {
@@ -232,8 +234,23 @@ void rmap_reader_read_background(struct rmap_reader *reader)
     double radiance = 0;
     if (!node || !rmap_reader_known(reader, node, &rmap_background_keys, 0))
         return;
+    bool traced = true;
+    if (!rmap_yaml_get(node, "file") == !rmap_yaml_get(node, "radiance"))
+        rmap_reader_error(reader, node, "'background' has a 'file', or else a 'radiance'");
+    if (!rmap_reader_bool(reader, node, "trace", &traced))
+        return;
+    if (rmap_yaml_get(node, "file") && !traced)
+        rmap_reader_error(reader, rmap_yaml_get(node, "trace"),
+                          "a picture is always traced: '--without background' leaves it out");
+    if (rmap_reader_background_shines(reader)) /* a source */
+        return;
+    static const char *const traces[] = {"up", "north", "toward", "rays_share", "medium"};
+    for (size_t i = 0; i < RMAP_COUNT(traces); i++)
+        if (rmap_yaml_get(node, traces[i]))
+            rmap_reader_error(reader, rmap_yaml_get(node, traces[i]),
+                              "'%s' is for light that is traced: add 'trace: true'", traces[i]);
     (void)rmap_reader_fill(reader, node, &rmap_background_keys, 0, &radiance);
-    rmap_reader_source_spectrum(reader, node, &spectrum);
+    rmap_reader_spectrum(reader, node, "spectrum", &spectrum);
     if (reader->diagnostics->n_error > 0)
         return;
     if (rmap_spectrum_shares(&spectrum, &scene->channels, scene->flux_unit == RMAP_FLUX_LM,

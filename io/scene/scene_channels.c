@@ -246,6 +246,19 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
 
 const struct rmap_mapping rmap_spectrum_keys = {"Head", NULL, {{"spectrum", "mode wavelengths"}}};
 
+/* Group paths and delays: asked for by the simulation, or by the scene for all of them. */
+static void read_timed(struct rmap_reader *reader)
+{
+    int choice = 0;
+    (void)rmap_reader_choice(reader, reader->root, "time", RMAP_OPTIONAL, "off on", &choice);
+    (void)rmap_reader_choice(reader, reader->simulation, "time", RMAP_OPTIONAL, "off on", &choice);
+    reader->scene->timed = choice == 1;
+    if (choice == 1 && reader->scene->channels.mode == RMAP_COLOUR_RGB)
+        rmap_reader_warn(reader, NULL,
+                         "'time: on' in colours of rgb: group indices are the phase indices, since "
+                         "dispersion needs wavelengths (spectrum: {mode: spectral})");
+}
+
 void rmap_reader_read_channels(struct rmap_reader *reader)
 {
     struct rmap_channels *channels = &reader->scene->channels;
@@ -265,6 +278,7 @@ void rmap_reader_read_channels(struct rmap_reader *reader)
         for (int i = 0; i < 3; i++)
             channels->wavelength_nm[i] = rgb_index_nm;
     }
+    read_timed(reader);
 }
 
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -502,13 +516,13 @@ static void set_illuminant(struct rmap_reader *reader, const double power[RMAP_I
 }
 
 static void read_named(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                       struct rmap_spectrum *spectrum)
+                       const char *key, struct rmap_spectrum *spectrum)
 {
     enum { EQUAL, D65, FIRST };
     double power[RMAP_ILLUMINANT_N];
     int choice = EQUAL;
-    (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL,
-                             "equal D65 A D50 D55 D75 F2 F11", &choice);
+    (void)rmap_reader_choice(reader, source, key, RMAP_OPTIONAL, "equal D65 A D50 D55 D75 F2 F11",
+                             &choice);
     if (choice < FIRST) {
         spectrum->kind = choice == D65 ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
         return;
@@ -544,16 +558,16 @@ static void read_led(struct rmap_reader *reader, const struct rmap_yaml_node *no
         rmap_led_steps(peak, width, value);
 }
 
-void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                                 struct rmap_spectrum *spectrum)
+void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                          const char *key, struct rmap_spectrum *spectrum)
 {
-    const struct rmap_yaml_node *node = rmap_yaml_get(source, "spectrum");
+    const struct rmap_yaml_node *node = rmap_yaml_get(source, key);
     bool good = true;
     *spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     if (!node)
         return;
     if (node->kind == RMAP_YAML_SCALAR) {
-        read_named(reader, source, spectrum);
+        read_named(reader, source, key, spectrum);
         return;
     }
     if (!rmap_reader_check_map(reader, node, "a spectrum",

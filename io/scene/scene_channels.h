@@ -28,9 +28,9 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
 void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       const char *key, size_t *n_ret, double **column);
 
-/* A source's `spectrum`, absent: equal. */
-void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
-                                 struct rmap_spectrum *spectrum);
+/* A source's `spectrum`, or what else is one; absent: equal. */
+void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                          const char *key, struct rmap_spectrum *spectrum);
 
 /* Channel of a wavelength; -1 after a complaint. */
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,

@@ -125,6 +125,14 @@ static double index_at(const struct dispersion *of, double nm)
     return of->table.n ? rmap_table1_at(&of->table, nm) : rmap_glass_index(&of->glass, nm);
 }
 
+/* A little beside a wavelength, by a share of it: of a table along its spline. */
+static double index_beside(const struct dispersion *of, double nm, double share)
+{
+    if (of->table.n == 0)
+        return index_at(of, nm * (1 + share));
+    return index_at(of, nm) + rmap_table1_slope(&of->table, nm) * nm * share;
+}
+
 static void read_index_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                              struct dispersion *of, bool *good)
 {
@@ -188,7 +196,8 @@ static void reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_n
         return;
     double n_reference = index_at(&of, reference);
     for (int c = 0; c < channels->n && good; c++) {
-        dispersed[c] = on_channel(mode, index_at(&of, channels->wavelength_nm[c]), n_reference);
+        const double nm = channels->wavelength_nm[c] / (1 + reader->beside);
+        dispersed[c] = on_channel(mode, index_beside(&of, nm, reader->beside), n_reference);
         good = isfinite(dispersed[c].scale) && isfinite(dispersed[c].offset);
     }
     if (!good) {
@@ -391,6 +400,10 @@ static void report_index(struct rmap_reader *reader, const struct rmap_affine *p
         struct rmap_vec3 slope;
         known &= rmap_field_at(medium->field, c, to_field.t, &n, &slope);
         medium->n[c] = known ? n : 1;
+        const struct rmap_gradient there = {.field = medium->field,
+                                            .beside = medium->beside[1] ? medium->beside : NULL,
+                                            .to_local = rmap_affine_identity()};
+        medium->n_group[c] = rmap_gradient_group(&there, c, to_field.t, medium->n[c]);
     }
     if (known)
         (void)snprintf(text, sizeof text, "gradient %s, index %.9g at the origin of its frame",
@@ -426,6 +439,41 @@ static double size_of(const struct rmap_reader *reader, const struct rmap_medium
     return size > 0 && isfinite(size) ? size : 1 / scale;
 }
 
+/* Without a word of what the field's first reading has said. */
+static void read_beside(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const struct rmap_field_place *place, double share,
+                        struct rmap_field **field_ret)
+{
+    struct rmap_diagnostics *said = reader->diagnostics, unsaid;
+    struct rmap_channels *channels = &reader->scene->channels;
+    const struct rmap_channels own = *channels;
+    rmap_diagnostics_init(&unsaid, NULL);
+    reader->diagnostics = &unsaid;
+    reader->beside = share;
+    for (int c = 0; c < channels->n; c++)
+        channels->wavelength_nm[c] *= 1 + share;
+    rmap_reader_field(reader, node, place, field_ret);
+    reader_disperse(reader, node, field_ret);
+    *channels = own;
+    reader->beside = 0;
+    reader->diagnostics = said;
+    rmap_diagnostics_fini(&unsaid);
+}
+
+/* What group indices follow from, where the field may be dispersive: one of a single channel does
+ * not say. */
+static void read_dispersion(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_field_place *place, struct rmap_medium *medium)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    if (!reader->scene->timed || channels->mode == RMAP_COLOUR_RGB ||
+        (channels->n > 1 && medium->field->n_channel == 1))
+        return;
+    for (int k = 0; k < 2; k++)
+        read_beside(reader, node, place, k == 0 ? -RMAP_GRADIENT_BESIDE : RMAP_GRADIENT_BESIDE,
+                    &medium->beside[k]);
+}
+
 void rmap_reader_make_gradients(struct rmap_reader *reader)
 {
     for (size_t i = 0; i < reader->n_frame; i++) {
@@ -440,6 +488,7 @@ void rmap_reader_make_gradients(struct rmap_reader *reader)
         if (!medium->field)
             continue;
         medium->dispersive = medium->field->n_channel > 1;
+        read_dispersion(reader, frame->node, &place, medium);
         report_index(reader, &frame->placement, medium);
     }
 }

@@ -41,6 +41,11 @@ int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, 
 /* The scene's number of channels, or 1 where all have one wavelength. */
 int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader);
 
+/* The grid that a mapping describes, of this name in the bundle, which it is put into first when it
+ * comes from its file; left alone after a complaint. */
+void rmap_reader_find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *path, struct rmap_grid **grid_ret);
+
 /* How a model is read: by a function of its own, or from its parameters alone. */
 #define RMAP_FIELD_KEY_MAX 12
 struct rmap_field_model {

@@ -78,9 +78,8 @@ static void load_grid(struct rmap_reader *reader, const struct rmap_yaml_node *n
     rmap_reader_made(reader, rmap_yaml_get(node, "file"), st);
 }
 
-/* The grid of the bundle, which it is put into first when it comes from its file. */
-static void find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      const char *path, struct rmap_grid **grid_ret)
+void rmap_reader_find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *path, struct rmap_grid **grid_ret)
 {
     struct rmap_grid_file file = {0};
     struct rmap_grid *loaded = NULL;
@@ -88,11 +87,14 @@ static void find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *n
     bool good = describe_grid(reader, node, &file);
     const struct rmap_name *bundled = rmap_names_find(&reader->grids, path);
     *grid_ret = bundled ? reader->bundle->grid[bundled->index].grid : NULL;
+    for (size_t i = 0; reader->beside != 0 && !*grid_ret && i < reader->bundle->n_grid; i++)
+        if (strcmp(reader->bundle->grid[i].field, path) == 0) /* put there by the first reading */
+            *grid_ret = reader->bundle->grid[i].grid;
     if (!name || !good || *grid_ret)
         return;
     if (reader->bundle->meshes_complete) {
         rmap_reader_error(reader, rmap_yaml_get(node, "file"),
-                          "the grid of medium '%.60s' is not stored with the scene", path);
+                          "the grid of '%.60s' is not stored with the scene", path);
         return;
     }
     load_grid(reader, node, name, &file, &loaded);
@@ -116,7 +118,7 @@ static void read_grid(struct rmap_reader *reader, const struct rmap_yaml_node *n
                                    "trilinear tricubic", &choice);
     good &= rmap_reader_number(reader, node, "outside", RMAP_OPTIONAL, &rmap_range_any, &outside);
     reader->lenient_field = true;
-    find_grid(reader, node, place->path, &grid);
+    rmap_reader_find_grid(reader, node, place->path, &grid);
     if (good && grid)
         rmap_reader_made(reader, node,
                          rmap_field_grid(field_ret, grid, (enum rmap_interpolation)choice, outside,

@@ -8,8 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/scene/coat_csv.h"
-#include "io/scene/scene_channels.h"
-#include "io/scene/scene_glass.h"
+#include "io/scene/scene_constants.h"
 #include "io/scene/scene_keys.h"
 
 enum { LAYER_MAX = 1000 };
@@ -19,80 +18,9 @@ const struct rmap_mapping rmap_film_keys = {
 const struct rmap_mapping rmap_film_layer_keys = {
     "films", NULL, {{"a layer", "material n k table quarter thickness"}}};
 
-/* Of a layer, as it is written. */
-struct constants {
-    struct rmap_glass glass; /* with a name: of the catalogue */
-    struct rmap_table1 n, k; /* with rows: of a table of the scene */
-    double index, loss;
-    bool has_glass;
-};
-
-static double index_at(const struct constants *its, double wavelength_nm)
-{
-    return its->has_glass ? rmap_glass_index(&its->glass, wavelength_nm)
-           : its->n.n > 0 ? rmap_table1_at(&its->n, wavelength_nm)
-                          : its->index;
-}
-
-static double loss_at(const struct constants *its, double wavelength_nm)
-{
-    return its->has_glass ? rmap_glass_extinction(&its->glass, wavelength_nm)
-           : its->k.n > 0 ? rmap_table1_at(&its->k, wavelength_nm)
-                          : its->loss;
-}
-
-static bool read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const char *film, struct constants *its)
-{
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "material");
-    if (!rmap_reader_material(reader, node, "material", &its->glass))
-        return false;
-    its->has_glass = true;
-    rmap_reader_warn_outside(reader, at, "film", film, its->glass.from_nm, its->glass.to_nm,
-                             its->glass.formula ? "its formula is extrapolated"
-                                                : "its ends stand for the rest");
-    return true;
-}
-
-static bool read_table(struct rmap_reader *reader, const struct rmap_yaml_node *table,
-                       const char *film, struct constants *its)
-{
-    double *column[3];
-    size_t n = 0;
-    rmap_reader_table(reader, table, "wavelength n k", 2, &rmap_range_nonnegative, &n, column);
-    if (n == 0)
-        return false;
-    its->n = (struct rmap_table1){n, column[0], column[1]};
-    if (column[2])
-        its->k = (struct rmap_table1){n, column[0], column[2]};
-    rmap_reader_warn_outside(reader, table, "film", film, column[0][0], column[0][n - 1],
-                             "its ends stand for the rest");
-    return true;
-}
-
-static bool read_constants(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *film, struct constants *its)
-{
-    static const struct rmap_range index = {1e-3, 1e3, "a refractive index, 0.001 to 1000",
-                                            RMAP_DIMENSION_NONE};
-    const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
-    const bool material = rmap_yaml_get(node, "material"), number = rmap_yaml_get(node, "n");
-    if (material + (table != NULL) + number != 1) {
-        rmap_reader_error(reader, node, "a layer has one of material, n (and k), table");
-        return false;
-    }
-    if (material)
-        return read_glass(reader, node, film, its);
-    if (table)
-        return read_table(reader, table, film, its);
-    return rmap_reader_number(reader, node, "n", RMAP_REQUIRED, &index, &its->index) &&
-           rmap_reader_number(reader, node, "k", RMAP_OPTIONAL, &rmap_range_nonnegative,
-                              &its->loss);
-}
-
 /* Thickness in nm: as written, or so many quarters of the reference wavelength. */
 static bool read_thickness(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const struct constants *its, double reference_nm, double *nm_ret)
+                           const struct rmap_constants *its, double reference_nm, double *nm_ret)
 {
     const bool quarters = rmap_yaml_get(node, "quarter"), length = rmap_yaml_get(node, "thickness");
     double value = 0.0;
@@ -123,7 +51,7 @@ static bool read_thickness(struct rmap_reader *reader, const struct rmap_yaml_no
                           "550'");
         return false;
     }
-    *nm_ret = value * reference_nm / (4.0 * index_at(its, reference_nm));
+    *nm_ret = value * reference_nm / (4.0 * rmap_constants_index(its, reference_nm));
     return true;
 }
 
@@ -131,16 +59,17 @@ static void read_layer(struct rmap_reader *reader, const struct rmap_yaml_node *
                        double reference_nm, size_t k, struct rmap_thin_film *film)
 {
     const struct rmap_channels *channels = &reader->scene->channels;
-    struct constants its = {.has_glass = false};
+    struct rmap_constants its = {.has_glass = false};
     double nm = 0.0;
     if (!rmap_reader_known(reader, node, &rmap_film_layer_keys, 0) ||
-        !read_constants(reader, node, film->name, &its) ||
+        !rmap_reader_constants(reader, node, "film", film->name, "a layer", &its) ||
         !read_thickness(reader, node, &its, reference_nm, &nm))
         return;
     for (int i = 0; i < channels->n; i++) {
         const double wavelength = channels->wavelength_nm[i];
-        film->layer[(size_t)i * film->n_layer + k] = (struct rmap_thin_film_layer){
-            index_at(&its, wavelength), loss_at(&its, wavelength), nm / wavelength};
+        film->layer[(size_t)i * film->n_layer + k] =
+            (struct rmap_thin_film_layer){rmap_constants_index(&its, wavelength),
+                                          rmap_constants_loss(&its, wavelength), nm / wavelength};
     }
 }
 

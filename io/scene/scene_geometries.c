@@ -207,7 +207,11 @@ const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_
     for (size_t i = 0; i < bundle->n_file; i++)
         if (strcmp(bundle->file[i].name, name) == 0) {
             *nbytes_ret = bundle->file[i].nbytes;
-            return bundle->file[i].text;
+            if (!kind->format || strlen(bundle->file[i].text) == *nbytes_ret)
+                return bundle->file[i].text;
+            rmap_reader_error(reader, rmap_yaml_get(map, key), "'%.100s' is not %s", name,
+                              kind->format);
+            return NULL;
         }
     if (bundle->meshes_complete) {
         rmap_reader_error(reader, rmap_yaml_get(map, key),
@@ -226,7 +230,7 @@ const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_
     if (st == RMAP_INPUT && !trouble)
         rmap_error_context(&reader->failure, "cannot read %s", path);
     text = (char *)bytes;
-    if (st == RMAP_OK && strlen(text) != *nbytes_ret)
+    if (st == RMAP_OK && kind->format && strlen(text) != *nbytes_ret)
         st = rmap_error_set(&reader->failure, RMAP_INPUT, "%s holds a byte 0: it is not %s", path,
                             kind->format);
     if (st == RMAP_OK)

@@ -33,17 +33,17 @@ static bool format_of(struct rmap_reader *reader, const struct rmap_yaml_node *a
 }
 
 static bool read_file(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      struct rmap_lamp_file *file)
+                      const char *key, struct rmap_lamp_file *file)
 {
     static const struct rmap_text_kind kind = {"a lamp's file", "text", "", (size_t)16 << 20};
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, key);
     enum rmap_lamp_format format;
     static const struct rmap_range tilt = {-180, 180, "an angle in degrees", RMAP_DIMENSION_ANGLE};
     struct rmap_lamp_choice choice = {0};
     struct rmap_error why;
     uint64_t set = 0;
     size_t nbytes = 0;
-    const char *text = rmap_reader_file(reader, node, "file", &kind, &nbytes);
+    const char *text = rmap_reader_file(reader, node, key, &kind, &nbytes);
     if (!text || !format_of(reader, at, text, &format) ||
         (rmap_yaml_get(node, "set") &&
          !rmap_reader_whole(reader, node, "set", 1, RMAP_LAMP_SETS_MAX, &set)) ||
@@ -124,44 +124,69 @@ static void read_spin(struct rmap_reader *reader, const struct rmap_yaml_node *n
     source->frame = rmap_affine_compose(&source->frame, &about);
 }
 
-void rmap_reader_read_lamp(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           struct rmap_source *source, struct rmap_source_light *light)
+/* Intensities of the file under `key`, and its flux where the scene is silent. */
+static bool take_lamp(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *key, struct rmap_source *source, struct rmap_source_light *light,
+                      struct rmap_lamp_file *file)
 {
-    struct rmap_lamp_file file = {0};
     struct rmap_error why;
-    source->shape = RMAP_EMITTER_BODY;
     source->distribution = RMAP_DISTRIBUTION_LAMP;
     source->lamp = rmap_alloc(1, sizeof *source->lamp);
     if (!source->lamp) {
         rmap_reader_no_memory(reader);
-        return;
+        return false;
     }
+    if (!read_file(reader, node, key, file))
+        return false;
+    struct rmap_lamp *lamp = source->lamp;
+    const enum rmap_status st = rmap_lamp_init(file->around_deg, file->n_around, file->polar_deg,
+                                               file->n_polar, file->candela, lamp, &why);
+    if (st == RMAP_SYSTEM) {
+        reader->failure = why;
+        rmap_reader_fail(reader, st);
+    } else if (st != RMAP_OK) {
+        rmap_reader_error(reader, rmap_yaml_get(node, key), "%.100s: %s",
+                          rmap_yaml_get(node, key)->text, why.text);
+    }
+    memcpy(lamp->title, file->title, sizeof lamp->title);
+    for (int k = 0; k < 3; k++)
+        lamp->axis[k] = rmap_vec3(file->axis[k][0], file->axis[k][1], file->axis[k][2]);
+    if (!rmap_yaml_get(light->node, "flux")) {
+        light->flux = lamp->flux;
+        light->lumens = true;
+    }
+    return true;
+}
+
+void rmap_reader_distribution_file(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   const char *key, struct rmap_source *source,
+                                   struct rmap_source_light *light)
+{
+    struct rmap_lamp_file file = {0};
+    if (take_lamp(reader, node, key, source, light, &file) && source->type == RMAP_SOURCE_POINT) {
+        source->type = RMAP_SOURCE_LAMP;
+        source->shape = RMAP_EMITTER_BODY;
+        source->lamp->body = RMAP_LAMP_POINT;
+        source->lamp->along = 2;
+    }
+    rmap_lamp_file_fini(&file);
+}
+
+void rmap_reader_read_lamp(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_source *source, struct rmap_source_light *light)
+{
+    struct rmap_lamp_file file = {0};
+    source->shape = RMAP_EMITTER_BODY;
     read_spin(reader, node, source);
-    if (read_file(reader, node, &file)) {
+    if (take_lamp(reader, node, "file", source, light, &file)) {
         struct rmap_lamp *lamp = source->lamp;
-        const enum rmap_status st = rmap_lamp_init(file.around_deg, file.n_around, file.polar_deg,
-                                                   file.n_polar, file.candela, lamp, &why);
-        if (st == RMAP_SYSTEM) {
-            reader->failure = why;
-            rmap_reader_fail(reader, st);
-        } else if (st != RMAP_OK) {
-            rmap_reader_error(reader, rmap_yaml_get(node, "file"), "%.100s: %s",
-                              rmap_yaml_get(node, "file")->text, why.text);
-        }
         lamp->body = file.body;
         lamp->along = file.along;
-        memcpy(lamp->title, file.title, sizeof lamp->title);
         for (int k = 0; k < 2; k++)
             lamp->side[k] = file.side_m[k] / reader->scene->unit_m;
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < 3; k++)
             lamp->size[k] = file.size_m[k] / reader->scene->unit_m;
-            lamp->axis[k] = rmap_vec3(file.axis[k][0], file.axis[k][1], file.axis[k][2]);
-        }
         read_emitter(reader, node, source);
-        if (!rmap_yaml_get(node, "flux")) {
-            light->flux = lamp->flux;
-            light->lumens = true;
-        }
     }
     rmap_lamp_file_fini(&file);
 }

@@ -13,4 +13,9 @@
 void rmap_reader_read_lamp(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            struct rmap_source *source, struct rmap_source_light *light);
 
+/* `distribution: {table: FILE}` of a point, which becomes a lamp, or of an area. */
+void rmap_reader_distribution_file(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   const char *key, struct rmap_source *source,
+                                   struct rmap_source_light *light);
+
 #endif

@@ -11,6 +11,8 @@
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
+#include "io/scene/scene_scintillation.h"
+#include "io/scene/scene_turbid.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
 
@@ -22,7 +24,7 @@ static struct rmap_medium *new_medium(struct rmap_reader *reader, const char *na
     if (!medium)
         return NULL;
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
-        medium->n[i] = 1;
+        medium->n[i] = medium->n_group[i] = 1;
     medium->name = rmap_reader_strdup(reader, name);
     rmap_reader_add_name(reader, &reader->media, medium->name, 0, (int32_t)(scene->n_medium - 1),
                          line);
@@ -43,7 +45,9 @@ static bool evaluate(struct rmap_reader *reader, const struct rmap_yaml_node *at
     for (int i = 0; i < channels->n; i++) {
         double n = rmap_glass_index(glass, channels->wavelength_nm[i]);
         if (n >= range_index.from && n <= range_index.to) {
+            const double group = rmap_glass_group_index(glass, channels->wavelength_nm[i]);
             medium->n[i] = n;
+            medium->n_group[i] = channels->mode == RMAP_COLOUR_RGB || !isfinite(group) ? n : group;
             continue;
         }
         rmap_reader_error(reader, at,
@@ -161,7 +165,11 @@ static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
     const struct rmap_table1 index = {n, column[0], column[1]};
     for (int i = 0; i < scene->channels.n; i++)
-        medium->n[i] = rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
+        medium->n[i] = medium->n_group[i] =
+            rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
+    for (int i = 0; i < scene->channels.n && scene->channels.mode == RMAP_COLOUR_SPECTRAL; i++)
+        medium->n_group[i] -= scene->channels.wavelength_nm[i] *
+                              rmap_table1_slope(&index, scene->channels.wavelength_nm[i]);
     rmap_reader_warn_outside(reader, inner, "medium", medium->name, column[0][0], column[0][n - 1],
                              "its ends stand for the rest");
     describe(reader, medium, "table of the scene");
@@ -177,7 +185,7 @@ static void read_index(struct rmap_reader *reader, const struct rmap_yaml_node *
     char text[64];
     (void)rmap_reader_number(reader, node, "index", RMAP_REQUIRED, &range_index, &n);
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
-        medium->n[i] = n;
+        medium->n[i] = medium->n_group[i] = n;
     (void)snprintf(text, sizeof text, "index %.9g", n);
     describe(reader, medium, text);
 }
@@ -199,13 +207,21 @@ static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_n
     }
 }
 
-static void check_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_medium *medium)
+static void read_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_medium *medium)
 {
+    const struct rmap_yaml_node *g = rmap_yaml_get(node, "scattering_g");
+    if (rmap_reader_is_scattering(rmap_yaml_get(node, "scattering"))) {
+        if (g)
+            rmap_reader_error(reader, g, "'scattering' is a mapping: its 'g' stands in there");
+        return;
+    }
+    rmap_reader_quantity(reader, node, "scattering", RMAP_OPTIONAL, &rmap_range_attenuation,
+                         medium->scattering);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->scattering_at_all |= medium->scattering[i] > 0;
-    if (rmap_yaml_get(node, "scattering_g") && !rmap_yaml_get(node, "scattering"))
-        rmap_reader_error(reader, rmap_yaml_get(node, "scattering_g"),
+    if (g && !rmap_yaml_get(node, "scattering"))
+        rmap_reader_error(reader, g,
                           "'scattering_g' says how 'scattering' scatters: give that too");
 }
 
@@ -215,10 +231,8 @@ const struct rmap_mapping rmap_medium_keys = {
     "media",
     NULL,
     {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
-                  "scattering_g"}},
-    {{"scattering", RMAP_KEY_SHARES, offsetof(struct rmap_medium, scattering),
-      &rmap_range_attenuation},
-     {"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
+                  "scattering_g species accounting scintillation"}},
+    {{"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
 
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_medium *medium)
@@ -250,7 +264,8 @@ static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
                              (int32_t)(medium - reader->scene->medium));
     read_absorption(reader, node, medium);
-    check_scattering(reader, node, medium);
+    read_scattering(reader, node, medium);
+    rmap_reader_scintillation(reader, node, medium);
 }
 
 static void read_named(struct rmap_reader *reader, const struct rmap_yaml_item *item)

@@ -91,15 +91,20 @@ static const struct rmap_h5_field medium_field[] = {
 
 static const struct rmap_h5_field source_field[] = {
     NUMBER("source", rmap_source, type, I32, 1,
-           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp"),
+           "0 collimated, 1 point, 2 area, 3 list of rays, 4 lamp, 5 volume, 6 sky, 7 sun, "
+           "8 Gaussian beam, 9 steps of particles"),
     NUMBER("source", rmap_source, shape, I32, 1,
-           "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening"),
-    NUMBER("source", rmap_source, shape_size, F64, 2, "disc: radius; rectangle: full widths"),
+           "0 point, 1 disc, 2 rectangle, 3 mesh, 4 lamp's opening, 5 from outside"),
+    NUMBER("source", rmap_source, shape_size, F64, 2,
+           "disc: radius; rectangle: full widths; from outside: radius of the sphere about the "
+           "frame's origin that is lit; beam: waist, Rayleigh length"),
     NUMBER("source", rmap_source, shape_geometry, I32, 1, "mesh: row of /name/geometry"),
     NUMBER("source", rmap_source, frame, F64, 12, "rows of the 3 x 3 matrix, then translation"),
-    NUMBER("source", rmap_source, distribution, I32, 1,
-           "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp"),
-    NUMBER("source", rmap_source, cone_rad, F64, 1, "half opening of a cone"),
+    NUMBER(
+        "source", rmap_source, distribution, I32, 1,
+        "0 isotropic, 1 cone, 2 cosine, 3 table, 4 lamp, 5 sky, 6 by sine, 7 steps of particles"),
+    NUMBER("source", rmap_source, cone_rad, F64, 1,
+           "half opening of a cone; beam: distance of its waist"),
     NUMBER("source", rmap_source, cosine_power, F64, 1, "power of the cosine"),
     NUMBER("source", rmap_source, colour, F64, 0, "share of the flux per channel"),
     NUMBER("source", rmap_source, medium, I32, 1, "row of /name/medium"),
@@ -136,6 +141,38 @@ static const struct rmap_h5_field cdf_field[] = {
     {"triangle_cdf/value", RMAP_F64, 1, offsetof(struct number, value),
      "mesh sources, source after source: area of the triangles up to each / all"}};
 
+struct kept_step {
+    int32_t source;
+    struct rmap_track_step step;
+    double photons[RMAP_PHOTON_KINDS];
+};
+#define STEP(member, element, width, text)                                                         \
+    {                                                                                              \
+        "step/" #member, RMAP_##element, width, offsetof(struct kept_step, step.member), text      \
+    }
+static const struct rmap_h5_field step_field[] = {
+    NUMBER("step", kept_step, source, I32, 1, "row of /name/source"),
+    STEP(position, F64, 3, "steps of charged particles, source after source: where each begins"),
+    STEP(direction, F64, 3, "unit vector"),
+    STEP(length, F64, 1, "of its path"),
+    STEP(energy_mev, F64, 1, "MeV left in the medium"),
+    STEP(time_ns, F64, 1, "ns, at its beginning"),
+    STEP(charge, F64, 1, "in elementary charges"),
+    STEP(beta, F64, 1, "speed over that of light in vacuum"),
+    STEP(event, U64, 1, "number of its event"),
+    NUMBER("step", kept_step, photons, F64, RMAP_PHOTON_KINDS,
+           "photons up to and with its scintillation, and its Cherenkov light"),
+};
+
+struct kept_scintillation {
+    int32_t medium;
+    double share[RMAP_CHANNEL_MAX];
+};
+static const struct rmap_h5_field scintillation_field[] = {
+    NUMBER("scintillation", kept_scintillation, medium, I32, 1, "row of /name/medium"),
+    NUMBER("scintillation", kept_scintillation, share, F64, 0, "of its photons, per channel"),
+};
+
 struct kept_knot {
     int32_t source;
     struct rmap_profile_knot knot;
@@ -148,6 +185,17 @@ static const struct rmap_h5_field profile_field[] = {
      "of unit flux, 1/sr"},
     {"profile/below", RMAP_F64, 1, offsetof(struct kept_knot, knot.below),
      "share of the flux at smaller angles"},
+};
+
+struct kept_portal {
+    int32_t source;
+    struct rmap_sky_portal portal;
+};
+static const struct rmap_h5_field portal_field[] = {
+    NUMBER("portal", kept_portal, source, I32, 1, "row of /name/source"),
+    {"portal/centre", RMAP_F64, 3, offsetof(struct kept_portal, portal.centre),
+     "of an opening that a sky is seen through"},
+    {"portal/sides", RMAP_F64, 6, offsetof(struct kept_portal, portal.side), "its edges"},
 };
 
 static const struct rmap_h5_field film_field[] = {
@@ -181,7 +229,7 @@ struct table {
     bool optional; /* not in maps where it has no rows */
 };
 
-enum { N_TABLE = 13, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 16, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -190,12 +238,20 @@ struct copies {
     struct kept_knot *knot;
     struct turn *turn;
     struct rmap_thin_film_layer *layer;
-    size_t n_list, n_cdf, n_knot, n_layer;
+    struct kept_step *step;
+    struct kept_scintillation *scintillation;
+    size_t n_list, n_cdf, n_knot, n_layer, n_step, n_scintillation, n_portal;
+    struct kept_portal *portal;
 };
 
 static size_t n_triangle_of(const struct rmap_scene *scene, const struct rmap_source *source)
 {
     return source->triangle_cdf ? scene->geometry[source->shape_geometry].mesh->n_triangle : 0;
+}
+
+static size_t n_step_of(const struct rmap_source *source)
+{
+    return source->steps ? source->steps->n : 0;
 }
 
 static size_t n_layer_of(const struct rmap_scene *scene, const struct rmap_thin_film *film)
@@ -210,6 +266,43 @@ static void copies_fini(struct copies *copies)
     rmap_free(copies->knot);
     rmap_free(copies->turn);
     rmap_free(copies->layer);
+    rmap_free(copies->step);
+    rmap_free(copies->scintillation);
+    rmap_free(copies->portal);
+}
+
+/* Into the copies, or back into the scene. */
+static void copy_steps(struct rmap_scene *scene, const struct copies *copies, bool back)
+{
+    size_t row = 0;
+    for (size_t s = 0; s < scene->n_source; s++)
+        for (size_t k = 0; k < n_step_of(&scene->source[s]); k++) {
+            struct rmap_steps *steps = scene->source[s].steps;
+            struct kept_step *kept = &copies->step[row++];
+            double *photons = &steps->photons[k * RMAP_PHOTON_KINDS];
+            if (back) {
+                steps->step[k] = kept->step;
+                memcpy(photons, kept->photons, sizeof kept->photons);
+            } else {
+                kept->source = (int32_t)s;
+                kept->step = steps->step[k];
+                memcpy(kept->photons, photons, sizeof kept->photons);
+            }
+        }
+    row = 0;
+    for (size_t m = 0; m < scene->n_medium; m++) {
+        struct rmap_scintillation *light = scene->medium[m].scintillation;
+        struct kept_scintillation *kept = &copies->scintillation[row];
+        if (!light)
+            continue;
+        row++;
+        if (back) {
+            memcpy(light->share, kept->share, sizeof kept->share);
+        } else {
+            kept->medium = (int32_t)m;
+            memcpy(kept->share, light->share, sizeof kept->share);
+        }
+    }
 }
 
 static enum rmap_status copies_init(const struct rmap_scene *scene, struct copies *copies,
@@ -220,19 +313,28 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
         copies->n_list += scene->source[s].n_list;
         copies->n_cdf += n_triangle_of(scene, &scene->source[s]);
         copies->n_knot += scene->source[s].profile.n;
+        copies->n_step += n_step_of(&scene->source[s]);
+        copies->n_portal += scene->source[s].sky ? scene->source[s].sky->n_portal : 0;
     }
+    for (size_t m = 0; m < scene->n_medium; m++)
+        copies->n_scintillation += scene->medium[m].scintillation != NULL;
     for (size_t f = 0; f < scene->n_film; f++)
         copies->n_layer += n_layer_of(scene, &scene->film[f]);
     copies->layer = rmap_alloc(copies->n_layer, sizeof *copies->layer);
+    copies->portal = rmap_alloc(copies->n_portal, sizeof *copies->portal);
     copies->list = rmap_alloc(copies->n_list, sizeof *copies->list);
     copies->cdf = rmap_alloc(copies->n_cdf, sizeof *copies->cdf);
     copies->knot = rmap_alloc(copies->n_knot, sizeof *copies->knot);
+    copies->step = rmap_alloc(copies->n_step, sizeof *copies->step);
+    copies->scintillation = rmap_alloc(copies->n_scintillation, sizeof *copies->scintillation);
     copies->turn = rmap_alloc(scene->schedule_len, sizeof *copies->turn);
-    if (!copies->list || !copies->cdf || !copies->knot || !copies->turn || !copies->layer) {
+    if (!copies->list || !copies->cdf || !copies->knot || !copies->turn || !copies->layer ||
+        !copies->step || !copies->scintillation || !copies->portal) {
         copies_fini(copies);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's numbers");
     }
-    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    copy_steps((struct rmap_scene *)(uintptr_t)scene, copies, false);
+    size_t list = 0, cdf = 0, knot = 0, layer = 0, portal = 0;
     for (size_t f = 0; f < scene->n_film; f++) {
         const size_t n = n_layer_of(scene, &scene->film[f]);
         if (n > 0)
@@ -248,6 +350,8 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
             memcpy(copies->cdf + cdf, source->triangle_cdf, n_triangle * sizeof *copies->cdf);
         for (size_t k = 0; k < source->profile.n; k++)
             copies->knot[knot++] = (struct kept_knot){(int32_t)s, source->profile.knot[k]};
+        for (size_t k = 0; source->sky && k < source->sky->n_portal; k++)
+            copies->portal[portal++] = (struct kept_portal){(int32_t)s, source->sky->portal[k]};
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -258,7 +362,8 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
 
 static void copies_back(const struct copies *copies, struct rmap_scene *scene)
 {
-    size_t list = 0, cdf = 0, knot = 0, layer = 0;
+    copy_steps(scene, copies, true);
+    size_t list = 0, cdf = 0, knot = 0, layer = 0, portal = 0;
     for (size_t f = 0; f < scene->n_film; f++) {
         const size_t n = n_layer_of(scene, &scene->film[f]);
         if (n > 0)
@@ -274,6 +379,10 @@ static void copies_back(const struct copies *copies, struct rmap_scene *scene)
             memcpy(source->triangle_cdf, copies->cdf + cdf, n_triangle * sizeof *copies->cdf);
         for (size_t k = 0; k < source->profile.n; k++)
             source->profile.knot[k] = copies->knot[knot++].knot;
+        for (size_t k = 0; source->sky && k < source->sky->n_portal; k++)
+            source->sky->portal[k] = copies->portal[portal++].portal;
+        if (source->sky)
+            (void)rmap_sky_gather(source);
         list += source->n_list;
         cdf += n_triangle;
     }
@@ -306,6 +415,12 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
          sizeof *copies->layer, .optional = true},
         {"scatter", scatter_field, COUNT(scatter_field), scene->scatter, scene->n_scatter,
          sizeof *scene->scatter, .optional = true},
+        {"step", step_field, COUNT(step_field), copies->step, copies->n_step, sizeof *copies->step,
+         .optional = true},
+        {"scintillation", scintillation_field, COUNT(scintillation_field), copies->scintillation,
+         copies->n_scintillation, sizeof *copies->scintillation, .optional = true},
+        {"portal", portal_field, COUNT(portal_field), copies->portal, copies->n_portal,
+         sizeof *copies->portal, .optional = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);

@@ -20,8 +20,10 @@
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_simulations.h"
+#include "io/scene/scene_skies.h"
 #include "io/scene/scene_sources.h"
 #include "io/scene/scene_surfaces.h"
+#include "io/scene/scene_turbid.h"
 
 static void check_version(struct rmap_reader *reader)
 {
@@ -43,7 +45,7 @@ const struct rmap_mapping rmap_root_keys = {
     NULL,
     {{"a scene", "raymap include units spectrum limits media films surfaces geometries objects "
                  "sources detectors "
-                 "cameras background simulations"}}};
+                 "cameras background time simulations"}}};
 
 static void read_sections(struct rmap_reader *reader)
 {
@@ -58,8 +60,10 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_geometries,
                                                             rmap_reader_read_objects,
                                                             rmap_reader_make_gradients,
+                                                            rmap_reader_read_turbid,
                                                             rmap_reader_read_sources,
                                                             rmap_reader_read_detectors,
+                                                            rmap_reader_aim_skies,
                                                             rmap_reader_read_receivers,
                                                             rmap_reader_read_cameras,
                                                             rmap_reader_read_background,
@@ -103,6 +107,7 @@ static void fini(struct rmap_reader *reader)
     rmap_free(reader->group_to_world);
     rmap_free(reader->placed);
     rmap_free(reader->frame);
+    rmap_free(reader->sky);
     rmap_reader_release(reader);
 }
 

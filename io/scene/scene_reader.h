@@ -14,6 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/count.h"
 #include "io/file/diagnostics.h"
 #include "io/file/text_file.h"
 #include "io/mesh/bundle.h"
@@ -89,6 +90,21 @@ struct rmap_medium_frame {
     bool open;    /* OBJECT: a surface that closes no body by itself names the medium */
 };
 
+/* A sky or a sun, until it is known what it lights. */
+enum rmap_sky_measure {
+    RMAP_SKY_FLUX,
+    RMAP_SKY_IRRADIANCE /* of what faces its pole */,
+    RMAP_SKY_RADIANCE /* of what is 1 now */
+};
+enum rmap_sky_unit { RMAP_SKY_ANY, RMAP_SKY_CD, RMAP_SKY_W };
+struct rmap_sky_plan {
+    int32_t source;
+    const struct rmap_yaml_node *node;
+    enum rmap_sky_measure measure;
+    double amount;
+    enum rmap_sky_unit unit; /* of a picture */
+};
+
 /* A source that is written in a group. */
 struct rmap_placed_source {
     const struct rmap_yaml_node *node;
@@ -116,12 +132,15 @@ struct rmap_reader {
     size_t cap_group_to_world;
     struct rmap_placed_source *placed;
     size_t n_placed, cap_placed;
+    struct rmap_sky_plan *sky;
+    size_t n_sky, cap_sky;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
     const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */
     size_t n_receiver;                      /* the last ones of the scene's detectors */
-    bool lenient_field;                     /* the field being read has a part that is `lenient` */
-    void *arena;                            /* blocks that live as long as the reader */
+    double beside;      /* the scene's wavelengths are so much beside its own, a share of them */
+    bool lenient_field; /* the field being read has a part that is `lenient` */
+    void *arena;        /* blocks that live as long as the reader */
 };
 
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -152,8 +171,8 @@ bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_n
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
 
-/* The text of a file that the scene names under `key`, which goes with the scene's bundle; NULL
- * after a complaint. Borrowed. */
+/* The text (bytes, of kinds without a format) of a file that the scene names under `key`, which
+ * goes with the scene's bundle; NULL after a complaint. Borrowed. */
 const char *rmap_reader_file(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                              const char *key, const struct rmap_text_kind *kind,
                              size_t *nbytes_ret);
@@ -178,8 +197,6 @@ char *rmap_reader_strdup(struct rmap_reader *reader, const char *text);
     (rmap_reader_room((reader), &(array), &(cap), (n), sizeof *(array)) ? &(array)[(n)++] : NULL)
 bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
                       size_t size);
-
-#define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
 enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int32_t kind,

@@ -22,14 +22,10 @@ static void reduce_sources(struct rmap_scene *scene, const bool *keep)
 {
     size_t n = 0;
     for (size_t i = 0; i < scene->n_source; i++) {
-        if (keep[i]) {
+        if (keep[i])
             scene->source[n++] = scene->source[i];
-            continue;
-        }
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].list);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_profile_fini(&scene->source[i].profile);
+        else
+            rmap_source_fini(&scene->source[i]);
     }
     scene->n_source = n;
 }
@@ -114,6 +110,17 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
     scene->n_detector = n;
 }
 
+static void move_volumes(struct rmap_scene *scene, const int32_t *object, const int32_t *group)
+{
+    for (size_t i = 0; i < scene->n_source; i++) {
+        struct rmap_volume *volume = scene->source[i].volume;
+        if (volume && volume->on_object >= 0)
+            volume->on_object = object[volume->on_object];
+        if (volume && volume->on_group >= 0)
+            volume->on_group = group[volume->on_group];
+    }
+}
+
 static void reduce_geometries(struct rmap_reader *reader)
 {
     struct rmap_scene *scene = reader->scene;
@@ -157,5 +164,7 @@ void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep
     reduce_groups(reader, &group);
     if (group)
         reduce_detectors(reader, keep->detector, object, group);
+    if (group)
+        move_volumes(reader->scene, object, group);
     reduce_geometries(reader);
 }

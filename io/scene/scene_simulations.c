@@ -153,7 +153,7 @@ const struct rmap_mapping rmap_simulation_keys = {
     "simulations",
     NULL,
     {{"a simulation",
-      "name rays time_limit only without objects sources detectors color record limits"}},
+      "name rays time_limit time only without objects sources detectors color record limits"}},
     {{"rays", RMAP_KEY_WHOLE, offsetof(struct rmap_simulation, rays), &rays},
      {"record", RMAP_KEY_TRUTH, offsetof(struct rmap_simulation, record)}}};
 
@@ -169,8 +169,10 @@ static void read_simulation(struct selection *s, const struct rmap_yaml_node *no
     (void)rmap_reader_name(reader, node);
     (void)rmap_reader_fill(reader, node, &rmap_simulation_keys, 0, simulation);
     (void)read_time(reader, node, &simulation->time_limit_s);
-    if (!chosen)
+    if (!chosen) {
         (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, "spectral rgb", &color);
+        (void)rmap_reader_choice(reader, node, "time", RMAP_OPTIONAL, "off on", &color);
+    }
     uint64_t steps = reader->scene->limit_steps;
     double weight = reader->scene->limit_weight;
     rmap_reader_limits(reader, rmap_yaml_get(node, "limits"));

@@ -11,6 +11,7 @@ struct rmap_source_light {
     const struct rmap_yaml_node *node; /* the source */
     struct rmap_spectrum spectrum;
     bool spectrum_given, lumens;
+    bool either;    /* its numbers are of whatever unit the other sources have */
     double flux;    /* W or lm */
     int32_t source; /* index */
 };

@@ -7,15 +7,21 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/scene/scene_beams.h"
 #include "io/scene/scene_channels.h"
+#include "io/scene/scene_environment.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_objects.h"
+#include "io/scene/scene_ray_files.h"
+#include "io/scene/scene_skies.h"
 #include "io/scene/scene_source_aim.h"
 #include "io/scene/scene_source_light.h"
 #include "io/scene/scene_sources.h"
+#include "io/scene/scene_steps.h"
+#include "io/scene/scene_volumes.h"
 
 /* ---- shape and directions ---- */
 
@@ -116,33 +122,47 @@ static void read_profile(struct rmap_reader *reader, const struct rmap_yaml_node
 
 /* "cosine", "cone 20", {cone: 20}, or the key `cone` beside `distribution`. */
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                              struct rmap_source *source)
+                              struct rmap_source *source, struct rmap_source_light *light)
 {
+    const bool area = source->type == RMAP_SOURCE_AREA;
     const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees",
                                      RMAP_DIMENSION_ANGLE};
+    const struct rmap_range sine = {1e-9, 1, "greater than 0 and up to 1"};
     const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
     double cone = 0, cosine_power = 1;
     int choice = 0;
     if (given && given->kind == RMAP_YAML_MAP) {
-        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power table");
+        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power table na");
         from = given;
     } else if (given) {
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "isotropic cosine",
-                                 &choice);
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL,
+                                 area ? "lambertian cosine" : "isotropic cosine", &choice);
     }
     bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
     const struct rmap_yaml_node *table = from == given ? rmap_yaml_get(given, "table") : NULL;
-    if (has_cone + has_power + !!table > 1)
-        rmap_reader_error(reader, from, "give one of 'cone', 'cosine_power' and 'table'");
-    if (table)
+    const bool has_na = rmap_yaml_get(from, "na");
+    if (has_cone + has_power + has_na + !!table > 1)
+        rmap_reader_error(reader, from, "give one of 'cone', 'cosine_power', 'na' and 'table'");
+    if (has_na && !area)
+        rmap_reader_error(reader, rmap_yaml_get(from, "na"),
+                          "'na' is of an area, as the end of a fibre");
+    (void)rmap_reader_number(reader, from, "na", RMAP_OPTIONAL, &sine, &source->aperture);
+    const bool file = table && (table->kind != RMAP_YAML_MAP || rmap_yaml_get(table, "file"));
+    if (file)
+        rmap_reader_distribution_file(reader, table->kind == RMAP_YAML_MAP ? table : given,
+                                      table->kind == RMAP_YAML_MAP ? "file" : "table", source,
+                                      light);
+    else if (table)
         read_profile(reader, table, source);
     (void)rmap_reader_number(reader, from, "cone", RMAP_OPTIONAL, &angle, &cone);
     (void)rmap_reader_number(reader, from, "cosine_power", RMAP_OPTIONAL, &power, &cosine_power);
-    source->distribution = table                      ? RMAP_DISTRIBUTION_TABLE
-                           : has_cone                 ? RMAP_DISTRIBUTION_CONE
-                           : has_power || choice == 1 ? RMAP_DISTRIBUTION_COSINE
-                                                      : RMAP_DISTRIBUTION_ISOTROPIC;
+    source->distribution = file                               ? RMAP_DISTRIBUTION_LAMP
+                           : table                            ? RMAP_DISTRIBUTION_TABLE
+                           : has_na                           ? RMAP_DISTRIBUTION_SINE
+                           : has_cone                         ? RMAP_DISTRIBUTION_CONE
+                           : has_power || choice == 1 || area ? RMAP_DISTRIBUTION_COSINE
+                                                              : RMAP_DISTRIBUTION_ISOTROPIC;
     source->cone_rad = cone * RMAP_PI / 180;
     source->cosine_power = cosine_power;
 }
@@ -210,22 +230,36 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 /* ---- one source ---- */
 
 #define PLACED "at direction rotate scale matrix "
+#define FAR    "sun place time up north toward "
 #define LIGHT  "flux spectrum rays_share medium within"
 const struct rmap_mapping rmap_source_keys = {
     "sources",
-    "collimated point area rays lamp",
-    {{"a collimated source", "name type shape fills field angular_diameter " PLACED LIGHT},
+    "collimated point area rays lamp volume sky sun beam steps ray_file",
+    {{"a collimated source", "name type shape fills field angular_diameter profile " PLACED LIGHT},
      {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
-     {"an area source", "name type shape distribution " PLACED LIGHT},
+     {"an area source", "name type shape distribution cone cosine_power na " PLACED LIGHT},
      {"a list of rays", "name type rays " LIGHT},
-     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT}},
+     {"a lamp", "name type file set tilt emitter spin at direction rotate " LIGHT},
+     {"a volume source", "name type in from to file dataset axes lower upper spacing origin unit "
+                         "at rotate scale matrix " LIGHT},
+     {"a sky",
+      "name type model kind horizontal zenith radiance direct diffuse file map unit rotate " FAR
+          LIGHT},
+     {"a sun", "name type irradiance shape direction " FAR LIGHT},
+     {"a Gaussian beam", "name type waist divergence wavelength waist_at " PLACED LIGHT},
+     {"steps of particles",
+      "name type file format unit emit count seed wavelengths at rotate scale matrix rays_share "
+      "medium within"},
+     {"a file of rays", "name type file format detector unit at rotate scale matrix " LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
+
+/* Words of `type` that are another type of source. */
+enum { RAY_FILE = RMAP_SOURCE_STEPS + 1 };
 
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_source *source, struct rmap_source_light *light)
 {
-    int choice = 0;
     source->medium = -1;
     source->frame = rmap_affine_identity();
     source->cosine_power = 1;
@@ -234,38 +268,60 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
     rmap_reader_read_flux(reader, node, light);
-    rmap_reader_source_spectrum(reader, node, &light->spectrum);
-    int type = rmap_reader_type(reader, node, &rmap_source_keys);
+    rmap_reader_spectrum(reader, node, "spectrum", &light->spectrum);
+    const bool around = node == rmap_yaml_get(reader->root, "background");
+    int type = around ? RMAP_SOURCE_SKY : rmap_reader_type(reader, node, &rmap_source_keys);
     (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
     if (type < 0)
         return;
-    (void)rmap_reader_known(reader, node, &rmap_source_keys, type);
+    (void)rmap_reader_known(reader, node, around ? &rmap_background_keys : &rmap_source_keys,
+                            around ? 0 : type);
+    if (type == RAY_FILE) {
+        rmap_reader_read_ray_file(reader, node, source, light);
+        return;
+    }
+    if (type == RMAP_SOURCE_VOLUME) {
+        rmap_reader_read_volume(reader, node, source);
+        return;
+    }
     source->type = (enum rmap_source_type)type;
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
         read_angular_diameter(reader, node, source);
-        if (rmap_reader_aim_source(reader, node, source))
+        if (rmap_reader_aim_source(reader, node, source)) {
+            rmap_reader_read_profile(reader, node, source);
             return;
+        }
         read_shape(reader, node, source);
+        rmap_reader_read_profile(reader, node, source);
         break;
     case RMAP_SOURCE_POINT:
         source->shape = RMAP_EMITTER_POINT;
-        read_distribution(reader, node, source);
+        read_distribution(reader, node, source, light);
         break;
     case RMAP_SOURCE_AREA:
         read_shape(reader, node, source);
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "lambertian cosine",
-                                 &choice);
-        source->distribution = RMAP_DISTRIBUTION_COSINE;
+        read_distribution(reader, node, source, light);
         break;
     case RMAP_SOURCE_RAYS:
         read_rays(reader, node, source);
         return;
+    case RMAP_SOURCE_STEPS:
+        rmap_reader_read_steps(reader, node, source);
+        return;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        rmap_reader_read_sky(reader, node, source, light);
+        return;
     case RMAP_SOURCE_LAMP:
+    case RMAP_SOURCE_VOLUME:
+        break;
+    case RMAP_SOURCE_BEAM:
+        rmap_reader_read_beam(reader, node, source);
         break;
     }
     read_frame(reader, node, source);
-    if (source->type == RMAP_SOURCE_LAMP)
+    if (source->type == RMAP_SOURCE_LAMP && !source->lamp)
         rmap_reader_read_lamp(reader, node, source, light);
 }
 
@@ -287,10 +343,11 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     const bool mesh = source->type == RMAP_SOURCE_AREA && source->shape == RMAP_EMITTER_MESH;
     const double larger = enlargement(&placed->to_world);
     source->parent = placed->parent;
-    if (rmap_yaml_get(placed->node, "fills")) /* it stands in the world already */
+    if (rmap_yaml_get(placed->node, "fills") ||
+        (source->volume && source->volume->kind == RMAP_VOLUME_BODY)) /* in the world already */
         return;
     source->frame = rmap_affine_compose(&placed->to_world, &source->frame);
-    if (mesh)
+    if (mesh || source->rays || source->volume || source->type == RMAP_SOURCE_STEPS)
         return;
     if (!(larger > 0))
         rmap_reader_error(reader, placed->node,
@@ -300,6 +357,8 @@ static void place_source(struct rmap_reader *reader, const struct rmap_placed_so
     source->frame = rmap_placement_rigid(&source->frame);
     for (int k = 0; k < 2; k++)
         source->shape_size[k] *= larger;
+    if (source->type == RMAP_SOURCE_BEAM)
+        source->cone_rad *= larger;
     if (source->lamp)
         rmap_lamp_enlarge(source->lamp, larger);
     for (size_t i = 0; i < source->n_list; i++) {
@@ -348,11 +407,11 @@ void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_
 static void settle(struct rmap_reader *reader, const struct rmap_source_light *light, size_t n)
 {
     struct rmap_scene *scene = reader->scene;
-    bool all_lumens = n > 0;
+    bool some_lumens = false, some_watts = false;
     int32_t medium = -1;
     for (size_t i = 0; i < n; i++)
-        all_lumens &= light[i].lumens;
-    scene->flux_unit = all_lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
+        *(light[i].lumens ? &some_lumens : &some_watts) |= !light[i].either;
+    scene->flux_unit = some_lumens && !some_watts ? RMAP_FLUX_LM : RMAP_FLUX_W;
     for (size_t i = 0; i < n; i++) {
         rmap_reader_settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];
@@ -362,6 +421,8 @@ static void settle(struct rmap_reader *reader, const struct rmap_source_light *l
         if (!named)
             source->medium = medium;
         rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient);
+        if (source->type == RMAP_SOURCE_STEPS)
+            rmap_reader_settle_steps(reader, light[i].node, source);
     }
 }
 
@@ -370,7 +431,13 @@ void rmap_reader_read_sources(struct rmap_reader *reader)
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     if (sources && !rmap_reader_check_list(reader, sources, "'sources'"))
         return;
+    const struct rmap_yaml_node *around = rmap_yaml_get(reader->root, "background");
     const size_t n_own = sources ? sources->n_item : 0;
+    if (rmap_reader_background_shines(reader) &&
+        rmap_reader_room(reader, &reader->placed, &reader->cap_placed, reader->n_placed,
+                         sizeof *reader->placed))
+        reader->placed[reader->n_placed++] =
+            (struct rmap_placed_source){around, "background", -1, rmap_affine_identity()};
     if (n_own + reader->n_placed == 0) {
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return;

@@ -28,6 +28,7 @@ const struct rmap_range rmap_range_polar = {0, 180, "between 0 and 180 degrees",
                                             RMAP_DIMENSION_ANGLE};
 const struct rmap_range rmap_range_wavelength = {POSITIVE, RMAP_DIMENSION_WAVELENGTH};
 const struct rmap_range rmap_range_temperature = {POSITIVE, RMAP_DIMENSION_TEMPERATURE};
+const struct rmap_range rmap_range_delay = {NONNEGATIVE, RMAP_DIMENSION_TIME};
 const struct rmap_range rmap_range_curvature = {FINITE, RMAP_DIMENSION_PER_LENGTH};
 const struct rmap_range rmap_range_attenuation = {NONNEGATIVE, RMAP_DIMENSION_PER_LENGTH};
 const struct rmap_range rmap_range_size = {DBL_MIN, RMAP_SCENE_REACH_MAX, "greater than 0",
@@ -92,7 +93,7 @@ static double scene_unit(const struct rmap_reader *reader, enum rmap_dimension d
         return reader->scene->unit_m;
     if (dimension == RMAP_DIMENSION_PER_LENGTH)
         return 1 / reader->scene->unit_m;
-    return dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9 : 1;
+    return dimension == RMAP_DIMENSION_WAVELENGTH || dimension == RMAP_DIMENSION_TIME ? 1e-9 : 1;
 }
 
 /* Divides by what is above 1, so that 5 mm are the double nearest to 0.005 m. */

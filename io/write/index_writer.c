@@ -54,7 +54,7 @@ static enum rmap_status put_totals(struct index *self, bool complete, struct rma
                          &self->content.n_row[RMAP_TABLE_SEGMENT], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "registrations", RMAP_U64, 1,
                          &self->content.n_row[RMAP_TABLE_REGISTRATION], err));
-    if (rmap_scene_is_curved(self->run->scene))
+    if (rmap_scene_keeps_curves(self->run->scene))
         RMAP_TRY(rmap_h5_put(&self->h5, "/", "curve_points", RMAP_U64, 1,
                              &self->content.n_row[RMAP_TABLE_CURVE], err));
 out:
@@ -65,7 +65,7 @@ static enum rmap_status write_content(struct index *self, struct rmap_error *err
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map_content *content = &self->content;
-    bool curved = rmap_scene_is_curved(self->run->scene);
+    bool curved = rmap_scene_keeps_curves(self->run->scene);
     struct rmap_field_table pieces = rmap_piece_fields(curved), chunks = rmap_chunk_fields(),
                             portions = rmap_portion_fields_index(curved);
     RMAP_TRY(rmap_h5_group(&self->h5, "/piece", err));
@@ -91,7 +91,7 @@ static enum rmap_status write_layouts(struct index *self, struct rmap_error *err
         const struct rmap_layout *layout =
             rmap_layout_of((enum rmap_encoding)e, self->first.scene->channels.mode);
         const char *name[RMAP_STREAM_MAX];
-        int n = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->run->scene));
+        int n = rmap_layout_n_stream(layout, self->run->scene);
         for (int s = 0; s < n; s++)
             name[s] = layout->stream[s].path;
         st = rmap_h5_write_names(&self->h5, path[e], name, (size_t)n,

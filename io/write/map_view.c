@@ -115,7 +115,7 @@ static enum rmap_status write_streams(const struct view *view, enum rmap_colour_
 {
     const struct rmap_layout *layout = rmap_layout_of(RMAP_ENCODING_PLAIN, mode);
     int n_channel = channels_of(view, mode);
-    int n_stream = rmap_layout_n_stream(layout, rmap_scene_is_curved(view->scene));
+    int n_stream = rmap_layout_n_stream(layout, view->scene);
     enum rmap_status st = RMAP_OK;
     for (int s = 0; st == RMAP_OK && s < n_stream; s++) {
         const struct rmap_stream_info *info = &layout->stream[s];
@@ -150,8 +150,8 @@ enum rmap_status rmap_map_view_write(struct rmap_h5 *h5, const struct rmap_scene
     enum rmap_status st = RMAP_OK;
     if (none)
         return rmap_h5_put_text(h5, "/", "view", none, err);
-    bool curved = rmap_scene_is_curved(scene);
-    for (int t = 0; t < rmap_layout_n_table(layout, curved); t++)
+    bool curved = rmap_scene_keeps_curves(scene);
+    for (int t = 0; t < rmap_layout_n_table(layout, scene); t++)
         RMAP_TRY(rmap_h5_group(h5, layout->table_path[t], err));
     RMAP_TRY(write_streams(&view, RMAP_COLOUR_SPECTRAL, false, err));
     RMAP_TRY(write_streams(&view, RMAP_COLOUR_SPECTRAL, true, err));

@@ -15,7 +15,7 @@ struct rmap_piece_writer {
     struct rmap_piece_origin origin;
     char *directory, *temporary, *journal_path;
     const struct rmap_layout *layout;
-    bool curved;           /* the scene's rays may be */
+    bool curved;           /* has /curve */
     int n_table, n_stream; /* of the layout, that the file has */
     int shard, number;
     hid_t set[RMAP_STREAM_MAX];

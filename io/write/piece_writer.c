@@ -326,9 +326,9 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
     self->shard = shard;
     self->number = number;
     self->layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
-    self->curved = rmap_scene_is_curved(run->scene);
-    self->n_table = rmap_layout_n_table(self->layout, self->curved);
-    self->n_stream = rmap_layout_n_stream(self->layout, self->curved);
+    self->curved = rmap_scene_keeps_curves(run->scene);
+    self->n_table = rmap_layout_n_table(self->layout, run->scene);
+    self->n_stream = rmap_layout_n_stream(self->layout, run->scene);
     self->h5.file = H5I_INVALID_HID;
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         self->set[s] = H5I_INVALID_HID;

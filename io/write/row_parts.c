@@ -20,6 +20,7 @@ struct part {
 struct rmap_row_parts {
     enum rmap_colour_mode mode;
     int n_channel;
+    bool timed;
     struct part *part; /* [cap]; those from n on have but a block */
     size_t n, cap;
 };
@@ -99,7 +100,8 @@ enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct r
                                     struct rmap_error *err)
 {
     size_t nbytes = 0;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+    const int n_column = part->timed ? RMAP_COLUMN_COUNT : RMAP_RAY_group_path;
+    for (int c = 0; c < n_column; c++)
         nbytes += to_line(column_nbytes(part, c));
     enum rmap_status st = make_room(parts, nbytes, err);
     if (st != RMAP_OK)
@@ -107,8 +109,9 @@ enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct r
     struct part *kept = &parts->part[parts->n++];
     memcpy(kept->n_row, part->n_row, sizeof kept->n_row);
     parts->n_channel = part->n_channel;
+    parts->timed = part->timed;
     uint8_t *to = first_line(kept->block);
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+    for (int c = 0; c < n_column; c++) {
         size_t n = column_nbytes(part, c);
         if (n > 0)
             memcpy(to, rmap_portion_column(part, (enum rmap_column)c), n);
@@ -124,6 +127,9 @@ void rmap_row_parts_rows(const struct rmap_row_parts *parts, size_t i, struct rm
                                .n_channel = parts->n_channel};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         rows->n_row[t] = part->n_row[t];
+    rows->n_row[RMAP_PLAIN_RAY_TIME] = parts->timed ? part->n_row[RMAP_TABLE_RAY] : 0;
+    rows->n_row[RMAP_PLAIN_REGISTRATION_TIME] =
+        parts->timed ? part->n_row[RMAP_TABLE_REGISTRATION] : 0;
     uint8_t *at = first_line(part->block);
     for (int s = 0; s < rows->layout->n_stream; s++) {
         const struct rmap_stream_info *stream = &rows->layout->stream[s];

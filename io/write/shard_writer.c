@@ -87,7 +87,7 @@ static enum rmap_status shard_flush_begin(struct rmap_shard_writer *self, struct
     for (int s = 0; s < self->queue.layout->n_stream; s++)
         if (self->open[s])
             RMAP_TRY(take_rows(self, s, err));
-    RMAP_TRY(rmap_journal_add_portions(&flush->batch, rmap_scene_is_curved(self->run.scene),
+    RMAP_TRY(rmap_journal_add_portions(&flush->batch, rmap_scene_keeps_curves(self->run.scene),
                                        piece->portion + piece->n_portion_taken,
                                        piece->n_portion - piece->n_portion_taken, err));
     piece->n_portion_taken = piece->n_portion;

@@ -215,13 +215,14 @@ static void print_single(const struct rmap_glass *glass, FILE *out)
         fputc('\n', out);
     } else
         fprintf(out, "a table of %zu wavelengths\n", glass->index.n);
-    fprintf(out, "\n%-6s %9s %9s %12s %8s\n", "line", "nm", "n", "k", "T10");
+    fprintf(out, "\n%-6s %9s %9s %9s %12s %8s\n", "line", "nm", "n", "group", "k", "T10");
     for (size_t i = 0; i < sizeof spectral_line / sizeof *spectral_line; i++) {
         const double nm = spectral_line[i].nm;
         if (nm < glass->from_nm || nm > glass->to_nm)
             continue;
         double transmittance = rmap_glass_transmittance(glass, nm, PATH_MM);
-        fprintf(out, "%-6s %9.2f %9.6f", spectral_line[i].name, nm, rmap_glass_index(glass, nm));
+        fprintf(out, "%-6s %9.2f %9.6f %9.6f", spectral_line[i].name, nm,
+                rmap_glass_index(glass, nm), rmap_glass_group_index(glass, nm));
         if (isnan(transmittance))
             fprintf(out, " %12s", "-");
         else
@@ -252,8 +253,11 @@ static json_t *at_json(const struct rmap_glass *glass, double nm)
 {
     const double transmittance = rmap_glass_transmittance(glass, nm, PATH_MM);
     return json_pack(
-        "{s:o, s:o, s:o, s:o}", "wavelength", rmap_json_number(nm), "n",
-        rmap_json_number(index_inside(glass, nm)), "k",
+        "{s:o, s:o, s:o, s:o, s:o}", "wavelength", rmap_json_number(nm), "n",
+        rmap_json_number(index_inside(glass, nm)), "group_index",
+        rmap_json_number(isnan(index_inside(glass, nm)) ? (double)NAN
+                                                        : rmap_glass_group_index(glass, nm)),
+        "k",
         rmap_json_number(isnan(transmittance) ? (double)NAN : rmap_glass_extinction(glass, nm)),
         "transmittance", rmap_json_number(transmittance));
 }

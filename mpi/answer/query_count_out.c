@@ -43,6 +43,8 @@ json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_crit
         count->nbytes_read == UINT64_MAX ? json_null()
                                          : json_integer((json_int_t)count->nbytes_read),
         "seconds", seconds);
+    if (document && rmap_criterion_of_phase_time(criterion))
+        (void)json_object_set_new(document, "time", json_string("phase"));
     if (document && rmap_criterion_name(criterion))
         (void)json_object_set_new(document, "name", json_string(rmap_criterion_name(criterion)));
     return rmap_json_of_map(document, map);

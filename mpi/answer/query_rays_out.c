@@ -17,6 +17,7 @@
 #include "io/map/history_file.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/query_rays_out.h"
+#include "mpi/answer/ray_file_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/output.h"
@@ -48,6 +49,7 @@ static const struct format json_format = {".json", "[\n", ",\n", "\n]\n", write_
 static const struct format csv_format = {".csv", "", "", "", rmap_ray_csv_write};
 static const struct format polydata_format = {".vtp", "", "", "", NULL};
 static const struct format table_format = {".h5", "", "", "", NULL};
+static const struct format ray_file_format = {".tm25ray", "", "", "", NULL};
 static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 
 static const struct format *format_of(const char *path)
@@ -57,12 +59,17 @@ static const struct format *format_of(const char *path)
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
         if (rmap_output_is(path, known[i]->suffix))
             return known[i];
-    return NULL;
+    return rmap_ray_file_named(path) ? &ray_file_format : NULL;
 }
 
 bool rmap_query_rays_named(const char *path)
 {
     return format_of(path) != NULL;
+}
+
+bool rmap_query_rays_are_files(const char *path)
+{
+    return format_of(path) == &ray_file_format;
 }
 
 bool rmap_query_rays_are_tables(const char *path)
@@ -73,11 +80,13 @@ bool rmap_query_rays_are_tables(const char *path)
 enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap_error *err)
 {
     if (!format_of(path))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "cannot write '%s': -o takes a name that ends in .csv (a row per "
-                              "segment), .json (an array of rays), .h5 (tables of plain columns), "
-                              ".vtp (polylines for ParaView) or .raymap (a ray map)",
-                              path);
+        return rmap_error_set(
+            err, RMAP_USAGE,
+            "cannot write '%s': -o takes a name that ends in .csv (a row per "
+            "segment), .json (an array of rays), .h5 (tables of plain columns), "
+            ".vtp (polylines for ParaView), .tm25ray or .mcpl (a source for other "
+            "scenes and programs) or .raymap (a ray map)",
+            path);
     return rmap_output_free(path, force, err);
 }
 
@@ -90,6 +99,7 @@ struct rmap_rays_out {
     FILE *file;                     /* the whole one's, or stdout */
     struct rmap_polydata *polydata; /* NULL: of no .vtp */
     struct rmap_table_out *table;   /* NULL: of no .h5 */
+    struct rmap_ray_file_out *rays; /* NULL: of no .tm25ray or .mcpl */
     uint64_t n_ray, n_segment;
 };
 
@@ -125,6 +135,8 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
     self->format = self->path ? format_of(self->path) : context->json ? &json_format : &text_format;
     if (self->format == &table_format)
         RMAP_TRY(rmap_table_out_begin(map, request, &self->table, err));
+    else if (self->format == &ray_file_format)
+        RMAP_TRY(rmap_ray_file_out_begin(map, request, &self->rays, err));
     else
         RMAP_TRY(begin_text(self, err));
     *out_ret = self;
@@ -170,9 +182,10 @@ enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *r
 {
     struct rmap_rays_out *self = out;
     enum rmap_status st = self->table      ? rmap_table_out_take(self->table, ray, err)
+                          : self->rays     ? rmap_ray_file_out_take(self->rays, ray, err)
                           : self->polydata ? write_polyline(self, ray, err)
                                            : write_report(self, ray, err);
-    if (st == RMAP_OK && !self->table && ferror(self->file))
+    if (st == RMAP_OK && self->file && ferror(self->file))
         st = cannot_write(self, err);
     self->n_ray++;
     self->n_segment += ray->portion->ray.segment_count[ray->row];
@@ -183,12 +196,15 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
 {
     if (self->polydata)
         rmap_polydata_finish(self->polydata);
-    if (!self->table)
+    if (self->file)
         fputs(self->format->last, self->file);
     if (!self->path)
         return fflush(self->file) == 0 ? RMAP_OK : cannot_write(self, err);
-    enum rmap_status st = self->table ? rmap_table_out_finish(self->table, err)
-                                      : rmap_whole_file_finish(&self->whole, err);
+    if (self->rays)
+        self->n_ray = rmap_ray_file_out_count(self->rays);
+    enum rmap_status st = self->table  ? rmap_table_out_finish(self->table, err)
+                          : self->rays ? rmap_ray_file_out_finish(self->rays, err)
+                                       : rmap_whole_file_finish(&self->whole, err);
     if (st != RMAP_OK)
         return st;
     if (self->context->json)
@@ -197,8 +213,9 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
                                                 self->map),
                                stdout, err);
     if (!self->context->quiet)
-        fprintf(stderr, "%s: %s, %s\n", self->path, rmap_counted(self->n_ray, "ray").text,
-                rmap_counted(self->n_segment, "segment").text);
+        fprintf(stderr, "%s: %s%s%s\n", self->path, rmap_counted(self->n_ray, "ray").text,
+                self->rays ? "" : ", ",
+                self->rays ? "" : rmap_counted(self->n_segment, "segment").text);
     return RMAP_OK;
 }
 
@@ -209,6 +226,7 @@ void rmap_rays_out_destroy(struct rmap_rays_out *self)
     rmap_whole_file_fini(&self->whole);
     rmap_polydata_destroy(self->polydata);
     rmap_table_out_destroy(self->table);
+    rmap_ray_file_out_destroy(self->rays);
     rmap_free(self);
 }
 

@@ -16,9 +16,11 @@
 enum rmap_status rmap_query_rays_check(const char *path, bool force,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* True for the name of a file of rays: NAME.csv, NAME.json, NAME.vtp or NAME.h5, in any case. */
+/* True for the name of a file of rays: NAME.csv, NAME.json, NAME.vtp, NAME.h5, NAME.tm25ray or
+ * NAME.mcpl, in any case. */
 bool rmap_query_rays_named(const char *path);
 bool rmap_query_rays_are_tables(const char *path); /* NAME.h5 */
+bool rmap_query_rays_are_files(const char *path);  /* NAME.tm25ray or NAME.mcpl */
 
 /* Where the rays of an answer go, one after another; all of it on rank 0. No path: on stdout, a
  * line per ray (its id and its path in letters), or with --json the array of rays. */

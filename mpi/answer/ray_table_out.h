@@ -14,6 +14,7 @@ struct rmap_table_request {
     const char *from;      /* the map, as it was named */
     const char *criterion; /* the question */
     const char *columns;   /* see rmap_ray_table_create */
+    const char *at;        /* of a file of rays: the detector, or NULL */
 };
 
 struct rmap_table_out;

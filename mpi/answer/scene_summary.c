@@ -8,6 +8,8 @@
 
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "mpi/answer/medium_out.h"
+#include "mpi/answer/steps_out.h"
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
@@ -112,13 +114,29 @@ static void print_lamp(const struct rmap_scene *scene, const struct rmap_source 
                 scene->unit);
 }
 
+/* Its pole, what it is, and where its light comes in. */
+static void print_sky(const struct rmap_scene *scene, const struct rmap_source *source, FILE *out)
+{
+    const struct rmap_sky *sky = source->sky;
+    fprintf(out, "%s%s", sky->title[0] ? ", " : "", sky->title);
+    if (sky->n_portal > 0)
+        fprintf(out, ", through %s; light that meets none is left out",
+                rmap_counted(sky->n_portal, "portal").text);
+    else
+        fprintf(out, ", by discs of radius %.4g %s", source->shape_size[0], scene->unit);
+}
+
 static void print_light(const struct rmap_scene *scene, FILE *out)
 {
     for (size_t s = 0; s < scene->n_source; s++) {
         fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
                 rmap_flux_unit_text(scene), scene->medium[scene->source[s].medium].name);
+        if (scene->source[s].sky)
+            print_sky(scene, &scene->source[s], out);
         if (scene->source[s].lamp)
             print_lamp(scene, &scene->source[s], out);
+        if (scene->source[s].steps)
+            rmap_steps_print(scene->source[s].steps, out);
         fputc('\n', out);
     }
     for (size_t m = 0; m < scene->n_medium; m++)
@@ -131,6 +149,17 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
 static int middle_channel(const struct rmap_scene *scene)
 {
     return scene->channels.n / 2;
+}
+
+/* Of dispersive media, on the channel in the middle. */
+static void print_group_indices(const struct rmap_scene *scene, FILE *out)
+{
+    const int k = middle_channel(scene);
+    for (size_t m = 0; m < scene->n_medium; m++)
+        if (scene->medium[m].n_group[k] != scene->medium[m].n[k])
+            fprintf(out, "    medium %s: n %.6f, group index %.6f at %g nm\n",
+                    scene->medium[m].name, scene->medium[m].n[k], scene->medium[m].n_group[k],
+                    scene->channels.wavelength_nm[k]);
 }
 
 static void print_absorption(const struct rmap_scene *scene, FILE *out)
@@ -226,9 +255,11 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     if (scene->n_camera > 0)
         print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
+    print_group_indices(scene, out);
     print_absorption(scene, out);
     rmap_films_print(scene, out);
     rmap_scatters_print(scene, out);
+    rmap_turbid_print(scene, out);
     print_lenses(scene, out);
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
@@ -283,6 +314,23 @@ static json_t *lenses_json(const struct rmap_scene *scene)
     return list;
 }
 
+/* Of all media, by the wavelengths of the scene's light. */
+static json_t *indices_json(const struct rmap_scene *scene)
+{
+    json_t *list = json_array();
+    for (size_t m = 0; m < scene->n_medium; m++) {
+        json_t *n = json_array(), *group = json_array();
+        for (int i = 0; i < scene->channels.n; i++) {
+            (void)json_array_append_new(n, rmap_json_number(scene->medium[m].n[i]));
+            (void)json_array_append_new(group, rmap_json_number(scene->medium[m].n_group[i]));
+        }
+        (void)json_array_append_new(list,
+                                    json_pack("{s:s, s:o, s:o}", "medium", scene->medium[m].name,
+                                              "n", n, "group_index", group));
+    }
+    return list;
+}
+
 static json_t *gradients_json(const struct rmap_scene *scene)
 {
     json_t *list = json_array();
@@ -306,12 +354,12 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, "
-                     "s:o}",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
+                     "s:I, s:o, s:o, s:o*}",
                      "units", scene->unit, "light", light_json(scene), "media",
-                     names_json(scene, scene->n_medium, name_medium), "gradients",
-                     gradients_json(scene), "films", rmap_films_json(scene), "scatter",
-                     rmap_scatters_json(scene), "surfaces",
+                     names_json(scene, scene->n_medium, name_medium), "turbid",
+                     rmap_turbid_json(scene), "gradients", gradients_json(scene), "films",
+                     rmap_films_json(scene), "scatter", rmap_scatters_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
                      names_json(scene, scene->n_geometry, name_geometry), "objects",
                      names_json(scene, scene->n_object, name_object), "groups",
@@ -319,5 +367,6 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
                      names_json(scene, scene->n_source, name_source), "detectors",
                      names_json(scene, scene->n_detector, name_detector), "cameras",
                      names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene),
-                     "triangles", (json_int_t)triangles(scene), "box", extent);
+                     "triangles", (json_int_t)triangles(scene), "box", extent, "indices",
+                     indices_json(scene), "steps", rmap_steps_json(scene));
 }

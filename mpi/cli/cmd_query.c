@@ -32,7 +32,10 @@ static const struct rmap_option options[] = {
     {"of", 0, "Q", "a number of the ray or its registrations, as of `raymap stats`", "top"},
     {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
     {"output", 'o', "OUT",
-     "write the matching rays: OUT.csv, OUT.json, OUT.h5, OUT.vtp, or OUT.raymap, a ray map"},
+     "write the matching rays: OUT.csv, OUT.json, OUT.h5, OUT.vtp, OUT.tm25ray, OUT.mcpl, or "
+     "OUT.raymap, a ray map"},
+    {"at", 0, "DETECTOR",
+     "of OUT.tm25ray and OUT.mcpl: rays as this plane registered them (default: as they end)"},
     {"columns", 0, "LIST",
      "of OUT.h5: ray, segment, registration, or columns of them, registration/x,ray/flux"},
     {"encoding", 0, "E", "of OUT.raymap: plain or compact (default: that of MAP's first piece)",
@@ -50,7 +53,7 @@ static const struct rmap_option options[] = {
     {NULL}};
 
 struct request {
-    const char *map_path, *output_path, *columns;
+    const char *map_path, *output_path, *columns, *at;
     const char *of;                  /* what the greatest values are of, with `top` */
     uint64_t limit;                  /* UINT64_MAX: all */
     uint64_t top;                    /* 0: not asked for */
@@ -105,6 +108,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .map_path = given->operand[0],
         .output_path = rmap_argument(given, "output"),
         .columns = rmap_argument(given, "columns"),
+        .at = rmap_argument(given, "at"),
         .of = rmap_argument(given, "of"),
         .limit = UINT64_MAX,
         .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
@@ -143,6 +147,9 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     if (request->columns &&
         (!request->output_path || !rmap_query_rays_are_tables(request->output_path)))
         return rmap_error_set(err, RMAP_USAGE, "--columns are those of tables: -o OUT.h5");
+    if (request->at && (!request->output_path || !rmap_query_rays_are_files(request->output_path)))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--at is of files of rays: -o OUT.tm25ray or OUT.mcpl");
     if (rmap_argument(given, "receivers") && request->explain)
         return rmap_error_set(
             err, RMAP_USAGE,
@@ -454,7 +461,8 @@ static enum rmap_status list_rays(const struct rmap_context *context, const stru
     const struct rmap_table_request table = {.path = request->output_path,
                                              .from = request->map_path,
                                              .criterion = rmap_criterion_text(search->criterion[0]),
-                                             .columns = request->columns};
+                                             .columns = request->columns,
+                                             .at = request->at};
     struct rmap_pick pick;
     uint64_t n = 0;
     RMAP_TRY(choose(context, request, search, &pick, err));
@@ -545,8 +553,9 @@ const struct rmap_command rmap_command_query = {
         "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.h5\n"
         "tables of rays, segments and registrations in plain columns, for h5py and pandas, "
         "OUT.vtp\n"
-        "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays,\n"
-        "with the fluxes that they have in MAP. Rays come in the order of their ids. The answer\n"
+        "a polyline per ray for ParaView, OUT.tm25ray and OUT.mcpl a row per ray with which its\n"
+        "light goes on elsewhere, and OUT.raymap is a ray map of the matching rays, with the\n"
+        "fluxes that they have in MAP. Rays come in the order of their ids. The answer\n"
         "does not depend on the number of ranks and threads.",
     .options = options,
     .min_operands = 1,

@@ -21,9 +21,10 @@
 
 static const struct rmap_option options[] = {
     {"of", 0, "NUMBER",
-     "what: wavelength flux path_length optical_path segments bounces ray registrations "
+     "what: wavelength flux path_length optical_path group_path segments bounces ray registrations "
      "ghost_order scatter_order, a test that counts such as 'hit(lens.*, reflect)', or of each "
-     "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
+     "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) group_path(NAME) "
+     "cell(NAME); given "
      "twice: a histogram over both"},
     {"where", 'w', "CRITERION" RMAP_ARGUMENT_AGAIN,
      "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'; given again: of those of "
@@ -146,6 +147,9 @@ choose(const struct rmap_context *context, const struct rmap_arguments *argument
 {
     enum rmap_status st = RMAP_OK;
     const char *which = rmap_argument(arguments, "which");
+    if (context->rank == 0 && !context->quiet && rmap_quantities_of_phase_time(quantities) &&
+        !(criterion && rmap_criterion_of_phase_time(criterion)))
+        fprintf(stderr, "raymap: " RMAP_PHASE_TIME_HINT "\n");
     if (quantities->of_registrations && (criteria->n < 2 || which))
         return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
                                 criterion, which_ret, err);

@@ -6,6 +6,7 @@
 #include "mpi/command/asked.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "analysis/report/zemax_filter.h"
 #include "base/alloc.h"
@@ -85,6 +86,18 @@ out:
     return st;
 }
 
+/* Once, for the first of the criteria that names a time. */
+static void tell_time(const struct rmap_context *context, const struct rmap_asked *asked,
+                      size_t index, const struct rmap_criterion *criterion)
+{
+    if (context->rank > 0 || context->quiet || !rmap_criterion_of_phase_time(criterion))
+        return;
+    for (size_t i = 0; i < index; i++)
+        if (asked->whole_file || strstr(asked->text[i], "time"))
+            return;
+    fprintf(stderr, "raymap: " RMAP_PHASE_TIME_HINT "\n");
+}
+
 enum rmap_status rmap_asked_compile(const struct rmap_context *context,
                                     const struct rmap_asked *asked, size_t index,
                                     const struct rmap_scene *scene,
@@ -94,7 +107,11 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context,
         return compile_zemax(context, asked->zemax, scene, criterion_ret, err);
     const char *text =
         asked->whole_file ? rmap_criteria_reference(asked->criteria, index) : asked->text[index];
-    return rmap_criterion_compile_with(text, asked->criteria, scene, criterion_ret, err);
+    enum rmap_status st =
+        rmap_criterion_compile_with(text, asked->criteria, scene, criterion_ret, err);
+    if (st == RMAP_OK)
+        tell_time(context, asked, index, *criterion_ret);
+    return st;
 }
 
 enum rmap_status rmap_asked_which(const struct rmap_context *context,

@@ -29,13 +29,19 @@ static double sum(const double *value, size_t n)
     return total;
 }
 
+static double ended_of(const struct rmap_tally *tally, size_t s)
+{
+    const struct rmap_scene *scene = tally->scene;
+    return sum(tally->absorbed_object + s * scene->n_object, scene->n_object) +
+           sum(tally->absorbed_medium + s * scene->n_medium, scene->n_medium) + tally->left[s] +
+           tally->limit[s] + tally->error[s];
+}
+
 enum rmap_status rmap_balance_check(const struct rmap_tally *tally, struct rmap_error *err)
 {
     const struct rmap_scene *scene = tally->scene;
-    for (size_t s = 0; s < scene->n_source; s++) {
-        double ended = sum(tally->absorbed_object + s * scene->n_object, scene->n_object) +
-                       sum(tally->absorbed_medium + s * scene->n_medium, scene->n_medium) +
-                       tally->left[s] + tally->limit[s] + tally->error[s];
+    for (size_t s = 0; s < scene->n_source && !rmap_scene_changes_weights(scene); s++) {
+        double ended = ended_of(tally, s);
         if (!(ended >= tally->emitted[s] && ended <= tally->emitted[s])) /* NaN, too */
             return rmap_error_set(err, RMAP_INTERNAL,
                                   "energy balance of source '%s' is broken: %.17g rays emitted, "
@@ -43,6 +49,13 @@ enum rmap_status rmap_balance_check(const struct rmap_tally *tally, struct rmap_
                                   scene->source[s].name, tally->emitted[s], ended);
     }
     return RMAP_OK;
+}
+
+/* What became of energy where light was given back at other wavelengths: heat, or less than none.
+ */
+static double converted(const struct rmap_tally *tally, size_t s)
+{
+    return tally->emitted[s] - ended_of(tally, s);
 }
 
 static void print_share(FILE *out, const char *what, const char *name, double n, double emitted)
@@ -113,6 +126,9 @@ void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE
                 print_share(out, "absorbed in", scene->medium[m].name,
                             tally->absorbed_medium[s * scene->n_medium + m], emitted);
         print_share(out, "left", "the scene", tally->left[s], emitted);
+        if (rmap_scene_changes_weights(scene))
+            fprintf(out, "    %-37s %15s  %7.3f %%\n", "turned to heat by re-emission", "",
+                    100.0 * converted(tally, s) / emitted);
         if (tally->limit[s] > 0)
             print_share(out, "stopped", "by a limit", tally->limit[s], emitted);
         if (tally->error[s] > 0)

@@ -52,6 +52,8 @@ extern const struct rmap_command rmap_command_select;
 extern const struct rmap_command rmap_command_keep;
 extern const struct rmap_command rmap_command_session;
 extern const struct rmap_command rmap_command_glass;
+extern const struct rmap_command rmap_command_import;
+extern const struct rmap_command rmap_command_voxels;
 extern const struct rmap_command rmap_command_bench;
 
 #endif

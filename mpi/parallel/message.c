@@ -9,8 +9,14 @@
 #include "base/alloc.h"
 
 struct header {
-    uint64_t first_ray, n_row[RMAP_TABLE_COUNT], n_channel;
+    uint64_t first_ray, n_row[RMAP_TABLE_COUNT], n_channel, timed;
 };
+
+/* Those of time come last. */
+static int n_column(const struct rmap_portion *portion)
+{
+    return portion->timed ? RMAP_COLUMN_COUNT : RMAP_RAY_group_path;
+}
 
 /* Columns begin at multiples of 8 bytes. */
 static size_t column_nbytes(const struct rmap_portion *portion, enum rmap_column column)
@@ -22,7 +28,7 @@ static size_t column_nbytes(const struct rmap_portion *portion, enum rmap_column
 static size_t message_nbytes(const struct rmap_portion *portion)
 {
     size_t nbytes = sizeof(struct header);
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+    for (int c = 0; c < n_column(portion); c++)
         nbytes += column_nbytes(portion, (enum rmap_column)c);
     return nbytes;
 }
@@ -58,12 +64,13 @@ enum rmap_status rmap_message_pack(const struct rmap_portion *portion,
     if (st != RMAP_OK)
         return st;
     struct header header = {.first_ray = portion->first_ray,
-                            .n_channel = (uint64_t)portion->n_channel};
+                            .n_channel = (uint64_t)portion->n_channel,
+                            .timed = portion->timed};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         header.n_row[t] = portion->n_row[t];
     memcpy(message->bytes, &header, sizeof header);
     size_t at = sizeof header;
-    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+    for (int i = 0; i < n_column(portion); i++) {
         enum rmap_column c = (enum rmap_column)i;
         size_t rows = portion->n_row[rmap_column_info(c)->table];
         if (rows > 0)
@@ -90,10 +97,11 @@ enum rmap_status rmap_message_view(const struct rmap_message *message, struct rm
     }
     view->first_ray = header.first_ray;
     view->n_channel = fits ? (int)header.n_channel : 1;
+    view->timed = header.timed != 0;
     if (!fits || message_nbytes(view) != message->nbytes)
         return rmap_error_set(err, RMAP_INTERNAL, "a block from another rank is torn");
     size_t at = sizeof header;
-    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+    for (int i = 0; i < n_column(view); i++) {
         enum rmap_column c = (enum rmap_column)i;
         void *start = message->bytes + at;
         memcpy((void *)rmap_portion_column_address(view, c), &start, sizeof start);

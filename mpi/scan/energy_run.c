@@ -28,8 +28,8 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_energy_sums *sums = NULL;
-    *scope =
-        (struct rmap_energy_scope){.scene = rmap_map_scene(map), .ends = choice->criterion != NULL};
+    const bool ends = choice->criterion || rmap_scene_changes_weights(rmap_map_scene(map));
+    *scope = (struct rmap_energy_scope){.scene = rmap_map_scene(map), .ends = ends};
     const struct rmap_fold fold = {.kind = &rmap_energy_kind,
                                    .context = scope,
                                    .map = map,
@@ -37,7 +37,7 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
                                    .which = choice->which,
                                    .columns = rmap_energy_columns(scope),
                                    .deferred = rmap_energy_columns(scope)};
-    if (choice->criterion || rmap_energy_needs_scan(scope->scene)) {
+    if (ends || rmap_energy_needs_scan(scope->scene)) {
         void *state = NULL;
         RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
         sums = state;
@@ -45,7 +45,7 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
         st = rmap_energy_sums_create(scope, &sums, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
-    if (sums && !choice->criterion)
+    if (sums && !ends)
         rmap_energy_sums_take_tally(sums, rmap_map_tally(map));
     *sums_ret = sums;
 out:

@@ -39,6 +39,7 @@ static enum rmap_status copy_columns(const struct rmap_portion *from, rmap_colum
     enum rmap_status st = RMAP_OK;
     rmap_portion_clear(to);
     to->n_channel = from->n_channel;
+    to->timed = from->timed;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(to, (enum rmap_table)t, from->n_row[t], columns, err));
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
@@ -60,7 +61,8 @@ static enum rmap_status decode(void *context, int thread, size_t first, size_t l
 {
     struct keeping *self = context;
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set all = self->anew ? rmap_keepable_columns() : 0;
+    const rmap_column_set all =
+        self->anew ? rmap_keepable_columns() : 0; /* of them, what the map has */
     if (!self->cursor[thread])
         RMAP_TRY(rmap_cursor_create(self->map, self->columns | all, &self->cursor[thread], err));
     for (size_t i = first; i < last; i++) {

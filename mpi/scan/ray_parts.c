@@ -90,8 +90,9 @@ static size_t rays_nbytes(const struct rmap_map *map, size_t portion, size_t n)
     const struct rmap_portion shape = {.n_channel =
                                            rmap_map_scene_of(map, (size_t)info->space)->channels.n};
     size_t nbytes = 0, n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
+    const rmap_column_set columns = rmap_columns_of_run(rmap_map_scene(map)->timed);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        nbytes += rmap_portion_row_nbytes(&shape, (enum rmap_column)c) *
+        nbytes += (columns >> c & 1) * rmap_portion_row_nbytes(&shape, (enum rmap_column)c) *
                   (size_t)info->n_row[rmap_column_info((enum rmap_column)c)->table];
     return n_ray > 0 ? nbytes / n_ray * n + 1 : 0;
 }

@@ -185,11 +185,9 @@ static enum rmap_status make_row(const struct rmap_trace_request *request,
 {
     const struct rmap_map *map = goal->map;
     uint64_t first = request->has_first_ray ? request->first_ray : next_ray(map);
-    if (request->n_ray > RMAP_RAY_END - first)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "%llu rays from %llu on are too many: ids end at "
-                              "2^64 - 2",
-                              (unsigned long long)request->n_ray, (unsigned long long)first);
+    const enum rmap_status st = rmap_trace_request_fits(request, first, err);
+    if (st != RMAP_OK)
+        return st;
     goal->row = (struct rmap_run_row){
         .first_ray = first, .n_ray = request->n_ray, .seed = request->seed, .space = goal->space};
     goal->has_row = true;

@@ -4,8 +4,10 @@
  */
 #include "mpi/trace/trace_request.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "base/alloc.h"
 #include "mpi/command/argument_numbers.h"
 #include "portion/ray_plan.h"
 
@@ -17,6 +19,9 @@ const struct rmap_option rmap_trace_options[] = {
     {"time-limit", 't', "TIME",
      "stop in good order after 90s, 3h50min, 1:30:00, 1-00:00:00: status 6"},
     {"force", 'f', NULL, "replace a ray map that stands there", "output"},
+    {"time", 0, "MODE",
+     "on: with times of arrival, by group index (default: the simulation's, or off)",
+     .words = "on off"},
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL, "accepted, without effect: maps need no index"},
@@ -102,6 +107,29 @@ static enum rmap_status read_encoding(const struct rmap_arguments *given,
     return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'", text);
 }
 
+/* --time, as --set would say it: so a map keeps it. */
+static enum rmap_status set_time(const struct rmap_arguments *given,
+                                 struct rmap_scene_options *options, struct rmap_error *err)
+{
+    const char *time = rmap_argument(given, "time");
+    const char *simulation = options->simulation;
+    if (!time)
+        return RMAP_OK;
+    if (strcmp(time, "on") != 0 && strcmp(time, "off") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--time is 'on' or 'off', not '%s'", time);
+    const size_t nbytes = (simulation ? strlen(simulation) : 0) + sizeof "simulations..time=off";
+    char **set = rmap_realloc(options->set, options->n_set + 1, sizeof *set);
+    if (set)
+        options->set = set;
+    char *text = set ? rmap_alloc(nbytes, 1) : NULL;
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");
+    (void)snprintf(text, nbytes, "%s%s%stime=%s", simulation ? "simulations." : "",
+                   simulation ? simulation : "", simulation ? "." : "", time);
+    set[options->n_set++] = text;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
                                          struct rmap_trace_request *request, struct rmap_error *err)
 {
@@ -128,8 +156,26 @@ enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
     RMAP_TRY(read_encoding(given, request, err));
     RMAP_TRY(check_request(given, request, err));
     RMAP_TRY(rmap_scene_options_read(given, &request->scene, err));
+    RMAP_TRY(set_time(given, &request->scene, err));
 out:
     return st;
+}
+
+enum rmap_status rmap_trace_request_fits(const struct rmap_trace_request *request, uint64_t first,
+                                         struct rmap_error *err)
+{
+    const uint64_t end = request->n_photon ? request->n_photon : RMAP_RAY_END;
+    if (first <= end && request->n_ray <= end - first)
+        return RMAP_OK;
+    return request->n_photon
+               ? rmap_error_set(err, RMAP_USAGE,
+                                "the scene has %llu photons, each of which is a ray ('count: "
+                                "counted'): %llu rays from %llu on are too many",
+                                (unsigned long long)end, (unsigned long long)request->n_ray,
+                                (unsigned long long)first)
+               : rmap_error_set(err, RMAP_USAGE,
+                                "%llu rays from %llu on are too many: ids end at 2^64 - 2",
+                                (unsigned long long)request->n_ray, (unsigned long long)first);
 }
 
 enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
@@ -141,14 +187,18 @@ enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
     const struct rmap_simulation *simulation = &scene->simulation;
     bool record = !rmap_argument(given, "no-record") &&
                   (request->mode != RMAP_TRACE_NEW || simulation->record || !simulation->name);
+    request->n_photon = rmap_scene_n_photon(scene);
     if (!request->has_n_ray)
-        request->n_ray = simulation->rays ? simulation->rays : default_rays;
+        request->n_ray = simulation->rays    ? simulation->rays
+                         : request->n_photon ? request->n_photon
+                                             : default_rays;
     if (request->time_limit_s <= 0.0)
         request->time_limit_s = simulation->time_limit_s;
-    if (request->n_ray > RMAP_RAY_END - request->first_ray)
-        return rmap_error_set(
-            err, RMAP_USAGE, "%llu rays from %llu on are too many: ids end at 2^64 - 2",
-            (unsigned long long)request->n_ray, (unsigned long long)request->first_ray);
+    if (request->mode == RMAP_TRACE_NEW) {
+        const enum rmap_status st = rmap_trace_request_fits(request, request->first_ray, err);
+        if (st != RMAP_OK)
+            return st;
+    }
     if (scene->n_source == 0)
         return rmap_error_set(err, RMAP_INPUT, "%s: no source takes part, so there is no light",
                               request->scene_path);

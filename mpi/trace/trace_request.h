@@ -17,6 +17,7 @@ struct rmap_trace_request {
     enum rmap_trace_mode mode;
     uint64_t n_ray; /* 0: not given, until rmap_trace_request_complete */
     uint64_t first_ray;
+    uint64_t n_photon; /* of the scene, each a ray; 0: not counted */
     bool has_n_ray, has_first_ray, has_seed, force;
     uint64_t seed, piece_nbytes;
     double time_limit_s;
@@ -33,6 +34,10 @@ struct rmap_trace_request {
  * request->scene. */
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
                                          struct rmap_trace_request *request,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* RMAP_USAGE for more rays than there can be. */
+enum rmap_status rmap_trace_request_fits(const struct rmap_trace_request *request, uint64_t first,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the command line leaves open, the chosen simulation of the scene says. */

@@ -74,6 +74,7 @@ static void begin_block(struct block *block, struct rmap_trace_workers *all, str
     block->rays = rays;
     block->end = rays.first;
     block->n_before = atomic_load(&self->n_ray);
+    block->history.status = RMAP_OK;
     if (self->portion) {
         rmap_portion_recorder_init(&block->history, self->portion);
         rmap_portion_recorder_restart(&block->history, rays.first);
@@ -95,9 +96,9 @@ static void trace_up_to(struct block *block, uint64_t end)
 
 static enum rmap_status check_history(struct block *block, uint64_t first)
 {
-    if (block->history.status == RMAP_OK)
+    if (block->history.status == RMAP_OK && block->recorder.status == RMAP_OK)
         return RMAP_OK;
-    return rmap_error_set(&block->self->error, block->history.status,
+    return rmap_error_set(&block->self->error, RMAP_SYSTEM,
                           "out of memory for the histories of rays %llu to %llu",
                           (unsigned long long)first, (unsigned long long)(block->end - 1));
 }
@@ -150,11 +151,12 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
     }
     self->n_whole -= self->n_whole > 0;
     trace_up_to(&block, rays.end);
-    if (self->portion && block.end > rays.first) {
+    if (block.end > rays.first)
         RMAP_TRY(check_history(&block, rays.first));
+    if (self->portion && block.end > rays.first)
         RMAP_TRY(keep_block(all, self));
-    }
 out:
+    rmap_tally_recorder_fini(&block.recorder);
     if (self->portion)
         self->portion->unpredicted = NULL;
     return st;
@@ -263,6 +265,8 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
         if (plan->writer || plan->forward)
             RMAP_TRY(rmap_portion_create(RMAP_BLOCK_RAYS, plan->scene->channels.n,
                                          &workers->worker[i].portion, err));
+        if (workers->worker[i].portion)
+            RMAP_TRY(rmap_portion_set_timed(workers->worker[i].portion, plan->scene->timed, err));
         if (plan->writer)
             RMAP_TRY(rmap_shard_block_create(plan->writer, &workers->worker[i].parts, err));
     }

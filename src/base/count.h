@@ -9,6 +9,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Entries of an array, as opposed to a pointer. */
+#define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
 /* How many of n marks, each 0 or 1, are 1. */
 size_t rmap_count_ones(const uint8_t *mark, size_t n);
 

@@ -20,7 +20,10 @@
     X(CAMERA)  /* place in the pixel and on the lens */                                            \
     X(LIGHT)   /* which light, and where on it */                                                  \
     X(NOISE)   /* permutations of noise fields; the key is the field's own seed */                 \
-    X(ANYWHERE) /* which paths of pictures take any direction, and which */
+    X(ANYWHERE)      /* which paths of pictures take any direction, and which */                   \
+    X(SPECIES)       /* what absorbed inside a medium, if it gives back, channel, delay */         \
+    X(WAVELENGTH)    /* of a ray that has one from its beginning */                                \
+    X(PHOTON_NUMBER) /* of a step; the key is the source's own seed */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,
@@ -28,6 +31,7 @@ enum rmap_rng_slot {
 #undef RMAP_RNG_ENUM
         RMAP_RNG_SLOT_COUNT,
     RMAP_RNG_LOBE = 1024,     /* and those above: tries at a direction of a scatter model */
+    RMAP_RNG_VOLUME = 65536,  /* and those above: tries at a place in a body */
     RMAP_RNG_DETECT = 1 << 30 /* and those above, one per detector: whether light that it registers
                                  is detected; the step is the segment's */
 };

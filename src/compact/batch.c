@@ -141,8 +141,8 @@ static void cross_on_the_way(const struct rmap_detector *detector, const struct 
     rmap_crossing_find(detector, &segment, crossing);
 }
 
-/* batch.c: registrations on the segment in hand; their optical paths are distances yet. The ray
- * is as at the segment's start. */
+/* batch.c: registrations on the segment in hand; their optical and group paths are distances yet.
+ * The ray is as at the segment's start. */
 static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, struct rmap_vec3 to,
                         double length)
 {
@@ -174,6 +174,10 @@ static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, 
             memcpy(out->direction + 3 * row, crossing.direction, sizeof crossing.direction);
         if (out->optical_path)
             out->optical_path[row] = crossing.optical_path;
+        if (out->group_path)
+            out->group_path[row] = crossing.optical_path;
+        if (out->delay)
+            out->delay[row] = 0.0;
     }
 }
 
@@ -219,7 +223,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
                                 direction, &facing);
     if (!met) {
         const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
+        if (medium && (r->event[row] & rmap_step_inside(r->turbid)))
             run->batch->careful[ray->index] = 1;
         facing.t = rmap_step_distance_out(r->model->scene, position, direction);
         facing.position = rmap_axpy(facing.t, direction, position);
@@ -364,7 +368,12 @@ static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
     ray->id = r->id[i];
     ray->index = (uint32_t)i;
     ray->step = 0;
-    ray->departs = (int16_t)departure->channel;
+    ray->departs = (int16_t)rmap_departure_channel(r->model, r->seed, r->id[i], r->source[i],
+                                                   departure->channel);
+    if (run->out->ray.delay)
+        run->out->ray.delay[i] = 0.0;
+    if (departure->delay_ns != 0.0)
+        run->batch->careful[i] = 1;
     ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
     run->row = ray->end;
     run->segment += r->segment_count[i];

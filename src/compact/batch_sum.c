@@ -9,6 +9,7 @@
 #include "compact/retrace.h"
 #include "compact/retrace_colour.h"
 #include "compact/step.h"
+#include "trace/turbid.h"
 
 /* The ray in hand. */
 struct sum {
@@ -36,7 +37,10 @@ static void weigh_segment(const struct sum *sum, size_t row,
     const struct rmap_compact_object *o = &r->model->object[object];
     const struct rmap_encounter encounter = {
         .scene = r->model->scene,
+        .object = (int32_t)object,
+        .front = cosine < 0.0,
         .surface = cosine < 0.0 ? o->front : o->back,
+        .weighed = r->weighed,
         .near = near,
         .far = rmap_medium_beyond(r->model, (int32_t)object, cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,
@@ -83,9 +87,11 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && segment->way.length > 0.0 &&
+    if (medium && rmap_medium_is_turbid(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
-        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, segment->way.length, false,
+        (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
+                                                      .turbid = r->turbid,
+                                                      .length = segment->way.length},
                                 light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);
@@ -172,6 +178,28 @@ static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_l
     return sum_steady(sum, row, light, n, colour);
 }
 
+/* Group paths of a ray that has been summed up, and has one channel; those of its registrations are
+ * distances yet. */
+static void sum_group(const struct sum *sum, size_t crossing, size_t crossing_end)
+{
+    const struct rmap_batch_run *run = sum->run;
+    const struct rmap_compact_model *model = run->r->model;
+    const uint32_t *crossed = run->r->crossing_segment;
+    const double *index = model->group + (model->n_medium + 1) * (size_t)run->light.colour.begin;
+    double *at = run->out->registration.group_path, group_path = 0.0;
+    const size_t n = sum->end - sum->first;
+    for (size_t k = 0; k < n; k++) {
+        const struct rmap_batch_segment *segment = &sum->segment[k];
+        const double n_group = index[segment->medium];
+        for (; at && crossing < crossing_end && (crossed[crossing] <= k || k + 1 == n); crossing++)
+            at[crossing] = rmap_step_double(group_path + n_group * at[crossing]);
+        if (!(segment->flags & RMAP_BATCH_LEFT))
+            group_path += n_group * segment->way.length;
+    }
+    if (run->out->ray.group_path)
+        run->out->ray.group_path[sum->index] = rmap_step_double(group_path);
+}
+
 /* As it leaves the source. */
 static void begin_light(struct rmap_batch_run *run, size_t i, int departs)
 {
@@ -209,6 +237,11 @@ void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray
         sum_crossings(&sum, ray->crossing_end - r->registration_count[i], ray->crossing);
     if (ray->crossing < ray->crossing_end)
         run->batch->careful[i] = 1;
+    if (r->model->group && !rmap_colour_single(&run->light.colour))
+        run->batch->careful[i] = 1; /* several channels: one by one */
+    else if (out->group_path || run->out->registration.group_path)
+        sum_group(&sum, ray->crossing_end - (r->crossing_segment ? r->registration_count[i] : 0),
+                  ray->crossing);
     if (out->path_length)
         out->path_length[i] = rmap_step_double(sum.path_length);
     if (out->optical_path)

@@ -24,6 +24,8 @@ enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *mo
     encoder->model = model;
     rmap_lanes_init(encoder->lane);
     enum rmap_status st = rmap_portion_create(1, model->n_channel, &encoder->predicted, err);
+    if (st == RMAP_OK)
+        st = rmap_portion_set_timed(encoder->predicted, model->scene->timed, err);
     encoder->few = rmap_alloc(1, sizeof *encoder->few);
     if (st == RMAP_OK && !encoder->few)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
@@ -123,6 +125,16 @@ out:
     return st;
 }
 
+static struct rmap_lane_header header_of(const struct rmap_compact_encoder *encoder)
+{
+    return (struct rmap_lane_header){.seed = encoder->seed,
+                                     .first_ray = encoder->first_ray,
+                                     .placed = true,
+                                     .n_lane = rmap_lane_count(encoder->model->scene->timed),
+                                     .weighed = encoder->model->scene->n_scatter > 0,
+                                     .turbid = encoder->model->turbid};
+}
+
 /* What was recorded against what is predicted: of all rays, or of those that need it.
  * *one_by_one_ret: the reader must follow every ray of the portion by itself. */
 static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
@@ -132,8 +144,9 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
     const uint8_t *channel = encoder->channel + encoder->n_ray;
+    const struct rmap_lane_header header = header_of(encoder);
     const struct rmap_retrace r =
-        rmap_retrace_of(encoder->model, encoder->seed, part, channel, true, encoder->lane);
+        rmap_retrace_of(encoder->model, &header, part, channel, encoder->lane);
     const struct rmap_portion *rows = part;
     if (few) {
         RMAP_TRY(rmap_few_gather(encoder->few, part, channel, err));
@@ -145,8 +158,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        const struct rmap_retrace of_few = rmap_retrace_of(
-            encoder->model, encoder->seed, rows, encoder->few->channel, true, encoder->lane);
+        const struct rmap_retrace of_few =
+            rmap_retrace_of(encoder->model, &header, rows, encoder->few->channel, encoder->lane);
         RMAP_TRY(rmap_settle_encode_few(&encoder->batch, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
@@ -159,10 +172,8 @@ out:
 static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_one,
                               struct rmap_error *err)
 {
-    struct rmap_lane_header header = {.seed = encoder->seed,
-                                      .first_ray = encoder->first_ray,
-                                      .one_by_one = one_by_one,
-                                      .placed = true};
+    struct rmap_lane_header header = header_of(encoder);
+    header.one_by_one = one_by_one;
     return rmap_lanes_store(encoder->lane, &header, &encoder->store, err);
 }
 
@@ -274,7 +285,8 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 #define LANE_COLUMNS       (0 RMAP_LANES(LANE))
 
 #define COLOUR_COLUMNS                                                                             \
-    (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path))
+    (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path) | \
+     BIT(RMAP_RAY_group_path) | BIT(RMAP_REGISTRATION_group_path))
 
 /* The streams are there. */
 static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t streams,
@@ -369,9 +381,8 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                      const struct rmap_lane_header *header, rmap_column_set traced,
                                      struct rmap_portion *out, struct rmap_error *err)
 {
-    struct rmap_retrace r =
-        rmap_retrace_of(decoder->model, header->seed, out, rows->data[RMAP_STREAM_ray_channel],
-                        header->placed, decoder->lane);
+    struct rmap_retrace r = rmap_retrace_of(decoder->model, header, out,
+                                            rows->data[RMAP_STREAM_ray_channel], decoder->lane);
     if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;
@@ -452,6 +463,8 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     enum rmap_status st = RMAP_OK;
     if (!present)
         rmap_portion_clear(out);
+    out->timed = decoder->model->scene->timed;
+    columns &= rmap_columns_of_run(out->timed);
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);

@@ -202,7 +202,7 @@ static void keep_whole(struct rmap_lane *lane)
 
 void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part)
 {
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    for (int i = 0; i < rmap_lane_count(part->timed); i++) {
         lane[i].before = lane[i].n;
         lane[i].n += lane_numbers(&lane[i], part);
         lane[i].from = rmap_portion_column(part, lane[i].column);
@@ -340,9 +340,9 @@ enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, struct rmap_lane
     enum rmap_status st = RMAP_OK;
     enum rmap_lane_mode mode = RMAP_LANE_PREDICTED;
     store->n16 = store->n32 = store->n_patch = 0;
-    store->n64 = RMAP_LANE_HEADER_ROWS;
+    store->n64 = rmap_lane_header_rows(header->n_lane);
     RMAP_TRY(RMAP_RESERVE(store->pool64, store->cap64, store->n64, err));
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    for (int i = 0; i < header->n_lane; i++) {
         RMAP_TRY(store_lane(&lane[i], store, &mode, err));
         header->mode[i] = (uint8_t)mode;
         header->n_patch[i] = mode == RMAP_LANE_PATCHED ? lane[i].n_patch : 0;
@@ -439,7 +439,10 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     enum rmap_status st = RMAP_OK;
     struct taken taken = {.n64 = 0};
     RMAP_TRY(rmap_lane_header_read(store->pool64, store->n64, header, &taken.n64, err));
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    if (header->n_lane != rmap_lane_count(portion->timed))
+        RMAP_TRY(rmap_portion_damaged(
+            "its header has lanes of times in a map without, or none in one with them", err));
+    for (int i = 0; i < header->n_lane; i++) {
         struct rmap_lane *l = &lane[i];
         const bool wanted = columns & RMAP_COLUMN_BIT(l->column);
         const bool is_used = used & RMAP_COLUMN_BIT(l->column);

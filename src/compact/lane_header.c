@@ -13,8 +13,10 @@
 #define PLACED         UINT64_C(2)
 #define CLASSED        UINT64_C(4)
 #define MEASURED       UINT64_C(8)
+#define WEIGHED        UINT64_C(16)
+#define TURBID         UINT64_C(32)
 #define CODES          (UINT64_C(255) << CODES_AT)
-#define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT))
+#define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_UNTIMED))
 
 enum {
     ROW_FLAGS,
@@ -32,11 +34,12 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
     row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
+                     (header->weighed ? WEIGHED : 0) | (header->turbid ? TURBID : 0) |
                      (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
     row[ROW_SEED] = header->seed;
     row[ROW_FIRST] = header->first_ray;
-    row[ROW_LANES] = RMAP_LANE_COUNT;
-    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+    row[ROW_LANES] = (uint64_t)header->n_lane;
+    for (int i = 0; i < header->n_lane; i++)
         row[ROW_LANES + 1 + i] = header->n_patch[i] << MODE_BITS | header->mode[i];
 }
 
@@ -54,18 +57,23 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
                                    size_t *n_used_ret, struct rmap_error *err)
 {
     const uint64_t flags = row[ROW_FLAGS];
-    if (n < RMAP_LANE_HEADER_ROWS)
+    const uint64_t n_lane = n > ROW_LANES ? row[ROW_LANES] : 0;
+    if (n <= ROW_LANES || n - ROW_LANES - 1 < n_lane)
         return rmap_portion_damaged("its header is cut off", err);
-    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | CODES)) ||
-        ((flags & CODES) && !(flags & CLASSED)) || row[ROW_LANES] != RMAP_LANE_COUNT)
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | CODES)) ||
+        ((flags & CODES) && !(flags & CLASSED)) ||
+        (n_lane != RMAP_LANE_UNTIMED && n_lane != RMAP_LANE_COUNT))
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
     header->measured = flags & MEASURED;
+    header->weighed = flags & WEIGHED;
+    header->turbid = flags & TURBID;
     header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
-    *n_used_ret = RMAP_LANE_HEADER_ROWS;
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    header->n_lane = (int)n_lane;
+    *n_used_ret = rmap_lane_header_rows(header->n_lane);
+    for (int i = 0; i < header->n_lane; i++) {
         const uint64_t lane = row[ROW_LANES + 1 + i];
         header->mode[i] = (uint8_t)(lane & ((1 << MODE_BITS) - 1));
         header->n_patch[i] = lane >> MODE_BITS;
@@ -86,7 +94,8 @@ static enum rmap_status read_modes(const uint64_t *row, size_t n, struct rmap_la
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = modes & OLD_ONE_BY_ONE;
     *n_used_ret = OLD_ROWS;
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    header->n_lane = RMAP_LANE_UNTIMED;
+    for (int i = 0; i < header->n_lane; i++) {
         header->mode[i] = modes >> (2 * i) & 3;
         if (header->mode[i] != RMAP_LANE_PATCHED)
             continue;

@@ -31,12 +31,17 @@
     X(REGISTRATION_cell, PLACED)                                                                   \
     X(REGISTRATION_relative, PLACED)                                                               \
     X(REGISTRATION_direction, FOLLOWS)                                                             \
-    X(REGISTRATION_optical_path, FOLLOWS)
+    X(REGISTRATION_optical_path, FOLLOWS)                                                          \
+    X(RAY_group_path, FOLLOWS)                                                                     \
+    X(RAY_delay, FOLLOWS)                                                                          \
+    X(REGISTRATION_group_path, FOLLOWS)                                                            \
+    X(REGISTRATION_delay, FOLLOWS)
 
 #define RMAP_CROSSING_LANES                                                                        \
     (RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) |       \
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction) |                                                \
-     RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path))
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) |                                             \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay))
 
 enum rmap_lane_id {
 #define RMAP_ENUM(column, role) RMAP_LANE_##column,
@@ -44,6 +49,13 @@ enum rmap_lane_id {
 #undef RMAP_ENUM
         RMAP_LANE_COUNT
 };
+
+/* Lanes of a portion: all where it is of a timed run. */
+enum { RMAP_LANE_UNTIMED = RMAP_LANE_RAY_group_path };
+static inline int rmap_lane_count(bool timed)
+{
+    return timed ? RMAP_LANE_COUNT : RMAP_LANE_UNTIMED;
+}
 
 /* What a lane is predicted from: its like before it (SIMPLE), or segments that are traced again;
  * then whether later predictions depend on it (LEADS) or not (FOLLOWS). PLACED: `relative` stands
@@ -65,13 +77,20 @@ struct rmap_lane_header {
     bool placed;     /* lanes of that role stand by themselves */
     bool classed;    /* segments of own paths are stored as classes of steps, */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
+    bool weighed;    /* colours beside scatter models are predicted */
+    bool turbid;     /* what happens inside media is predicted */
     bool measured;   /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
+    int n_lane;      /* rmap_lane_count; of others, nothing is stored */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
 };
 
-/* Rows of pool64 that a header takes. */
+/* Rows of pool64 that a header takes, at most; and one of so many lanes. */
 enum { RMAP_LANE_HEADER_ROWS = 4 + RMAP_LANE_COUNT };
+static inline size_t rmap_lane_header_rows(int n_lane)
+{
+    return 4 + (size_t)n_lane;
+}
 
 void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS]);

@@ -18,6 +18,14 @@ enum rmap_encoding { RMAP_ENCODING_PLAIN, RMAP_ENCODING_COMPACT, RMAP_ENCODING_C
 /* Without that of /curve: maps of scenes without gradient media state the rows of so many. */
 #define RMAP_STORED_TABLE_STRAIGHT 12
 
+/* Stored tables of the plain encoding: the logical ones, and those of what timed runs have beside
+ * them, with no rows in others. */
+enum {
+    RMAP_PLAIN_RAY_TIME = RMAP_TABLE_COUNT,
+    RMAP_PLAIN_REGISTRATION_TIME,
+    RMAP_PLAIN_TABLE_COUNT
+};
+
 struct rmap_stream_info {
     int table;        /* of the layout's table_path */
     const char *path; /* dataset */
@@ -37,14 +45,15 @@ struct rmap_layout {
                                portion's range; a reader loads the table entirely */
     uint64_t quick_streams; /* bit s: stream s is read by so many questions that chunks of it which
                                deflate little are stored as they are */
-    int curve_table, curve_stream; /* /curve and its streams, the last ones: only files of scenes
-                                      with gradient media have them, see below */
+    int curve_table, curve_stream; /* /curve and its streams: only files of scenes with gradient
+                                      media, or of timed ones, have them, see below */
+    int time_stream; /* the first of those that only files of timed scenes have, the last ones */
 };
 
-/* Tables and streams that a file has; they are the first ones of the layout. In memory every layout
- * has all of them, with no rows in those that a file lacks. */
-int rmap_layout_n_table(const struct rmap_layout *layout, bool curved);
-int rmap_layout_n_stream(const struct rmap_layout *layout, bool curved);
+/* Groups and streams that files of a scene have; they are the first ones of the layout. In memory
+ * every layout has all of them, with no rows in those that a file lacks. */
+int rmap_layout_n_table(const struct rmap_layout *layout, const struct rmap_scene *scene);
+int rmap_layout_n_stream(const struct rmap_layout *layout, const struct rmap_scene *scene);
 
 /* Constant. NULL for an encoding that this program does not know. The mode chooses the name of
  * the colours' dataset alone: streams have the same numbers and widths in both. */

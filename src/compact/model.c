@@ -11,6 +11,7 @@
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
+#include "trace/turbid.h"
 
 /* A map that keeps lengths, so that normals stay unit vectors. */
 static bool keeps_lengths(const struct rmap_affine *a)
@@ -186,8 +187,15 @@ static void set_media(struct rmap_compact_model *model)
             *index++ = medium[i].n[c];
         *index++ = 1.0;
     }
+    double *group = model->group;
+    for (int c = 0; c < model->n_channel && group; c++) {
+        for (size_t i = 0; i < model->n_medium; i++)
+            *group++ = medium[i].n_group[c];
+        *group++ = 1.0;
+    }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] = medium[i].dispersive || medium[i].absorbing ? RMAP_BATCH_TINTS << 8 : 0;
+        model->tint[i] =
+            medium[i].dispersive || rmap_medium_is_turbid(&medium[i]) ? RMAP_BATCH_TINTS << 8 : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */
@@ -222,8 +230,9 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
     model->n_detector = scene->n_detector;
     model->epsilon = 1e-12 * scene->radius;
     model->predicts = names_channels(scene);
+    model->turbid = rmap_scene_is_turbid(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
-        model->absorbing = model->absorbing || scene->medium[i].absorbing;
+        model->absorbing = model->absorbing || rmap_medium_is_turbid(&scene->medium[i]);
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);
@@ -233,9 +242,12 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
         rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
+    if (scene->timed)
+        model->group =
+            rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->group);
     model->tint = rmap_alloc(scene->n_medium + 1, sizeof *model->tint);
     if (!model->object || !model->body || !model->listed || !model->guide || !model->source ||
-        !model->source_colour || !model->index || !model->tint)
+        !model->source_colour || !model->index || !model->tint || (scene->timed && !model->group))
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
     set_media(model);
     for (size_t i = 0; i < scene->n_object; i++) {
@@ -300,6 +312,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     rmap_free(model->source);
     rmap_free(model->source_colour);
     rmap_free(model->index);
+    rmap_free(model->group);
     rmap_free(model->tint);
     rmap_free(model->corner);
     rmap_free(model);

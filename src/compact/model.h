@@ -56,6 +56,7 @@ struct rmap_compact_guide {
 /* The light of the ray in hand. */
 struct rmap_compact_light {
     struct rmap_colour colour;
+    double delay_ns;                      /* so far, where rays are followed one by one */
     bool changed;                         /* `quantised` is not up to date */
     uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
 };
@@ -78,12 +79,14 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is */
+    bool absorbing;          /* some medium is, or it scatters */
+    bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
+    double *group;  /* the same of group indices, of a timed scene; else NULL */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };
@@ -107,12 +110,16 @@ struct rmap_departure {
     struct rmap_vec3 position, direction, normal;
     int32_t medium; /* of the source */
     int channel;    /* the list's ray has this one only; -1: the source's colour */
+    double delay_ns;
 };
 
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
     const struct rmap_scene *scene;
+    int32_t object;
+    bool front;
     const struct rmap_surface *surface;
+    bool weighed; /* as struct rmap_retrace has it */
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1] */
     uint32_t event;
@@ -123,12 +130,13 @@ struct rmap_encounter {
 struct rmap_compact_segment {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
+    double group_from, group_index;
     bool left; /* out of the scene */
 };
 struct rmap_crossing {
     uint16_t cell[2], relative[2];
     float direction[3];
-    double optical_path;
+    double optical_path, group_path;
 };
 
 /* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */
@@ -147,9 +155,11 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
-    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
-    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
-                    absorbs */
+    bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
+    bool weighed; /* colours beside scatter models are predicted */
+    bool turbid;  /* so is what happens inside media */
+    bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
+                     absorbs */
     struct rmap_lane *lane;
 };
 

@@ -44,6 +44,7 @@ enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *
     self->rows.n_channel = model->n_channel;
     rmap_lanes_init(self->lane);
     RMAP_TRY(rmap_portion_create(0, model->n_channel, &self->ids, err));
+    self->ids->timed = model->scene->timed;
     for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++)
         self->row_nbytes[s] =
             rmap_stream_row_nbytes(&self->rows.layout->stream[s], model->n_channel);
@@ -290,7 +291,7 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
                              &header, err));
     if (used & RMAP_COLUMN_BIT(RMAP_RAY_id))
         show_ids(self, header.first_ray);
-    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+    for (int i = 0; i < header.n_lane; i++) {
         struct rmap_lane *lane = &self->lane[i];
         header.n_patch[i] = 0;
         if (!(used & RMAP_COLUMN_BIT(lane->column)))
@@ -304,8 +305,8 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
     header.n_code = 0;
     header.placed &= self->lane[RMAP_LANE_REGISTRATION_relative].mode == RMAP_LANE_VERBATIM;
     rmap_lane_header_write(&header, row);
-    RMAP_TRY(append(self, RMAP_STREAM_pool64, row, 0, RMAP_LANE_HEADER_ROWS, err));
-    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+    RMAP_TRY(append(self, RMAP_STREAM_pool64, row, 0, rmap_lane_header_rows(header.n_lane), err));
+    for (int i = 0; i < header.n_lane; i++)
         if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
             RMAP_TRY(select_dense(self, &self->lane[i], n, err));
 out:

@@ -13,6 +13,7 @@
 #include "formula/emit.h"
 #include "formula/triangle.h"
 #include "trace/source.h"
+#include "trace/turbid.h"
 
 /* Where a segment crosses the detector that its path names (trace/detector.c has the physics). */
 
@@ -55,6 +56,7 @@ void rmap_crossing_find(const struct rmap_detector *detector,
         far_away(detector, segment, relative);
     rmap_detect_record(detector, relative, crossing->cell, crossing->relative);
     crossing->optical_path = segment->optical_from + segment->index * distance;
+    crossing->group_path = segment->group_from + segment->group_index * distance;
 }
 
 /* Where a ray starts: the source's random numbers drawn again. */
@@ -79,6 +81,9 @@ static struct rmap_vec3 about_axis(const struct rmap_source *source,
         local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
         break;
     case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
+    case RMAP_DISTRIBUTION_STEPS:
+    case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
         break;
     }
     return rmap_normalize(rmap_affine_vector(&source->frame, local));
@@ -88,13 +93,37 @@ static void from_list(const struct rmap_scene *scene, const struct rmap_source *
                       uint64_t ray, struct rmap_departure *departure)
 {
     uint64_t ordinal = 0;
-    if (source->n_list == 0 || scene->schedule_len == 0)
+    struct rmap_list_ray row;
+    if ((source->n_list == 0 && !source->rays) || scene->schedule_len == 0)
         return;
     (void)rmap_scene_source_of(scene, ray, &ordinal);
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    departure->position = row->origin;
-    departure->direction = row->direction;
-    departure->channel = row->channel;
+    rmap_source_row(scene, source, ordinal, &row);
+    departure->position = row.origin;
+    departure->direction = row.direction;
+    departure->channel = row.channel;
+    departure->delay_ns = scene->timed ? row.delay_ns : 0.0;
+}
+
+static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,
+                       uint64_t seed, uint64_t ray, struct rmap_departure *departure)
+{
+    struct rmap_photon photon;
+    if (scene->schedule_len == 0)
+        return;
+    rmap_source_photon(scene, source, seed, ray, &photon);
+    departure->position = photon.position;
+    departure->direction = photon.direction;
+    departure->channel = photon.channel;
+    departure->delay_ns = scene->timed ? photon.delay_ns : 0.0;
+}
+
+int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                           int32_t index, int channel)
+{
+    const bool known = index >= 0 && (size_t)index < model->n_source;
+    return channel < 0 && known && rmap_scene_draws_wavelength(model->scene)
+               ? rmap_source_channel(&model->scene->source[index], model->n_channel, seed, ray)
+               : channel;
 }
 
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
@@ -110,7 +139,17 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         from_list(model->scene, source, ray, departure);
         return;
     }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        from_steps(model->scene, source, seed, ray, departure);
+        return;
+    }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        departure->position = rmap_volume_draw(model->scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
@@ -118,6 +157,17 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         departure->direction =
             rmap_source_lamp(model->scene, source, place, way, &departure->position);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_BEAM) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        rmap_source_beam(source, place, &departure->position, &departure->direction);
+        return;
+    }
+    if (source->sky) {
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        departure->direction =
+            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
         return;
     }
     departure->position = source->shape == RMAP_EMITTER_MESH
@@ -134,7 +184,9 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     departure->normal = normal;
     if (source->shape == RMAP_EMITTER_MESH)
         rmap_basis(normal, &x, &y);
-    departure->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+    departure->direction = rmap_source_is_directed(source)
+                               ? rmap_source_directed(source, normal, way)
+                               : rmap_lambertian(normal, x, y, way[0], way[1]);
 }
 
 /* The point where a segment meets the surface that its path names. The steps are the tracer's, so
@@ -249,7 +301,7 @@ struct walk {
     struct rmap_vec3 position, direction;
     int32_t object; /* the segment starts on, or -1 */
     int channel;    /* at the end; -1: several */
-    double path_length, optical_path;
+    double path_length, optical_path, group_path;
     struct rmap_compact_light light;
 };
 
@@ -329,6 +381,10 @@ static void offer_crossings(struct walk *walk, uint32_t number,
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_direction], 3 * row, 3,
                               sizeof *crossing.direction, crossing.direction);
         offer_double(&r->lane[RMAP_LANE_REGISTRATION_optical_path], row, crossing.optical_path);
+        if (!r->model->scene->timed)
+            continue;
+        offer_double(&r->lane[RMAP_LANE_REGISTRATION_group_path], row, crossing.group_path);
+        offer_double(&r->lane[RMAP_LANE_REGISTRATION_delay], row, walk->light.delay_ns);
     }
 }
 
@@ -371,7 +427,10 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
         return;
     struct rmap_encounter encounter = {
         .scene = r->model->scene,
+        .object = r->object[row],
+        .front = front,
         .surface = front ? object->front : object->back,
+        .weighed = r->weighed,
         .near = near,
         .far = rmap_medium_beyond(r->model, r->object[row], front, near),
         .cosine = cosine < 0.0 ? -cosine : cosine,
@@ -380,6 +439,12 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
     if (!(encounter.cosine <= 1.0))
         encounter.cosine = 1.0;
     rmap_light_meet(&encounter, &walk->light);
+}
+
+static double index_of(const struct rmap_medium *medium, const struct rmap_colour *colour,
+                       const double *n)
+{
+    return medium->dispersive ? rmap_colour_sum(colour, n) : n[colour->begin];
 }
 
 /* One segment. last: of the ray. */
@@ -395,18 +460,25 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                            .length = facing.t,
                                            .optical_from = walk->optical_path,
                                            .index = 1.0,
+                                           .group_from = walk->group_path,
+                                           .group_index = 1.0,
                                            .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
-    bool absorbed = !met && (r->event[row] & RMAP_EVENT_ABSORB);
+    struct rmap_inside inside = {.medium = medium,
+                                 .turbid = r->turbid,
+                                 .draw = {r->seed, r->id[walk->ray], number + 1},
+                                 .event = met ? 0 : r->event[row] & rmap_step_inside(r->turbid)};
     if (!met)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
-    if (medium && r->colour)
-        segment.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
-                                           : medium->n[walk->light.colour.begin];
+    if (medium && r->colour) {
+        segment.index = index_of(medium, &walk->light.colour, medium->n);
+        segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
+    }
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && medium->absorbing && segment.length > 0.0 && (absorbed || !single)) {
-        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], number + 1,
-                                             segment.length, absorbed, &walk->light);
-        segment.length = absorbed ? travelled : segment.length;
+    if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
+        (inside.event || !single)) {
+        inside.length = segment.length;
+        const double travelled = rmap_light_travel(&inside, &walk->light);
+        segment.length = inside.event ? travelled : segment.length;
     }
     if (!met)
         facing.position = rmap_axpy(segment.length, walk->direction, walk->position);
@@ -425,9 +497,14 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
     if (!segment.left) {
         walk->path_length += segment.length;
         walk->optical_path += segment.index * segment.length;
+        walk->group_path += segment.group_index * segment.length;
     }
     if (met && !last)
         meet(walk, row, number, &facing);
+    else if (!last && medium && (inside.event & ~(uint32_t)RMAP_EVENT_ABSORB) &&
+             rmap_light_go_on(&inside, r->model->n_channel, &walk->light, &walk->direction) &&
+             r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
     walk->position = facing.position;
     walk->object = met ? r->object[row] : -1;
 }
@@ -437,16 +514,21 @@ static void begin(struct walk *walk)
     const struct rmap_retrace *r = walk->r;
     struct rmap_departure departure;
     rmap_departure_find(r->model, r->seed, r->id[walk->ray], r->source[walk->ray], &departure);
+    departure.channel = rmap_departure_channel(r->model, r->seed, r->id[walk->ray],
+                                               r->source[walk->ray], departure.channel);
     (void)offer_point(r, &r->lane[RMAP_LANE_RAY_start], walk->ray, &departure.position);
     offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;
     walk->direction = departure.direction;
     walk->object = r->start_object[walk->ray];
-    walk->path_length = walk->optical_path = 0.0;
+    walk->path_length = walk->optical_path = walk->group_path = 0.0;
+    walk->light.delay_ns = departure.delay_ns;
     walk->channel = (int)r->channel[walk->ray] - 1;
     if (walk->channel >= r->model->n_channel)
         walk->channel = -1;
     rmap_light_begin(r->model, r->source[walk->ray], departure.channel, &walk->light);
+    if (r->model->scene->fluoresces)
+        walk->channel = walk->light.colour.begin;
 }
 
 static void end(struct walk *walk)
@@ -460,6 +542,10 @@ static void end(struct walk *walk)
     }
     offer_double(&r->lane[RMAP_LANE_RAY_path_length], walk->ray, walk->path_length);
     offer_double(&r->lane[RMAP_LANE_RAY_optical_path], walk->ray, walk->optical_path);
+    if (r->model->scene->timed) {
+        offer_double(&r->lane[RMAP_LANE_RAY_group_path], walk->ray, walk->group_path);
+        offer_double(&r->lane[RMAP_LANE_RAY_delay], walk->ray, walk->light.delay_ns);
+    }
     if (r->stop[walk->ray] == RMAP_STOP_LEFT)
         way = walk->direction;
     rmap_step_float3(way, value);
@@ -467,12 +553,13 @@ static void end(struct walk *walk)
                           value);
 }
 
-struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
+struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
+                                    const struct rmap_lane_header *header,
                                     const struct rmap_portion *portion, const uint8_t *channel,
-                                    bool placed, struct rmap_lane *lane)
+                                    struct rmap_lane *lane)
 {
     return (struct rmap_retrace){.model = model,
-                                 .seed = seed,
+                                 .seed = header->seed,
                                  .n_ray = portion->n_row[RMAP_TABLE_RAY],
                                  .id = portion->ray.id,
                                  .source = portion->ray.source,
@@ -487,7 +574,9 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint
                                  .medium = portion->segment.medium,
                                  .crossing_segment = portion->registration.segment,
                                  .crossing_detector = portion->registration.detector,
-                                 .placed = placed,
+                                 .placed = header->placed,
+                                 .weighed = header->weighed,
+                                 .turbid = header->turbid,
                                  .colour = true,
                                  .lane = lane};
 }

@@ -14,10 +14,11 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
                       int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
                       struct rmap_facing *facing);
 
-/* All of them from a portion's columns, colours followed. channel, placed: as above. */
-struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
+/* All of them from a portion's columns, colours followed. channel: as above. */
+struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
+                                    const struct rmap_lane_header *header,
                                     const struct rmap_portion *portion, const uint8_t *channel,
-                                    bool placed, struct rmap_lane *lane);
+                                    struct rmap_lane *lane);
 
 /* One ray, whose rows begin at those given. Rays must come in order. */
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
@@ -25,6 +26,11 @@ void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_s
 
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t source, struct rmap_departure *departure);
+
+/* Channel of a ray that departs: its list's, or drawn where the scene's rays have one each; -1: the
+ * source's colour. */
+int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                           int32_t source, int channel);
 
 void rmap_crossing_find(const struct rmap_detector *detector,
                         const struct rmap_compact_segment *segment, struct rmap_crossing *crossing);

@@ -3,6 +3,7 @@
  * The colour along a path: shares of the channels, weighed by the probability of what happened
  * (trace/interact.c has the physics), on the channels that are still live.
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/portable.h"
@@ -12,6 +13,9 @@
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 #include "trace/interact.h"
+#include "trace/luminescence.h"
+#include "trace/scattering.h"
+#include "trace/turbid.h"
 
 static void collapse(struct rmap_compact_light *light, int channel)
 {
@@ -137,6 +141,45 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
     }
 }
 
+static double share_of(const struct rmap_scatter_side *side, struct rmap_vec3 in, bool facets,
+                       bool passes, bool diffuse)
+{
+    if (facets) {
+        const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
+        return passes ? smooth.passed : smooth.reflected;
+    }
+    const struct rmap_surface_shares its = rmap_scatter_shares(side, in);
+    if (diffuse)
+        return passes ? its.transmit_diffuse : its.reflect_diffuse;
+    return passes ? its.transmit_specular : its.reflect_specular;
+}
+
+/* By what the event takes of the light on each channel, where that follows from the angle. */
+static void weigh_share(const struct rmap_encounter *e, bool facets,
+                        struct rmap_compact_light *light)
+{
+    const bool diffuse = e->event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE),
+               passes = e->event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
+    const struct rmap_vec3 in = {sqrt((1.0 - e->cosine) * (1.0 + e->cosine)), 0.0, -e->cosine};
+    struct rmap_scatter_side side = {.scene = e->scene,
+                                     .object = &e->scene->object[e->object],
+                                     .front = e->front,
+                                     .surface = e->surface,
+                                     .near = (int32_t)(e->near - e->scene->medium),
+                                     .far = (int32_t)(e->far - e->scene->medium)};
+    double p[RMAP_CHANNEL_MAX];
+    if (!e->weighed || !rmap_scatter_shares_follow(&side, passes))
+        return;
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
+        side.channel = i;
+        side.n1 = e->near->n[i];
+        side.n2 = e->far->n[i];
+        p[i] = share_of(&side, in, facets, passes, diffuse);
+    }
+    if (rmap_colour_sum(&light->colour, p) > 0.0)
+        weigh(light, p);
+}
+
 /* The tracer marks the colours of other cases. */
 static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light *light)
 {
@@ -156,6 +199,10 @@ static void meet_model(const struct rmap_encounter *e, struct rmap_compact_light
             collapse(light, e->channel);
     } else if (diffuse && its && !facets && !its->by_roughness) {
         weigh(light, its->amount);
+    } else if (e->event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
+                           RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE |
+                           RMAP_EVENT_TOTAL_REFLECTION)) {
+        weigh_share(e, facets, light);
     }
 }
 
@@ -171,35 +218,73 @@ void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact
         meet_shares(encounter, light);
 }
 
-double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
-                         uint32_t step, double length, bool absorbed,
+/* Absorbed or not, where the medium also scatters. */
+static void weigh_choice(const struct rmap_inside *inside, const double *mu,
                          struct rmap_compact_light *light)
 {
-    double u[4], p[RMAP_CHANNEL_MAX], travelled = length;
-    bool single = rmap_colour_single(&light->colour);
-    if (absorbed) {
-        rmap_rng(seed, ray, step, RMAP_RNG_MEDIUM, u);
-        double mu = medium->absorption[single ? light->colour.begin
-                                              : rmap_colour_pick(&light->colour, NULL, u[0])];
-        travelled = -rmap_portable_log(u[1]) / mu;
-        if (!(travelled < length))
-            travelled = length;
+    double p[RMAP_CHANNEL_MAX];
+    if (!inside->turbid || !inside->medium->scattering_at_all || !inside->medium->absorbing)
+        return;
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
+        p[i] = mu[i] > 0.0 ? inside->medium->absorption[i] / mu[i] : 0.0;
+        if (inside->event == RMAP_EVENT_SCATTER_VOLUME)
+            p[i] = 1.0 - p[i];
+    }
+    if (rmap_colour_sum(&light->colour, p) > 0.0)
+        weigh(light, p);
+}
+
+double rmap_light_travel(const struct rmap_inside *inside, struct rmap_compact_light *light)
+{
+    double u[4], p[RMAP_CHANNEL_MAX], mu[RMAP_CHANNEL_MAX], travelled = inside->length;
+    const bool ended = inside->event != 0;
+    for (int i = light->colour.begin; i < light->colour.end; i++)
+        mu[i] =
+            inside->medium->absorption[i] + (inside->turbid ? inside->medium->scattering[i] : 0.0);
+    const bool single = rmap_colour_single(&light->colour);
+    if (ended) {
+        rmap_rng(inside->draw.seed, inside->draw.ray, inside->draw.step, RMAP_RNG_MEDIUM, u);
+        travelled = -rmap_portable_log(u[1]) /
+                    mu[single ? light->colour.begin : rmap_colour_pick(&light->colour, NULL, u[0])];
+        if (!(travelled < inside->length))
+            travelled = inside->length;
     }
     if (single)
         return travelled;
     int alike = light->colour.begin + 1;
-    while (alike < light->colour.end &&
-           medium->absorption[alike] == medium->absorption[light->colour.begin])
+    while (alike < light->colour.end && mu[alike] == mu[light->colour.begin])
         alike++;
-    if (alike == light->colour.end)
-        return travelled; /* equal probabilities weigh nothing */
-    for (int i = light->colour.begin; i < light->colour.end; i++) {
-        double mu_i = medium->absorption[i];
-        if (i > light->colour.begin && mu_i == medium->absorption[i - 1])
+    /* equal probabilities weigh nothing */
+    for (int i = light->colour.begin; i < light->colour.end && alike < light->colour.end; i++) {
+        if (i > light->colour.begin && mu[i] == mu[i - 1])
             p[i] = p[i - 1];
         else
-            p[i] = (1.0 - rmap_portable_one_minus_exp(mu_i * travelled)) * (absorbed ? mu_i : 1.0);
+            p[i] = (1.0 - rmap_portable_one_minus_exp(mu[i] * travelled)) * (ended ? mu[i] : 1.0);
     }
-    weigh(light, p);
+    if (alike < light->colour.end)
+        weigh(light, p);
+    if (ended)
+        weigh_choice(inside, mu, light);
     return travelled;
+}
+
+bool rmap_light_go_on(const struct rmap_inside *inside, int n_channel,
+                      struct rmap_compact_light *light, struct rmap_vec3 *direction)
+{
+    const bool single = rmap_colour_single(&light->colour);
+    struct rmap_reemission back;
+    if (inside->event == RMAP_EVENT_SCATTER_VOLUME) {
+        *direction = rmap_scatter(inside->medium, &inside->draw, &light->colour, *direction);
+        if (single || !rmap_colour_single(&light->colour))
+            return false;
+        collapse(light, light->colour.begin);
+        return true;
+    }
+    *direction = rmap_reemit_direction(&inside->draw);
+    if (!single ||
+        !rmap_reemit(inside->medium, n_channel, &inside->draw, light->colour.begin, &back))
+        return false;
+    collapse(light, back.channel);
+    light->delay_ns += back.delay_ns;
+    return true;
 }

@@ -28,7 +28,7 @@ static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *pr
 {
     int n = 0;
     for (enum rmap_lane_role wanted = RMAP_LANE_LEADS; wanted <= RMAP_LANE_FOLLOWS; wanted++)
-        for (size_t i = 0; i < RMAP_LANE_COUNT; i++) {
+        for (int i = 0; i < rmap_lane_count(r->model->scene->timed); i++) {
             struct rmap_lane *lane = &r->lane[i];
             const enum rmap_table table = rmap_column_info(lane->column)->table;
             const enum rmap_lane_role role =

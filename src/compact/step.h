@@ -71,6 +71,13 @@ static inline enum rmap_turn rmap_step_turn(uint32_t event)
     return event & RMAP_EVENT_TRANSMIT_SPECULAR ? RMAP_TURN_REFRACT : RMAP_TURN_NONE;
 }
 
+/* Events that end a segment inside its medium, as far as they are predicted. */
+static inline uint32_t rmap_step_inside(bool turbid)
+{
+    return RMAP_EVENT_ABSORB |
+           (turbid ? (uint32_t)(RMAP_EVENT_SCATTER_VOLUME | RMAP_EVENT_FLUORESCE) : 0);
+}
+
 /* What a turn depends on beside direction and normal. */
 struct rmap_turning {
     uint64_t seed, ray;

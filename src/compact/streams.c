@@ -40,6 +40,7 @@ const struct rmap_layout rmap_compact_layout = {
     .quick_streams = UINT64_C(1) << RMAP_STREAM_OWN_object,
     .curve_table = RMAP_COMPACT_CURVE,
     .curve_stream = RMAP_STREAM_curve_ray,
+    .time_stream = RMAP_COMPACT_STREAM_COUNT,
 };
 
 #define BIT(name) (UINT64_C(1) << RMAP_STREAM_##name)

@@ -465,6 +465,24 @@ void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double
     } while (error > step->allowed && parts <= most);
 }
 
+double rmap_curve_group(const struct rmap_gradient *gradient, int channel,
+                        const struct rmap_curve_step *step, double theta)
+{
+    double sum = 0.0, optical, length;
+    if (!gradient->beside) {
+        rmap_curve_lengths(step, theta, &optical, &length);
+        return optical;
+    }
+    const double half = 0.5 * theta;
+    for (int i = 0; i < 8; i++) {
+        struct rmap_vec3 r, T;
+        rmap_curve_at(step, half * (1.0 + gauss_node[i]), &r, &T);
+        const double n = rmap_length(T);
+        sum += gauss_weight[i] * n * rmap_gradient_group(gradient, channel, r, n);
+    }
+    return half * step->h * sum;
+}
+
 void rmap_curve_measure(struct rmap_curve_step *step)
 {
     const struct rmap_curve_state *from = &step->from, *to = &step->to;

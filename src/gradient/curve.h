@@ -94,6 +94,11 @@ bool rmap_curve_cut(struct rmap_curve *curve, struct rmap_curve_step *step, doub
 void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double *optical,
                         double *length);
 
+/* The integral of the group index ds from the step's start to theta: of n - wavelength
+ * dn/dwavelength at a fixed place, over the curve that the phase index bends. */
+double rmap_curve_group(const struct rmap_gradient *gradient, int channel,
+                        const struct rmap_curve_step *step, double theta);
+
 /* Most that the chord from theta0 to theta1 leaves the curve; an upper bound to 10 %. */
 double rmap_curve_sag(const struct rmap_curve_step *step, double theta0, double theta1);
 

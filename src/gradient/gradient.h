@@ -38,7 +38,8 @@ struct rmap_curve_options {
 
 struct rmap_gradient {
     int32_t medium;
-    const struct rmap_field *field; /* the medium's */
+    const struct rmap_field *field;   /* the medium's */
+    struct rmap_field *const *beside; /* the medium's; NULL: no dispersion */
     struct rmap_affine to_world, to_local;
     double size;                       /* diameter of what it fills */
     struct rmap_curve_options options; /* none of them 0 */
@@ -54,6 +55,23 @@ static inline bool rmap_gradient_at(const struct rmap_gradient *gradient, int ch
         return false;
     *slope = rmap_affine_transposed(&gradient->to_local, local);
     return true;
+}
+
+/* What the two fields beside it are: the medium at wavelengths 1 - this and 1 + this times those of
+ * the channels. */
+#define RMAP_GRADIENT_BESIDE 1e-4
+
+/* n - wavelength dn/dwavelength at a place in the world, where the index is n; n without
+ * dispersion, or where a field has no value. */
+static inline double rmap_gradient_group(const struct rmap_gradient *gradient, int channel,
+                                         struct rmap_vec3 p, double n)
+{
+    double of[2];
+    struct rmap_vec3 slope, local = rmap_affine_point(&gradient->to_local, p);
+    if (!gradient->beside || !rmap_field_at(gradient->beside[0], channel, local, &of[0], &slope) ||
+        !rmap_field_at(gradient->beside[1], channel, local, &of[1], &slope))
+        return n;
+    return n - (of[1] - of[0]) / (2.0 * RMAP_GRADIENT_BESIDE);
 }
 
 #endif

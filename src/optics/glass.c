@@ -108,6 +108,62 @@ double rmap_glass_index(const struct rmap_glass *glass, double wavelength_nm)
     return n2 > 0.0 && isfinite(n2) ? sqrt(n2) : (double)NAN;
 }
 
+/* L times the derivatives of the above. */
+
+static double sellmeier_slope(const struct rmap_glass *glass, double l2)
+{
+    const double *c = glass->coefficient;
+    double slope = 0.0;
+    for (size_t i = 1; i + 1 < glass->n_coefficient; i += 2) {
+        const double pole = glass->formula == 1 ? c[i + 1] * c[i + 1] : c[i + 1], gap = l2 - pole;
+        slope -= 2.0 * c[i] * l2 * pole / (gap * gap);
+    }
+    return slope;
+}
+
+static double polynomial_slope(const struct rmap_glass *glass, size_t first, double l)
+{
+    const double *c = glass->coefficient;
+    double sum = 0.0;
+    for (size_t i = first; i + 1 < glass->n_coefficient; i += 2)
+        sum += c[i] * c[i + 1] * power(l, c[i + 1]);
+    return sum;
+}
+
+static double general_slope(const struct rmap_glass *glass, double l)
+{
+    enum { POLES = 2, PER_POLE = 4 };
+    double slope = polynomial_slope(glass, 1 + POLES * PER_POLE, l);
+    for (size_t i = 0; i < POLES; i++) {
+        const double *c = &glass->coefficient[1 + i * PER_POLE];
+        const double gap = l * l - power(c[2], c[3]);
+        slope += c[0] * power(l, c[1]) * (c[1] - 2.0 * l * l / gap) / gap;
+    }
+    return slope;
+}
+
+double rmap_glass_group_index(const struct rmap_glass *glass, double wavelength_nm)
+{
+    const double l = wavelength_nm * 1e-3, n = rmap_glass_index(glass, wavelength_nm);
+    const struct rmap_glass_table *table = &glass->index;
+    switch (glass->formula) {
+    case 1:
+    case 2:
+        return n - sellmeier_slope(glass, l * l) / (2.0 * n);
+    case 3:
+        return n - polynomial_slope(glass, 1, l) / (2.0 * n);
+    case 4:
+        return n - general_slope(glass, l) / (2.0 * n);
+    case 5:
+        return n - polynomial_slope(glass, 1, l);
+    default:
+        return n - wavelength_nm *
+                       rmap_table1_slope(
+                           &(struct rmap_table1){table->n, table->wavelength_nm, table->value},
+                           wavelength_nm);
+    }
+}
+
 double rmap_glass_extinction(const struct rmap_glass *glass, double wavelength_nm)
 {
     return at(&glass->extinction, wavelength_nm);

@@ -41,6 +41,10 @@ struct rmap_glass {
 /* NaN where the formula has no real index. A table's ends stand for what lies beyond. */
 double rmap_glass_index(const struct rmap_glass *glass, double wavelength_nm);
 
+/* n - wavelength dn/dwavelength: by the formula's derivative, or that of the cubic spline through
+ * the table, beyond whose ends it is n. NaN where there is no index. */
+double rmap_glass_group_index(const struct rmap_glass *glass, double wavelength_nm);
+
 /* Extinction coefficient k, linear between its rows, constant beyond its ends; 0 without any. */
 double rmap_glass_extinction(const struct rmap_glass *glass, double wavelength_nm);
 

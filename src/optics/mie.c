@@ -82,6 +82,34 @@ static void intensities(const double *mu, size_t n_term, const double complex *a
             0.5 * (re1[k] * re1[k] + im1[k] * im1[k] + re2[k] * re2[k] + im2[k] * im2[k]);
 }
 
+static double along(double complex a, double complex b)
+{
+    return creal(a) * creal(b) + cimag(a) * cimag(b);
+}
+
+static void sum_up(double x, size_t n_term, const double complex *a, const double complex *b,
+                   struct rmap_mie *mie)
+{
+    double sign = -1.0;
+    double complex back = 0.0;
+    *mie = (struct rmap_mie){.scattered = 0.0};
+    for (size_t i = 1; i <= n_term; i++, sign = -sign) {
+        const double n = (double)i, f = 2.0 * n + 1.0;
+        mie->extinct += f * (creal(a[i]) + creal(b[i]));
+        mie->scattered += f * (creal(a[i]) * creal(a[i]) + cimag(a[i]) * cimag(a[i]) +
+                               creal(b[i]) * creal(b[i]) + cimag(b[i]) * cimag(b[i]));
+        back += sign * f * (a[i] - b[i]);
+        mie->cosine += f / (n * (n + 1.0)) * along(a[i], b[i]);
+        if (i < n_term)
+            mie->cosine +=
+                n * (n + 2.0) / (n + 1.0) * (along(a[i], a[i + 1]) + along(b[i], b[i + 1]));
+    }
+    mie->cosine *= 2.0 / mie->scattered;
+    mie->extinct *= 2.0 / (x * x);
+    mie->scattered *= 2.0 / (x * x);
+    mie->back = along(back, back) / (x * x);
+}
+
 enum rmap_status rmap_mie_scatter(double x, double n, double k, size_t n_angle,
                                   const double *cosine, double *intensity, struct rmap_mie *mie,
                                   struct rmap_error *err)
@@ -96,15 +124,7 @@ enum rmap_status rmap_mie_scatter(double x, double n, double k, size_t n_angle,
     double complex *d = room, *a = room + n_term + 2, *b = a + n_term + 2;
     derivatives(m * x, n_term, from, d);
     coefficients(x, m, n_term, d, a, b);
-    *mie = (struct rmap_mie){0.0, 0.0};
-    for (size_t i = 1; i <= n_term; i++) {
-        const double f = 2.0 * (double)i + 1.0;
-        mie->extinct += f * (creal(a[i]) + creal(b[i]));
-        mie->scattered += f * (creal(a[i]) * creal(a[i]) + cimag(a[i]) * cimag(a[i]) +
-                               creal(b[i]) * creal(b[i]) + cimag(b[i]) * cimag(b[i]));
-    }
-    mie->extinct *= 2.0 / (x * x);
-    mie->scattered *= 2.0 / (x * x);
+    sum_up(x, n_term, a, b, mie);
     for (size_t i = 0; i < n_angle; i += ABREAST) {
         const size_t left = n_angle - i < ABREAST ? n_angle - i : ABREAST;
         double mu[ABREAST] = {0.0}, some[ABREAST];

@@ -10,9 +10,10 @@
 
 #include "base/status.h"
 
-/* Cross-sections over the geometric one. */
+/* Cross-sections over the geometric one; `back`: 4 pi times that per solid angle straight back.
+ * cosine: mean of the angle that light is turned by. */
 struct rmap_mie {
-    double scattered, extinct;
+    double scattered, extinct, back, cosine;
 };
 
 /* Size parameter x = pi d / lambda > 0, at most RMAP_MIE_SIZE_MAX, of index n + i k relative to the

@@ -5,6 +5,7 @@
  */
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "optics/spectrum.h"
 
@@ -215,6 +216,70 @@ double rmap_table1_at(const struct rmap_table1 *table, double wavelength_nm)
     return table->value[low] + fraction * (table->value[high] - table->value[low]);
 }
 
+/* Of a knot of a spline a row so far away moves the derivative by 1e-13 of itself. */
+enum { SPLINE_REACH = 24 };
+
+/* Second derivatives at the m knots of a spline, m > 3, by elimination (de Boor 1978, A Practical
+ * Guide to Splines, IV). */
+static void bend_spline(const double *x, const double *y, size_t m, double *bend)
+{
+    double diagonal[2 * SPLINE_REACH], upper[2 * SPLINE_REACH], right[2 * SPLINE_REACH];
+    for (size_t i = 1; i + 1 < m; i++) {
+        const double h = x[i] - x[i - 1], next = x[i + 1] - x[i];
+        double lower = h;
+        diagonal[i] = 2.0 * (h + next);
+        upper[i] = next;
+        right[i] = 6.0 * ((y[i + 1] - y[i]) / next - (y[i] - y[i - 1]) / h);
+        if (i == 1) { /* the third derivative goes on through the second knot, */
+            diagonal[i] += h + h * h / next;
+            upper[i] -= h * h / next;
+        }
+        if (i + 2 == m) { /* and through the last but one */
+            diagonal[i] += next + next * next / h;
+            lower -= next * next / h;
+        }
+        if (i > 1) {
+            const double share = lower / diagonal[i - 1];
+            diagonal[i] -= share * upper[i - 1];
+            right[i] -= share * right[i - 1];
+        }
+    }
+    for (size_t i = m - 2; i > 0; i--)
+        bend[i] = (right[i] - (i + 2 < m ? upper[i] * bend[i + 1] : 0.0)) / diagonal[i];
+    bend[0] = bend[1] - (x[1] - x[0]) / (x[2] - x[1]) * (bend[2] - bend[1]);
+    bend[m - 1] =
+        bend[m - 2] + (x[m - 1] - x[m - 2]) / (x[m - 2] - x[m - 3]) * (bend[m - 2] - bend[m - 3]);
+}
+
+double rmap_table1_slope(const struct rmap_table1 *table, double wavelength_nm)
+{
+    const double nm = wavelength_nm, *row = table->wavelength_nm;
+    const size_t n = table->n;
+    double x[2 * SPLINE_REACH], y[2 * SPLINE_REACH], bend[2 * SPLINE_REACH] = {0};
+    if (n < 2 || !(nm >= row[0] && nm <= row[n - 1]))
+        return 0.0;
+    size_t at = 0;
+    while (at + 2 < n && row[at + 1] < nm)
+        at++;
+    const size_t first = at + 1 > SPLINE_REACH ? at + 1 - SPLINE_REACH : 0;
+    const size_t m = n - first < 2 * SPLINE_REACH ? n - first : 2 * SPLINE_REACH;
+    for (size_t i = 0; i < m; i++) {
+        const size_t from = first + m - 1 - i;
+        x[i] = 1.0 / (row[from] * row[from]);
+        y[i] = table->value[from];
+    }
+    if (m > 3)
+        bend_spline(x, y, m, bend);
+    else if (m == 3)
+        bend[0] = bend[1] = bend[2] =
+            2.0 * ((y[2] - y[1]) / (x[2] - x[1]) - (y[1] - y[0]) / (x[1] - x[0])) / (x[2] - x[0]);
+    const size_t k = first + m - 2 - at;
+    const double h = x[k + 1] - x[k], t = 1.0 / (nm * nm) - x[k];
+    const double slope = (y[k + 1] - y[k]) / h - h / 6.0 * (2.0 * bend[k] + bend[k + 1]) +
+                         t * bend[k] + t * t * (bend[k + 1] - bend[k]) / (2.0 * h);
+    return -2.0 * slope / (nm * nm * nm);
+}
+
 /* Scaled to 1 at 560 nm, so that no temperature over- or underflows in the visible. */
 double rmap_blackbody(double temperature_k, double wavelength_nm)
 {
@@ -263,6 +328,18 @@ void rmap_channel_steps(const struct rmap_channels *channels, int i, double *bel
         return;
     *below = i > 0 ? x[i] - x[i - 1] : x[1] - x[0];
     *above = i < last ? x[i + 1] - x[i] : x[last] - x[last - 1];
+}
+
+void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2])
+{
+    double below, above;
+    if (channels->mode == RMAP_COLOUR_RGB) {
+        memcpy(band_nm, rgb_band_nm[i], sizeof rgb_band_nm[i]);
+        return;
+    }
+    rmap_channel_steps(channels, i, &below, &above);
+    band_nm[0] = channels->wavelength_nm[i] - 0.5 * below;
+    band_nm[1] = channels->wavelength_nm[i] + 0.5 * above;
 }
 
 static double band_width(const struct rmap_channels *channels, int i)

@@ -33,7 +33,15 @@ struct rmap_table1 {
  * and that of a channel alone 1 nm wide. */
 void rmap_channel_steps(const struct rmap_channels *channels, int i, double *below, double *above);
 
+/* Its band, from and to; of red, green, blue in RGB mode. */
+void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2]);
+
 double rmap_table1_at(const struct rmap_table1 *table, double wavelength_nm);
+
+/* Derivative of an index, per nm, by the cubic spline through the rows over 1 / wavelength^2, where
+ * indices bend least (not-a-knot ends; of three rows the parabola, of two the line); 0 outside the
+ * table. */
+double rmap_table1_slope(const struct rmap_table1 *table, double wavelength_nm);
 
 /* Spectral radiance of a blackbody, relative (Planck 1901). temperature_k > 0. */
 double rmap_blackbody(double temperature_k, double wavelength_nm);

@@ -20,6 +20,8 @@ static const struct rmap_column_info info[RMAP_COLUMN_COUNT] = {
 #define CURVE(field, path, type, element, width, unit, text)                                       \
     [RMAP_CURVE_##field] = {RMAP_TABLE_CURVE, #field, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
     RMAP_CURVE_COLUMNS(CURVE)
+    RMAP_RAY_TIME_COLUMNS(RAY)
+    RMAP_REGISTRATION_TIME_COLUMNS(REGISTRATION)
 };
 /* clang-format on */
 

@@ -7,12 +7,13 @@
  *   element: U8 U16 I16 U32 I32 U64 F32 F64; width: numbers per row;
  *   unit: ONE (dimensionless), LENGTH (the scene's unit), NM (wavelength).
  * The colour of a segment is beside them (struct rmap_portion.colour): its width is the
- * number of channels of the portion's colour space. /curve comes last: only maps of scenes with
- * gradient media store it.
+ * number of channels of the portion's colour space. /curve comes behind them: only maps of scenes
+ * with gradient media, or of timed runs, store it; and last the columns of timed runs.
  */
 #ifndef RMAP_COLUMNS_H
 #define RMAP_COLUMNS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -54,6 +55,15 @@
     X(ray, "/curve/ray", uint64_t, U64, 1, ONE, "ray id; a ray's rows lie together, the rays in the order of /ray/id") \
     X(segment, "/curve/segment", uint32_t, U32, 1, ONE, "curved leg that the point lies on, from 0 within the ray") \
     X(position, "/curve/position", float, F32, 3, LENGTH, "point of the leg between its ends, along the light")
+
+/* Of /ray and /registration, in timed runs. */
+#define RMAP_RAY_TIME_COLUMNS(X)                                                                   \
+    X(group_path, "/ray/group_path", double, F64, 1, LENGTH, "group path length, without a leg that leaves the scene") \
+    X(delay, "/ray/delay", double, F64, 1, NS, "delays at emission and on the way; time of arrival = delay + group path / c")
+
+#define RMAP_REGISTRATION_TIME_COLUMNS(X)                                                          \
+    X(group_path, "/registration/group_path", double, F64, 1, LENGTH, "group path length from emission to here") \
+    X(delay, "/registration/delay", double, F64, 1, NS, "delays up to here; time of arrival = delay + group path / c")
 /* clang-format on */
 
 enum rmap_table {
@@ -69,7 +79,7 @@ enum rmap_table {
 
 enum rmap_element { RMAP_U8, RMAP_U16, RMAP_I16, RMAP_U32, RMAP_I32, RMAP_U64, RMAP_F32, RMAP_F64 };
 
-enum rmap_unit { RMAP_UNIT_ONE, RMAP_UNIT_LENGTH, RMAP_UNIT_NM };
+enum rmap_unit { RMAP_UNIT_ONE, RMAP_UNIT_LENGTH, RMAP_UNIT_NM, RMAP_UNIT_NS };
 
 /* Column ids: RMAP_RAY_id ..., RMAP_SEGMENT_object ..., RMAP_REGISTRATION_segment ...,
  * RMAP_CURVE_ray ... */
@@ -87,7 +97,13 @@ enum rmap_column {
 #define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_CURVE_##field,
     RMAP_CURVE_COLUMNS(RMAP_ENUM)
 #undef RMAP_ENUM
-        RMAP_COLUMN_COUNT
+#define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_RAY_##field,
+        RMAP_RAY_TIME_COLUMNS(RMAP_ENUM)
+#undef RMAP_ENUM
+#define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_REGISTRATION_##field,
+            RMAP_REGISTRATION_TIME_COLUMNS(RMAP_ENUM)
+#undef RMAP_ENUM
+                RMAP_COLUMN_COUNT
 };
 
 /* Set of columns: bit c stands for column c. */
@@ -97,6 +113,15 @@ typedef uint64_t rmap_column_set;
 #define RMAP_COLUMNS_CURVE                                                                         \
     (RMAP_COLUMN_BIT(RMAP_CURVE_ray) | RMAP_COLUMN_BIT(RMAP_CURVE_segment) |                       \
      RMAP_COLUMN_BIT(RMAP_CURVE_position))
+#define RMAP_COLUMNS_TIME                                                                          \
+    (RMAP_COLUMN_BIT(RMAP_RAY_group_path) | RMAP_COLUMN_BIT(RMAP_RAY_delay) |                      \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay))
+
+/* Those that the rays of a run have. */
+static inline rmap_column_set rmap_columns_of_run(bool timed)
+{
+    return timed ? RMAP_COLUMNS_ALL : RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_TIME;
+}
 
 /* What of a ray is no number measured: equal for all rays of the same path. */
 #define RMAP_COLUMNS_DISCRETE                                                                      \

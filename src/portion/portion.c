@@ -31,6 +31,8 @@ static const size_t pointer_offset[RMAP_COLUMN_COUNT] = {
 #define CURVE(field, path, type, element, width, unit, text)                                       \
     [RMAP_CURVE_##field] = offsetof(struct rmap_portion, curve.field),
     RMAP_CURVE_COLUMNS(CURVE)
+    RMAP_RAY_TIME_COLUMNS(RAY)
+    RMAP_REGISTRATION_TIME_COLUMNS(REGISTRATION)
 };
 /* clang-format on */
 
@@ -97,6 +99,19 @@ void rmap_portion_destroy(struct rmap_portion *portion)
     rmap_free(portion);
 }
 
+enum rmap_status rmap_portion_set_timed(struct rmap_portion *portion, bool timed,
+                                        struct rmap_error *err)
+{
+    portion->timed = timed;
+    for (int t = 0; t < RMAP_TABLE_COUNT && timed; t++) {
+        enum rmap_status st =
+            rmap_portion_reserve(portion, (enum rmap_table)t, 0, RMAP_COLUMNS_TIME, err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return RMAP_OK;
+}
+
 void rmap_portion_clear(struct rmap_portion *portion)
 {
     portion->first_ray = 0;
@@ -112,6 +127,7 @@ enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_ta
     if (n_more > SIZE_MAX / 4 - used)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu more rows wanted", n_more);
     bool grow = used + n_more > cap;
+    columns &= rmap_columns_of_run(portion->timed);
     while (cap < used + n_more)
         cap = cap < FIRST_ROWS_MIN ? FIRST_ROWS_MIN : 2 * cap;
 
@@ -166,13 +182,15 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
     if (dst->n_channel != src->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "rays of %d colour channels appended to %d",
                               src->n_channel, dst->n_channel);
+    if (dst->n_row[RMAP_TABLE_RAY] == 0)
+        dst->timed = src->timed;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;
         size_t row = rmap_portion_row_nbytes(src, c);
-        if (n[t] > 0)
+        if (n[t] > 0 && (rmap_columns_of_run(dst->timed) & RMAP_COLUMN_BIT(c)))
             memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
                    (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
     }
@@ -281,21 +299,23 @@ void rmap_digest_add(struct rmap_digest *sum, struct rmap_digest term)
     sum->high += term.high + (sum->low < term.low);
 }
 
-static struct rmap_digest hash_long(const struct strip *strip, const size_t *first, const size_t *n)
+static struct rmap_digest hash_long(const struct strip *strip, int n_strip, const size_t *first,
+                                    const size_t *n)
 {
     XXH3_state_t state;
     XXH3_INITSTATE(&state);
     XXH3_128bits_reset(&state);
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+    for (int c = 0; c < n_strip; c++)
         XXH3_128bits_update(&state, strip[c].start + first[strip[c].table] * strip[c].row_nbytes,
                             n[strip[c].table] * strip[c].row_nbytes);
     return from_hash(XXH3_128bits_digest(&state));
 }
 
-static struct rmap_digest hash_ray(const struct strip *strip, const size_t *first, const size_t *n)
+static struct rmap_digest hash_ray(const struct strip *strip, int n_strip, const size_t *first,
+                                   const size_t *n)
 {
     uint8_t bytes[GATHER_NBYTES], *to = bytes;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+    for (int c = 0; c < n_strip; c++) {
         size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
         if (nbytes == 0)
             continue;
@@ -319,7 +339,9 @@ struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
     struct rmap_digest sum = {0, 0};
     struct strip strip[RMAP_COLUMN_COUNT];
     size_t first[RMAP_TABLE_COUNT] = {0}, row_nbytes[RMAP_TABLE_COUNT] = {0};
-    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+    /* those of time stand last */
+    const int n_strip = portion->timed ? RMAP_COLUMN_COUNT : RMAP_RAY_group_path;
+    for (int i = 0; i < n_strip; i++) {
         enum rmap_column c = (enum rmap_column)i;
         strip[i] = (struct strip){rmap_portion_column(portion, c),
                                   rmap_portion_row_nbytes(portion, c), rmap_column_info(c)->table};
@@ -332,8 +354,8 @@ struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
         size_t nbytes = 0;
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             nbytes += n[t] * row_nbytes[t];
-        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_ray(strip, first, n)
-                                                      : hash_long(strip, first, n));
+        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_ray(strip, n_strip, first, n)
+                                                      : hash_long(strip, n_strip, first, n));
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             first[t] += n[t];
     }

@@ -32,12 +32,14 @@ struct rmap_unpredicted {
 #define RMAP_FIELD(field, path, type, element, width, unit, text) type *field;
 struct rmap_ray_columns {
     RMAP_RAY_COLUMNS(RMAP_FIELD)
+    RMAP_RAY_TIME_COLUMNS(RMAP_FIELD)
 };
 struct rmap_segment_columns {
     RMAP_SEGMENT_COLUMNS(RMAP_FIELD)
 };
 struct rmap_registration_columns {
     RMAP_REGISTRATION_COLUMNS(RMAP_FIELD)
+    RMAP_REGISTRATION_TIME_COLUMNS(RMAP_FIELD)
 };
 struct rmap_curve_columns {
     RMAP_CURVE_COLUMNS(RMAP_FIELD)
@@ -52,6 +54,7 @@ struct rmap_portion {
     struct rmap_segment_columns segment; /* [n_row[RMAP_TABLE_SEGMENT]][width] */
     struct rmap_registration_columns registration;
     struct rmap_curve_columns curve; /* see rmap_portion_curve_of */
+    bool timed; /* has RMAP_COLUMNS_TIME; the rest without them are all its columns */
     int n_channel;
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
                          the segment's arrival */
@@ -75,11 +78,16 @@ enum rmap_status rmap_portion_create(size_t n_ray, int n_channel, struct rmap_po
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_portion_destroy(struct rmap_portion *portion);
 
+/* An empty portion of a timed run from now on. RMAP_SYSTEM when memory is short. */
+enum rmap_status rmap_portion_set_timed(struct rmap_portion *portion, bool timed,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
 /* Empties the portion and keeps its memory. */
 void rmap_portion_clear(struct rmap_portion *portion);
 
-/* Room for n more rows of a table in every column of it that `columns` names (colour goes with
- * the segment table). RMAP_SYSTEM when memory is short; the portion is unchanged then. */
+/* Room for n more rows of a table in every column of it that `columns` names and the portion may
+ * have (colour goes with the segment table). RMAP_SYSTEM when memory is short; the portion is
+ * unchanged then. */
 enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_table table,
                                       size_t n_more, rmap_column_set columns,
                                       struct rmap_error *err) RMAP_MUST_USE;
@@ -98,7 +106,8 @@ size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, s
 
 /* Appends ray number `ray` of src (a row of /ray with its rows of the other tables, which begin
  * at rows first_segment and first_registration) to dst. Both must have all columns and the same
- * channels. RMAP_SYSTEM when memory is short; dst is unchanged then. */
+ * channels; an empty dst becomes timed as src is. RMAP_SYSTEM when memory is short; dst is
+ * unchanged then. */
 enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
                                          size_t ray, size_t first_segment,
                                          size_t first_registration,
@@ -113,9 +122,9 @@ void rmap_portion_summary_add(struct rmap_portion_summary *sum,
                               const struct rmap_portion_summary *more);
 
 /* 128-bit logical digest: the sum modulo 2^128 over rays of XXH3-128 of the ray's rows, column
- * by column in the order of columns.h (the ray id comes first, points of curved segments come last,
- * so that rays without them have the digest that they have always had). Floats are stored with -0
- * as 0 and one NaN, so the bytes in memory are the canonical ones. */
+ * by column in the order of columns.h (the ray id comes first, points of curved segments and what
+ * timed runs have come last, so that rays without them have the digest that they have always had).
+ * Floats are stored with -0 as 0 and one NaN, so the bytes in memory are the canonical ones. */
 struct rmap_digest {
     uint64_t low, high;
 };

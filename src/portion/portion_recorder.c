@@ -304,6 +304,10 @@ static void registration(struct rmap_recorder *base, const struct rmap_registrat
     out->registered[i] = hit->registered;
     store_float3(out->direction + 3 * i, &hit->direction);
     out->optical_path[i] = plain(hit->optical_path);
+    if (portion->timed) {
+        out->group_path[i] = plain(hit->group_path);
+        out->delay[i] = plain(hit->delay_ns);
+    }
     portion->ray.registration_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
 }
 
@@ -321,6 +325,10 @@ static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
     ray->wavelength[i] = plain(ending->wavelength_nm);
     ray->path_length[i] = plain(ending->path_length);
     ray->optical_path[i] = plain(ending->optical_path);
+    if (self->portion->timed) {
+        ray->group_path[i] = plain(ending->group_path);
+        ray->delay[i] = plain(ending->delay_ns);
+    }
     store_float3(ray->end_direction + 3 * i, &ending->direction);
     if (ending->predicted)
         return;

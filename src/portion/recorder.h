@@ -21,7 +21,9 @@ struct rmap_emission {
     struct rmap_vec3 position, direction, normal;
     int32_t medium;
     const double *colour; /* [n_channel], borrowed during the call */
+    double delay_ns;      /* after the time 0 of the source; arrival times have it */
     bool predicted;       /* as in struct rmap_hit */
+    double loose;         /* how far the start may be off, as its file rounds it; 0: not at all */
 };
 
 /* The end of a segment. */
@@ -57,6 +59,8 @@ struct rmap_registration {
     double cosine; /* PLANE: of the angle between the reversed ray and the detector's axis;
                       INTENSITY: of theta, between the ray and the axis */
     double optical_path;
+    double group_path, delay_ns; /* of timed scenes, else 0; arrival time: delay and group path / c
+                                  */
 };
 
 /* The angle whose cosine is given; one a little beyond 1 is rounding. */
@@ -70,7 +74,8 @@ struct rmap_ending {
     double weight;
     double wavelength_nm; /* NaN where more than one channel is left */
     double path_length, optical_path;
-    struct rmap_vec3 direction; /* where it left; 0 otherwise */
+    double group_path, delay_ns; /* as in struct rmap_registration */
+    struct rmap_vec3 direction;  /* where it left; 0 otherwise */
     bool predicted; /* src/compact finds every number of the ray from its path, bit by bit; false
                       where that is not certain */
 };

@@ -43,6 +43,7 @@ static double emitter_area(const struct rmap_scene *scene, const struct rmap_sou
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return RMAP_PI * source->shape_size[0] * source->shape_size[0];
@@ -66,7 +67,10 @@ static double axial_intensity(const struct rmap_source *source)
     case RMAP_DISTRIBUTION_COSINE:
         return (source->cosine_power + 1.0) / (2.0 * RMAP_PI);
     case RMAP_DISTRIBUTION_TABLE:
+    case RMAP_DISTRIBUTION_SINE: /* of no point */
     case RMAP_DISTRIBUTION_LAMP:
+    case RMAP_DISTRIBUTION_STEPS:
+    case RMAP_DISTRIBUTION_SKY:
         return 1.0; /* they are of unit flux */
     }
     return 0.25 / RMAP_PI;
@@ -77,6 +81,8 @@ static enum rmap_status make_light(const struct rmap_lights *lights,
                                    struct rmap_error *err)
 {
     *light = (struct rmap_light){.source = source};
+    if (source->sky) /* which knows its radiance */
+        return RMAP_OK;
     if (!rmap_affine_invert(&source->frame, &light->to_local))
         return rmap_error_set(err, RMAP_INPUT, "source '%s': its transform is singular",
                               source->name);
@@ -103,6 +109,11 @@ static void share_out(struct rmap_lights *lights)
         lights->light[i].share /= sum;
 }
 
+static bool has_area(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_AREA || source->shape == RMAP_EMITTER_BODY;
+}
+
 enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_lights **lights_ret,
                                     struct rmap_error *err)
 {
@@ -119,12 +130,13 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
     for (int area = 1; area >= 0; area--)
         for (size_t s = 0; s < scene->n_source; s++) {
             const struct rmap_source *source = &scene->source[s];
-            if (source->type == RMAP_SOURCE_RAYS)
+            if (rmap_source_is_unseen(source))
                 lights->n_unseen += (size_t)area;
-            else if ((source->type == RMAP_SOURCE_AREA) == area)
+            else if (has_area(source) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
-            lights->four_numbers |= source->type == RMAP_SOURCE_LAMP;
-            if (source->type != RMAP_SOURCE_AREA || !area)
+            lights->four_numbers |= source->type == RMAP_SOURCE_LAMP || source->sky;
+            lights->n_sky += (source->sky != NULL) * (size_t)area;
+            if (!has_area(source) || !area)
                 continue;
             lights->n_area++;
             lights->four_numbers |= source->shape == RMAP_EMITTER_MESH;
@@ -189,12 +201,12 @@ static bool see_lamp(const struct rmap_lights *lights, struct rmap_vec3 from, co
     sample->direction = rmap_scale(away, 1.0 / sample->distance);
     const struct rmap_vec3 way =
         rmap_affine_vector(&light->to_local, rmap_scale(sample->direction, -1.0));
-    const double area =
-        source->shape == RMAP_EMITTER_MESH ? 0.0 : rmap_lamp_seen_area(source->lamp, way);
-    double factor = rmap_lamp_intensity(source->lamp, way);
-    if (area > 0.0)
-        factor *= fmax(rmap_dot(facing, way), 0.0) / area;
-    sample->irradiance = light->strength * factor / (square * lights->unit_m2);
+    if (source->shape == RMAP_EMITTER_BODY && rmap_lamp_seen_area(source->lamp, way) > 0.0)
+        sample->irradiance = rmap_light_radiance(lights, light, sample->direction) *
+                             fmax(rmap_dot(facing, way), 0.0) / square;
+    else
+        sample->irradiance =
+            light->strength * rmap_lamp_intensity(source->lamp, way) / (square * lights->unit_m2);
     return sample->irradiance > 0.0;
 }
 
@@ -246,6 +258,19 @@ static bool see_area(const struct rmap_lights *lights, struct rmap_vec3 from, co
     return true;
 }
 
+static bool see_sky(const struct rmap_lights *lights, struct rmap_vec3 from, const double u[4],
+                    struct rmap_light_sample *sample)
+{
+    const struct rmap_source *source = sample->light->source;
+    struct rmap_sky_look look;
+    rmap_sky_look(source, from, u, lights->scene->channels.n, sample->own, &look);
+    sample->direction = look.towards;
+    sample->distance = look.distance;
+    sample->irradiance = look.irradiance;
+    sample->colour = source->sky->band ? sample->own : source->colour;
+    return look.irradiance > 0.0;
+}
+
 int rmap_lights_n_draw(const struct rmap_lights *lights)
 {
     return lights->n < RMAP_LIGHT_DRAWS ? (int)lights->n : RMAP_LIGHT_DRAWS;
@@ -277,6 +302,7 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
         factor = 1.0 / (RMAP_LIGHT_DRAWS * probability);
     }
     sample->light = &lights->light[chosen];
+    sample->colour = sample->light->source->colour;
     switch (sample->light->source->type) {
     case RMAP_SOURCE_POINT:
         seen = see_point(lights, from, sample);
@@ -290,7 +316,14 @@ bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_ve
     case RMAP_SOURCE_AREA:
         seen = see_area(lights, from, u, sample);
         break;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        seen = see_sky(lights, from, u, sample);
+        break;
     case RMAP_SOURCE_RAYS:
+    case RMAP_SOURCE_STEPS:
+    case RMAP_SOURCE_VOLUME:
+    case RMAP_SOURCE_BEAM:
         break;
     }
     sample->irradiance *= factor;
@@ -341,6 +374,17 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
     return met;
 }
 
+double rmap_light_radiance(const struct rmap_lights *lights, const struct rmap_light *light,
+                           struct rmap_vec3 direction)
+{
+    const struct rmap_source *source = light->source;
+    if (source->shape != RMAP_EMITTER_BODY)
+        return light->strength;
+    const struct rmap_vec3 way = rmap_affine_vector(&light->to_local, rmap_scale(direction, -1.0));
+    const double area = rmap_lamp_seen_area(source->lamp, way) * lights->unit_m2;
+    return area > 0.0 ? light->strength * rmap_lamp_intensity(source->lamp, way) / area : 0.0;
+}
+
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
                     const struct rmap_way *way, double *distance)
 {
@@ -348,6 +392,10 @@ bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *l
         return meet_mesh(lights, light, way, distance);
     struct rmap_vec3 start = rmap_affine_point(&light->to_local, way->from);
     struct rmap_vec3 to = rmap_affine_vector(&light->to_local, way->direction);
+    if (light->source->shape == RMAP_EMITTER_BODY) {
+        *distance = rmap_lamp_entered(light->source->lamp, start, to);
+        return *distance > way->after && *distance <= way->length;
+    }
     if (!(start.z > 0.0) || !(to.z < 0.0))
         return false;
     *distance = -start.z / to.z;

@@ -27,8 +27,9 @@ struct rmap_lights {
     const struct rmap_scene *scene; /* borrowed */
     size_t n;
     struct rmap_light *light;
-    size_t n_area;     /* the first ones are AREA: those that a segment can meet */
+    size_t n_area;     /* the first ones have an area: those that a segment can meet */
     size_t n_bent;     /* of them in gradient media: curved segments meet no others */
+    size_t n_sky;      /* SKY and SUN, somewhere among the others */
     size_t n_unseen;   /* lists of rays, which no point can look at */
     bool four_numbers; /* a draw takes more than two: there is a choice, or a mesh */
     double unit_m2;    /* a square of the scene's unit */
@@ -44,7 +45,9 @@ struct rmap_light_sample {
     const struct rmap_light *light;
     struct rmap_vec3 direction;
     double distance;
-    double irradiance; /* flux unit / m2 */
+    double irradiance;            /* flux unit / m2 */
+    const double *colour;         /* the source's, or its own */
+    double own[RMAP_CHANNEL_MAX]; /* of a sky that differs over direction */
 };
 
 int rmap_lights_n_draw(const struct rmap_lights *lights);
@@ -69,7 +72,8 @@ static inline bool rmap_lights_aside(const struct rmap_lights *lights, struct rm
     for (size_t l = 0; l < lights->n_area; l++) {
         const struct rmap_affine *map = &lights->light[l].to_local;
         const struct rmap_vec3 z = {map->m[2][0], map->m[2][1], map->m[2][2]};
-        if (lights->light[l].source->shape == RMAP_EMITTER_MESH)
+        const enum rmap_emitter shape = lights->light[l].source->shape;
+        if (shape == RMAP_EMITTER_MESH || shape == RMAP_EMITTER_BODY)
             return false;
         double begin = rmap_dot(z, from) + map->t.z, end = rmap_dot(z, to) + map->t.z;
         if (begin > 0.0 && !(end > beyond * begin)) /* from the shining side to the other */
@@ -80,5 +84,8 @@ static inline bool rmap_lights_aside(const struct rmap_lights *lights, struct rm
 
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
                     const struct rmap_way *way, double *distance);
+/* Radiance of what a way along a unit direction has met, flux unit / (m2 sr). */
+double rmap_light_radiance(const struct rmap_lights *lights, const struct rmap_light *light,
+                           struct rmap_vec3 direction);
 
 #endif

@@ -180,7 +180,7 @@ static void search_near(struct path *path, struct rmap_vec3 to)
             struct found found = {.at = rmap_axpy(distance, rest.direction, rest.from),
                                   .medium = ray->medium,
                                   .gradient = ray->gradient,
-                                  .factor = light->strength,
+                                  .factor = rmap_light_radiance(lights, light, rest.direction),
                                   .share = path->walk.colour.share,
                                   .colour = light->source->colour};
             found.through = transmittance(path, ray->medium, path->done + distance, store);
@@ -230,23 +230,29 @@ struct receiver {
     bool inside;
     struct rmap_vec3 normal;
     const double *p;
-    bool has_model;
+    bool has_model;                /* or, inside, a phase function that differs between channels */
     struct rmap_scatter_side side; /* that the light meets */
     double factor;
 };
+
+static const struct rmap_medium *medium_of(const struct path *path, const struct receiver *receiver)
+{
+    return &path->renderer->scene->medium[receiver->ray.medium];
+}
 
 /* Radiance sent back along the path per irradiance from `light`. */
 static double response(const struct path *path, const struct receiver *receiver,
                        struct rmap_vec3 light)
 {
     double cosine = rmap_dot(light, receiver->normal);
-    if (receiver->has_model)
-        return cosine > 0.0 ? receiver->factor * cosine : 0.0;
     if (!receiver->inside)
-        return cosine > 0.0 ? receiver->factor * cosine * (1.0 / RMAP_PI) : 0.0;
-    double g = path->renderer->scene->medium[receiver->ray.medium].scattering_g;
-    double square = 1.0 + g * g - 2.0 * g * rmap_dot(light, receiver->direction);
-    return (1.0 - g * g) / (4.0 * RMAP_PI * square * sqrt(square));
+        return cosine > 0.0
+                   ? receiver->factor * cosine * (receiver->has_model ? 1.0 : 1.0 / RMAP_PI)
+                   : 0.0;
+    return receiver->has_model
+               ? receiver->factor
+               : rmap_phase_density(medium_of(path, receiver), path->walk.colour.begin,
+                                    rmap_dot(light, receiver->direction));
 }
 
 static void on_channel(int channel, struct rmap_scatter_side *side)
@@ -256,12 +262,19 @@ static void on_channel(int channel, struct rmap_scatter_side *side)
     side->n2 = side->scene->medium[side->far].n[channel];
 }
 
-/* BSDF of live channels from `light` to where the path came from; NULL: nothing on any of them. */
+/* BSDF, or phase function, of live channels from `light` to where the path came from; NULL: nothing
+ * on any of them. */
 static const double *towards_path(const struct path *path, struct receiver *receiver,
                                   struct rmap_vec3 light, double bsdf[RMAP_CHANNEL_MAX])
 {
     bool some = false;
     for (int i = path->walk.colour.begin; i < path->walk.colour.end; i++) {
+        if (receiver->inside) {
+            bsdf[i] = rmap_phase_density(medium_of(path, receiver), i,
+                                         rmap_dot(light, receiver->direction));
+            some = some || bsdf[i] > 0.0;
+            continue;
+        }
         on_channel(i, &receiver->side);
         bsdf[i] = rmap_scatter_bsdf(&receiver->side, rmap_scale(light, -1.0),
                                     rmap_scale(receiver->direction, -1.0));
@@ -302,7 +315,7 @@ static void look(struct path *path, struct receiver *receiver)
                                   .medium = receiver->ray.medium,
                                   .factor = sample.irradiance * part,
                                   .share = path->walk.colour.share,
-                                  .colour = sample.light->source->colour,
+                                  .colour = sample.colour,
                                   .through = through ? through : receiver->p});
     }
     path->lit_once = true;
@@ -522,6 +535,7 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
     }
     struct receiver receiver = {
         .ray = walk->ray, .direction = walk->ray.direction, .inside = true, .factor = 1.0};
+    receiver.has_model = medium_of(path, &receiver)->phase.n_profile > 1;
     receiver.ray.origin = arrival->segment.to;
     rmap_contact_clear(&receiver.ray.contact);
     path->looked = walk->ray.gradient == 0;
@@ -529,6 +543,30 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
         look(path, &receiver);
     rmap_walk_scatter(walk, arrival);
     return true;
+}
+
+/* Skies, unless they were looked at from where the segment begins. */
+static void see_skies(struct path *path)
+{
+    const struct rmap_walk *walk = &path->walk;
+    const struct rmap_lights *lights = path->renderer->lights;
+    double colour[RMAP_CHANNEL_MAX];
+    for (size_t l = 0; l < lights->n && lights->n_sky > 0 && !path->looked; l++) {
+        const struct rmap_source *source = lights->light[l].source;
+        const double before[3] = {path->rgb[0], path->rgb[1], path->rgb[2]};
+        const double seen = source->sky ? rmap_sky_seen(source, walk->ray.direction,
+                                                        walk->scene->channels.n, colour)
+                                        : 0.0;
+        if (!(seen > 0.0))
+            continue;
+        add(path, &(struct found){.at = path->point,
+                                  .medium = walk->ray.medium,
+                                  .gradient = walk->ray.gradient,
+                                  .factor = seen,
+                                  .share = walk->colour.share,
+                                  .colour = colour});
+        clamp(path, before);
+    }
 }
 
 static void see_background(struct path *path)
@@ -566,11 +604,13 @@ static bool advance(struct path *path)
         return meet_surface(path, &arrival);
     case RMAP_SEGMENT_LEFT:
         see_background(path);
+        see_skies(path);
         return false;
     case RMAP_SEGMENT_LIMIT:
         path->counts->n_limit++;
         return false;
     case RMAP_SEGMENT_ABSORBED:
+    case RMAP_SEGMENT_REEMITTED: /* at which wavelength it came is not known on the way back */
         return false;
     case RMAP_SEGMENT_SCATTERED:
         return scatter(path, &arrival);

@@ -44,7 +44,7 @@ static void find_lit(const struct rmap_scene *scene, bool lit[RMAP_CHANNEL_MAX])
     for (int i = 0; i < scene->channels.n; i++) {
         lit[i] = scene->background[i] > 0.0;
         for (size_t s = 0; s < scene->n_source; s++)
-            lit[i] = lit[i] || (scene->source[s].type != RMAP_SOURCE_RAYS &&
+            lit[i] = lit[i] || (!rmap_source_is_unseen(&scene->source[s]) &&
                                 scene->source[s].colour[i] > 0.0);
         some = some || lit[i];
     }

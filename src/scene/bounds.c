@@ -58,3 +58,15 @@ void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geo
             box, rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
     }
 }
+
+void rmap_bounds_include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
+{
+    if (detector->type != RMAP_DETECTOR_PLANE)
+        return;
+    for (int k = 0; k < 4; k++) {
+        double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
+        double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
+        rmap_bounds_include(box,
+                            rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
+    }
+}

@@ -24,4 +24,7 @@ void rmap_bounds_include_box(struct rmap_bounds *box, const struct rmap_affine *
 void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geometry *geometry,
                                   const struct rmap_affine *to_world);
 
+/* Of one that lies somewhere. */
+void rmap_bounds_include_detector(struct rmap_bounds *box, const struct rmap_detector *detector);
+
 #endif

@@ -410,3 +410,80 @@ struct rmap_vec3 rmap_lamp_surface(const struct rmap_lamp *lamp, const double u[
     }
     return p;
 }
+
+/* The pair of planes across one axis: the distances between which a way is between them. */
+static void between_planes(double from, double along, double half, double *in, double *out)
+{
+    if (along == 0.0) {
+        *out = fabs(from) <= half ? *out : -1.0;
+        return;
+    }
+    const double first = (-half * side_of(along) - from) / along,
+                 last = (half * side_of(along) - from) / along;
+    *in = first > *in ? first : *in;
+    *out = last < *out ? last : *out;
+}
+
+/* Only what looks along x and y begins at the top and may end before the bottom. */
+static double enter_box(const struct rmap_lamp *lamp, struct rmap_vec3 from, struct rmap_vec3 way)
+{
+    const double start[3] = {from.x, from.y, from.z}, along[3] = {way.x, way.y, way.z};
+    double in = -HUGE_VAL, out = HUGE_VAL;
+    int face = 2;
+    for (int k = 0; k < 3; k++) {
+        const double before = in;
+        between_planes(start[k], along[k], 0.5 * lamp->size[k], &in, &out);
+        face = in > before ? k : face;
+    }
+    if (!(in <= out))
+        return -1.0;
+    const double below_top = 0.5 * lamp->size[2] - (from.z + in * way.z);
+    return face == 2 || below_top <= lamp->side[face] ? in : -1.0;
+}
+
+/* Of what is round with a radius of 1: the quadric a t^2 + 2 b t + c = 0. */
+static void between_roots(double a, double b, double c, double *in, double *out)
+{
+    const double root = b * b - a * c;
+    if (!(root >= 0.0) || (a == 0.0 && c > 0.0)) {
+        *out = *in - 1.0;
+        return;
+    }
+    if (a == 0.0)
+        return;
+    const double first = (-b - sqrt(root)) / a, last = (-b + sqrt(root)) / a;
+    *in = first > *in ? first : *in;
+    *out = last < *out ? last : *out;
+}
+
+static double enter_round(const double size[3], bool is_cylinder, struct rmap_vec3 from,
+                          struct rmap_vec3 way)
+{
+    const struct rmap_vec3 f = {2.0 * from.x / size[0], 2.0 * from.y / size[1],
+                                is_cylinder ? 0.0 : 2.0 * from.z / size[2]},
+                           w = {2.0 * way.x / size[0], 2.0 * way.y / size[1],
+                                is_cylinder ? 0.0 : 2.0 * way.z / size[2]};
+    double in = -HUGE_VAL, out = HUGE_VAL;
+    if (is_cylinder)
+        between_planes(from.z, way.z, 0.5 * size[2], &in, &out);
+    between_roots(rmap_dot(w, w), rmap_dot(f, w), rmap_dot(f, f) - 1.0, &in, &out);
+    return in <= out ? in : -1.0;
+}
+
+double rmap_lamp_entered(const struct rmap_lamp *lamp, struct rmap_vec3 from,
+                         struct rmap_vec3 direction)
+{
+    double size[3];
+    switch (lamp->body) {
+    case RMAP_LAMP_POINT:
+        break;
+    case RMAP_LAMP_BOX:
+        return enter_box(lamp, from, direction);
+    case RMAP_LAMP_CYLINDER:
+        upright(lamp, size);
+        return enter_round(size, true, turned(from, lamp->along), turned(direction, lamp->along));
+    case RMAP_LAMP_ELLIPSOID:
+        return enter_round(lamp->size, false, from, direction);
+    }
+    return -1.0;
+}

@@ -59,6 +59,11 @@ double rmap_lamp_intensity(const struct rmap_lamp *lamp, struct rmap_vec3 direct
 /* Area of the body as seen from a direction; 0: of a point, or a line. */
 double rmap_lamp_seen_area(const struct rmap_lamp *lamp, struct rmap_vec3 direction);
 
+/* Where a straight way through the lamp's frame comes to the body from outside: the distance along
+ * the unit direction; below 0: nowhere, or to a part that sends no light. */
+double rmap_lamp_entered(const struct rmap_lamp *lamp, struct rmap_vec3 from,
+                         struct rmap_vec3 direction);
+
 /* A point of the whole surface by three numbers in (0, 1), and in *facing its outward normal times
  * the area over the density with which it was drawn; 0 of a body without an area. */
 struct rmap_vec3 rmap_lamp_surface(const struct rmap_lamp *lamp, const double u[3],

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/rng.h"
 
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_error *err)
 {
@@ -26,17 +27,29 @@ enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_er
     return RMAP_OK;
 }
 
+void rmap_source_fini(struct rmap_source *source)
+{
+    rmap_free(source->name);
+    rmap_free(source->triangle_cdf);
+    rmap_free(source->list);
+    rmap_file_rays_drop(source->rays);
+    rmap_profile_fini(&source->profile);
+    if (source->lamp)
+        rmap_lamp_fini(source->lamp);
+    rmap_free(source->lamp);
+    rmap_steps_destroy(source->steps);
+    if (source->volume)
+        rmap_volume_fini(source->volume);
+    rmap_free(source->volume);
+    if (source->sky)
+        rmap_sky_fini(source->sky);
+    rmap_free(source->sky);
+}
+
 static void destroy_sources(struct rmap_scene *scene)
 {
-    for (size_t i = 0; scene->source && i < scene->n_source; i++) {
-        rmap_free(scene->source[i].name);
-        rmap_free(scene->source[i].triangle_cdf);
-        rmap_free(scene->source[i].list);
-        rmap_profile_fini(&scene->source[i].profile);
-        if (scene->source[i].lamp)
-            rmap_lamp_fini(scene->source[i].lamp);
-        rmap_free(scene->source[i].lamp);
-    }
+    for (size_t i = 0; scene->source && i < scene->n_source; i++)
+        rmap_source_fini(&scene->source[i]);
     rmap_free(scene->source);
 }
 
@@ -46,6 +59,13 @@ static void destroy_optics(struct rmap_scene *scene)
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
         rmap_field_destroy(scene->medium[i].field);
+        rmap_free(scene->medium[i].scintillation);
+        for (int k = 0; k < 2; k++)
+            rmap_field_destroy(scene->medium[i].beside[k]);
+        rmap_phase_fini(&scene->medium[i].phase);
+        for (size_t k = 0; k < scene->medium[i].n_species; k++)
+            rmap_free(scene->medium[i].species[k].name);
+        rmap_free(scene->medium[i].species);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)
@@ -112,12 +132,31 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene);
 }
 
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene, const struct rmap_source *source)
+{
+    const struct rmap_volume *volume = source->volume;
+    if (source->n_list > 0)
+        return source->list[0].origin;
+    if (source->sky) /* its pole, halfway to where it begins */
+        return rmap_affine_point(&source->frame, rmap_vec3(0, 0, 0.5 * source->shape_size[0]));
+    if (!volume || volume->kind == RMAP_VOLUME_TRACK || volume->n_part == 0)
+        return source->frame.t;
+    return rmap_affine_point(&scene->object[volume->part[0]].to_world,
+                             rmap_affine_point(&source->frame, rmap_vec3(0.5, 0.5, 0.5)));
+}
+
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source)
 {
     const double *size = source->shape_size;
+    if (source->type == RMAP_SOURCE_BEAM) { /* no ray is drawn beyond 4.3 radii */
+        const double turn = source->cone_rad / size[1],
+                     half = 4.5 * size[0] * sqrt(1.0 + turn * turn);
+        return rmap_vec3(half, half, 0.0);
+    }
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
         return rmap_vec3(size[0], size[0], 0.0);
@@ -183,12 +222,52 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
     return source;
 }
 
+bool rmap_scene_is_turbid(const struct rmap_scene *scene)
+{
+    for (size_t i = 0; i < scene->n_medium; i++)
+        if (scene->medium[i].scattering_at_all || scene->medium[i].n_species > 0)
+            return true;
+    return false;
+}
+
 bool rmap_scene_is_curved(const struct rmap_scene *scene)
 {
     bool curved = scene->n_gradient > 0;
     for (size_t i = 0; i < scene->n_medium; i++)
         curved = curved || scene->medium[i].field;
     return curved;
+}
+
+uint64_t rmap_scene_n_photon(const struct rmap_scene *scene)
+{
+    const struct rmap_steps *steps = scene->n_source == 1 ? scene->source[0].steps : NULL;
+    return steps && steps->counted ? (uint64_t)rmap_steps_photons(steps) : 0;
+}
+
+struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
+                                                  const struct rmap_source *source)
+{
+    const struct rmap_medium *medium = &scene->medium[source->medium];
+    return (struct rmap_steps_medium){medium->n, medium->scintillation, &scene->channels,
+                                      scene->unit_m};
+}
+
+const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *scene, uint64_t seed,
+                                                    uint64_t ray)
+{
+    uint64_t ordinal = 0;
+    double u[4];
+    enum rmap_photon_kind kind;
+    const struct rmap_source *source = &scene->source[rmap_scene_source_of(scene, ray, &ordinal)];
+    if (source->type != RMAP_SOURCE_STEPS)
+        return NULL;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, u);
+    return &source->steps->step[rmap_steps_find(source->steps, ordinal, u[0], &kind)];
+}
+
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene)
+{
+    return scene->timed || rmap_scene_is_curved(scene);
 }
 
 int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)
@@ -216,6 +295,8 @@ int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)
 bool rmap_source_has_spectrum(const struct rmap_source *source)
 {
     bool all = source->n_list > 0;
+    if (source->rays && source->rays->n_other == 0)
+        return true;
     for (size_t i = 0; i < source->n_list; i++)
         all = all && source->list[i].channel >= 0;
     return all || source->spectrum_given;

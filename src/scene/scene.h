@@ -20,26 +20,38 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/file_rays.h"
 #include "scene/lamp.h"
+#include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
 #include "scene/response.h"
+#include "scene/sky.h"
+#include "scene/species.h"
+#include "scene/steps.h"
 #include "scene/surface_model.h"
+#include "scene/volume.h"
 
 struct rmap_medium {
     char *name;
     double n[RMAP_CHANNEL_MAX];          /* refractive index */
+    double n_group[RMAP_CHANNEL_MAX];    /* n - wavelength dn/dwavelength; in RGB as n */
     double absorption[RMAP_CHANNEL_MAX]; /* per length unit, from k and from `absorption` */
     bool dispersive;                     /* n differs between channels */
     bool absorbing;                      /* any absorption > 0 */
     char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
     struct rmap_field *field; /* a gradient medium's index, owned; NULL: uniform. n above is then
                                  the index at the origin of its frame, for reports */
+    struct rmap_field *beside[2];        /* of a timed scene, a dispersive field a little beside the
+                                            channels (RMAP_GRADIENT_BESIDE), owned; or NULL */
     struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
     double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
-    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
-                            doi:10.1086/144246); 0: isotropic */
+    double scattering_g; /* mean cosine of the phase function, of kind HENYEY; 0: isotropic */
+    struct rmap_phase phase;
+    size_t n_species;
+    struct rmap_species *species; /* [n_species], owned; their absorption is part of the medium's */
     bool scattering_at_all;
+    struct rmap_scintillation *scintillation; /* owned; NULL: none */
 };
 
 enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
@@ -82,7 +94,13 @@ enum rmap_source_type {
     RMAP_SOURCE_POINT,
     RMAP_SOURCE_AREA,
     RMAP_SOURCE_RAYS,
-    RMAP_SOURCE_LAMP
+    RMAP_SOURCE_LAMP,
+    RMAP_SOURCE_VOLUME, /* isotropic from `volume` */
+    RMAP_SOURCE_SKY,    /* this and SUN: by `sky` */
+    RMAP_SOURCE_SUN,
+    RMAP_SOURCE_BEAM, /* TEM00 by skew rays: shape_size is the waist's radius (1/e^2) and the
+                        Rayleigh length, cone_rad the distance of the waist along z */
+    RMAP_SOURCE_STEPS
 };
 
 enum rmap_emitter {
@@ -90,7 +108,8 @@ enum rmap_emitter {
     RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
     RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
     RMAP_EMITTER_MESH,      /* every triangle, emitting from its front side; of a LAMP from both */
-    RMAP_EMITTER_BODY       /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_BODY,      /* LAMP: the luminous opening, as large as `lamp` says */
+    RMAP_EMITTER_SKY        /* shape_size[0]: radius of the sphere that its light comes into */
 };
 
 enum rmap_distribution {
@@ -99,7 +118,10 @@ enum rmap_distribution {
                                  COLLIMATED, whose ISOTROPIC is one direction */
     RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
     RMAP_DISTRIBUTION_TABLE,  /* POINT: intensity by `profile` */
-    RMAP_DISTRIBUTION_LAMP,   /* LAMP */
+    RMAP_DISTRIBUTION_LAMP,   /* LAMP; AREA: by `lamp` about its frame */
+    RMAP_DISTRIBUTION_SKY,    /* SKY, SUN */
+    RMAP_DISTRIBUTION_SINE,   /* AREA: as LAMBERT within the angle whose sine is `aperture` */
+    RMAP_DISTRIBUTION_STEPS   /* STEPS */
 };
 
 enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
@@ -107,6 +129,7 @@ enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+    double delay_ns;                    /* of a file's ray */
 };
 
 struct rmap_source {
@@ -119,10 +142,14 @@ struct rmap_source {
     double *triangle_cdf;     /* MESH: [n_triangle], cumulative world area / total */
     struct rmap_affine frame; /* local z: the axis of emission */
     enum rmap_distribution distribution;
-    double cone_rad, cosine_power;
-    struct rmap_profile profile; /* TABLE */
-    struct rmap_lamp *lamp;      /* LAMP; owned */
-    double flux;                 /* in the scene's flux_unit */
+    double cone_rad, cosine_power, aperture;
+    struct rmap_profile profile; /* TABLE; of a COLLIMATED disc the irradiance over the square of
+                                    the distance to its middle, in place of 1 - cos */
+    struct rmap_lamp *lamp;      /* LAMP, and where the distribution is; owned */
+    struct rmap_steps *steps;    /* STEPS; owned */
+    struct rmap_volume *volume;  /* VOLUME; owned */
+    struct rmap_sky *sky;        /* SKY, SUN; owned */
+    double flux;                 /* in the scene's flux_unit; STEPS: photons */
     double colour[RMAP_CHANNEL_MAX];
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
     double share;        /* rays_share, > 0 */
@@ -130,7 +157,8 @@ struct rmap_source {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
-    int32_t line, column; /* in the scene file */
+    struct rmap_file_rays *rays; /* RAYS of a file, in its place; held */
+    int32_t line, column;        /* in the scene file */
 };
 
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
@@ -184,8 +212,10 @@ struct rmap_scene {
     double unit_m; /* its length in metres */
     struct rmap_channels channels;
     enum rmap_flux_unit flux_unit; /* of every source's flux */
+    enum rmap_accounting accounting;
     uint64_t limit_steps;
     double limit_weight;
+    bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;
     struct rmap_gradient *gradient; /* gradient media in place */
@@ -212,6 +242,8 @@ struct rmap_scene {
     uint64_t seed;                          /* of that map: of draws at detectors */
 
     /* Derived by rmap_scene_finish. */
+    bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
+    double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
     double radius;
     int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
@@ -226,10 +258,14 @@ struct rmap_scene {
     size_t *on_first;     /* [n_object + 1] */
 };
 
+/* What a source owns. */
+void rmap_source_fini(struct rmap_source *source);
+
 /* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
+void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */
@@ -245,8 +281,28 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Has gradient media: its rays may be curved, and its maps have /curve. */
+/* Rays' weights change on their way: light is given back at other wavelengths, and its energy is
+ * counted. */
+static inline bool rmap_scene_changes_weights(const struct rmap_scene *scene)
+{
+    return scene->fluoresces && scene->accounting == RMAP_ACCOUNTING_ENERGY;
+}
+
+/* A ray of several channels has one from its beginning: where light is given back at other
+ * wavelengths, or its time of arrival is asked for. */
+static inline bool rmap_scene_draws_wavelength(const struct rmap_scene *scene)
+{
+    return scene->fluoresces || (scene->timed && scene->channels.mode == RMAP_COLOUR_SPECTRAL);
+}
+
+/* Some medium scatters, or gives light back. */
+bool rmap_scene_is_turbid(const struct rmap_scene *scene);
+
+/* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
+
+/* Its maps have /curve: it is curved, or timed, as time's columns come behind those of curves. */
+bool rmap_scene_keeps_curves(const struct rmap_scene *scene);
 
 /* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
  * there is inside the scene. Before the scene's rmap_accel is made. */
@@ -271,6 +327,38 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
 {
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
+
+/* Sends rays that are somebody's, one by one, from no lamp. */
+static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_RAYS || source->type == RMAP_SOURCE_STEPS ||
+           source->type == RMAP_SOURCE_VOLUME;
+}
+
+/* An area whose light is not Lambert's. */
+static inline bool rmap_source_is_directed(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_AREA &&
+           source->distribution != RMAP_DISTRIBUTION_ISOTROPIC &&
+           (source->distribution != RMAP_DISTRIBUTION_COSINE || source->cosine_power != 1.0);
+}
+
+/* A collimated disc that is not as bright all over. */
+static inline bool rmap_source_is_apodised(const struct rmap_source *source)
+{
+    return source->type == RMAP_SOURCE_COLLIMATED && source->profile.n > 0;
+}
+
+/* Pictures do not know its light. */
+static inline bool rmap_source_is_unseen(const struct rmap_source *source)
+{
+    return rmap_source_is_of_rays(source) || source->type == RMAP_SOURCE_BEAM ||
+           rmap_source_is_directed(source) || rmap_source_is_apodised(source);
+}
+
+/* Where a source is named in pictures: its origin, its first ray, the middle of its body. */
+struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
+                                   const struct rmap_source *source);
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
@@ -311,5 +399,17 @@ double rmap_detector_from_world(const struct rmap_detector *detector, int axis, 
 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
+
+/* How many rays there are, of a scene whose rays are counted photons; 0: as many as are asked for.
+ */
+uint64_t rmap_scene_n_photon(const struct rmap_scene *scene);
+
+/* What the light of a STEPS source is made in. */
+struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,
+                                                  const struct rmap_source *source);
+
+/* The step, and with it the event, that a ray of a STEPS source is of; NULL: of another source. */
+const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *scene, uint64_t seed,
+                                                    uint64_t ray);
 
 #endif

@@ -17,26 +17,41 @@ static void include_source(struct rmap_bounds *box, const struct rmap_scene *sce
     if (source->type == RMAP_SOURCE_RAYS) {
         for (size_t i = 0; i < source->n_list; i++)
             rmap_bounds_include(box, source->list[i].origin);
+        if (source->rays)
+            rmap_bounds_include_box(box, &source->frame, source->rays->lower, source->rays->upper);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        for (size_t i = 0; source->steps && i < source->steps->n; i++) {
+            const struct rmap_track_step *step = &source->steps->step[i];
+            rmap_bounds_include(box, step->position);
+            rmap_bounds_include(box, rmap_axpy(step->length, step->direction, step->position));
+        }
+        return;
+    }
+    if (source->volume && source->volume->grid) {
+        const struct rmap_grid *grid = source->volume->grid;
+        const struct rmap_vec3 half = rmap_scale(grid->spacing, 0.5);
+        rmap_bounds_include_box(
+            box, &source->frame, rmap_sub(grid->origin, half),
+            rmap_add(grid->origin, rmap_vec3(((double)grid->n[0] - 0.5) * grid->spacing.x,
+                                             ((double)grid->n[1] - 0.5) * grid->spacing.y,
+                                             ((double)grid->n[2] - 0.5) * grid->spacing.z)));
+        return;
+    }
+    if (source->volume) { /* a body is bounded with the objects */
+        for (int k = 0; source->volume->kind == RMAP_VOLUME_TRACK && k < 2; k++)
+            rmap_bounds_include(box, rmap_affine_point(&source->frame, rmap_vec3(0, 0, k)));
         return;
     }
     if (source->shape == RMAP_EMITTER_MESH) {
         rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
     }
+    if (source->sky) /* its sphere is about all the rest */
+        return;
     const struct rmap_vec3 half = rmap_source_half_size(source);
     rmap_bounds_include_box(box, &source->frame, rmap_scale(half, -1.0), half);
-}
-
-static void include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
-{
-    if (detector->type != RMAP_DETECTOR_PLANE)
-        return;
-    for (int k = 0; k < 4; k++) {
-        double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
-        double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
-        rmap_bounds_include(box,
-                            rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
-    }
 }
 
 static double box_radius(const struct rmap_bounds *box)
@@ -98,7 +113,7 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     for (size_t i = 0; i < scene->n_source; i++)
         include_source(&box, scene, &scene->source[i]);
     for (size_t i = 0; i < scene->n_detector; i++)
-        include_detector(&box, &scene->detector[i]);
+        rmap_bounds_include_detector(&box, &scene->detector[i]);
     if (box.lower.x > box.upper.x) /* nothing at all */
         box.lower = box.upper = rmap_vec3(0.0, 0.0, 0.0);
     if (box.infinite)
@@ -114,6 +129,12 @@ static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error 
     /* Margin: leaving rays end clear of the outermost surface; 1 for a scene that is a point. */
     double radius = 1.001 * rmap_length(half);
     scene->radius = radius > 0.0 ? radius : 1.0;
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].sky) /* the edge of a disc that touches the sphere */
+            scene->radius =
+                fmax(scene->radius,
+                     1.001 * (rmap_length(rmap_sub(scene->source[i].frame.t, scene->centre)) +
+                              sqrt(2.0) * scene->source[i].shape_size[0]));
     return RMAP_OK;
 }
 
@@ -234,10 +255,47 @@ out:
     return st;
 }
 
+static enum rmap_status prepare_steps(struct rmap_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; st == RMAP_OK && i < scene->n_source; i++) {
+        struct rmap_source *source = &scene->source[i];
+        if (source->type != RMAP_SOURCE_STEPS)
+            continue;
+        const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+        if (source->steps && source->steps->counted && scene->n_source > 1)
+            return rmap_error_set(
+                err, RMAP_INPUT,
+                "source '%s' has 'count: counted', each ray a photon, and is to be "
+                "the only one: leave the others out",
+                source->name ? source->name : "");
+        st = source->steps ? rmap_steps_prepare(source->steps, &medium, source->colour, err)
+                           : rmap_error_set(err, RMAP_INPUT, "it has no steps");
+        if (st != RMAP_OK)
+            rmap_error_context(err, "source '%s'", source->name ? source->name : "");
+        else
+            source->flux = rmap_steps_photons(source->steps);
+    }
+    return st;
+}
+
 void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera)
 {
     double away = rmap_length(rmap_sub(camera->at, scene->centre)) + camera->aperture;
     scene->radius = fmax(scene->radius, 1.001 * away);
+}
+
+static void set_worth(struct rmap_scene *scene)
+{
+    const double *nm = scene->channels.wavelength_nm;
+    scene->fluoresces = false;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        scene->fluoresces = scene->fluoresces || scene->medium[i].n_species > 0;
+    for (int i = 0; i < scene->channels.n; i++) {
+        scene->worth[i] = scene->accounting == RMAP_ACCOUNTING_PHOTONS ? 1.0 : 1.0 / nm[i];
+        if (scene->accounting == RMAP_ACCOUNTING_ENERGY && scene->flux_unit == RMAP_FLUX_LM)
+            scene->worth[i] *= rmap_luminous_efficiency(nm[i]);
+    }
 }
 
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err)
@@ -248,10 +306,15 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
         if (scene->source[i].shape == RMAP_EMITTER_MESH &&
             scene->source[i].type != RMAP_SOURCE_RAYS)
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
+    RMAP_TRY(prepare_steps(scene, err));
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].volume)
+            RMAP_TRY(rmap_volume_finish(scene, &scene->source[i], err));
     RMAP_TRY(bound_scene(scene, err));
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(tabulate_scatter(scene, err));
     RMAP_TRY(list_detectors(scene, err));
+    set_worth(scene);
     RMAP_TRY(rmap_scene_schedule(scene, err));
 out:
     return st;

@@ -246,6 +246,7 @@ static enum rmap_status fill_in(struct rmap_scene *scene, struct rmap_error *err
         struct rmap_gradient *gradient = &scene->gradient[i];
         const struct rmap_medium *medium = &scene->medium[gradient->medium];
         gradient->field = medium->field;
+        gradient->beside = medium->beside[0] && medium->beside[1] ? medium->beside : NULL;
         gradient->options = resolve(&medium->curve, gradient->size);
         if (!rmap_affine_invert(&gradient->to_world, &gradient->to_local))
             return rmap_error_set(err, RMAP_INPUT,

@@ -41,7 +41,7 @@ static void place(const struct rmap_detector *detector, struct rmap_registration
 /* Light at a point of a segment. */
 struct passage {
     struct rmap_vec3 point, direction;
-    double optical_path;
+    double optical_path, group_path, delay_ns;
     uint32_t segment;
 };
 
@@ -62,7 +62,9 @@ static void register_plane(const struct rmap_scene *scene, int32_t index,
         .position = rmap_axpy(x, detector->x, rmap_axpy(y, detector->y, detector->origin)),
         .direction = light->direction,
         .cosine = cosine,
-        .optical_path = light->optical_path};
+        .optical_path = light->optical_path,
+        .group_path = light->group_path,
+        .delay_ns = light->delay_ns};
     registration.registered = accepts(detector, cosine);
     place(detector, &registration);
     recorder->registration(recorder, &registration);
@@ -252,20 +254,37 @@ static void find(const struct rmap_scene *scene, int32_t index, const struct wat
         find_curved(&search, at, 0);
 }
 
+static struct passage on_straight(const struct rmap_segment *segment, struct rmap_vec3 point,
+                                  double along)
+{
+    struct passage passage = {.point = point,
+                              .direction = segment->direction,
+                              .optical_path = segment->optical_from + segment->index * along,
+                              .segment = segment->segment};
+    if (segment->clock) {
+        passage.group_path = segment->clock->group_path + segment->clock->group_index * along;
+        passage.delay_ns = segment->clock->delay_ns;
+    }
+    return passage;
+}
+
 static struct passage passage_at(const struct watched *light, double along)
 {
     const struct rmap_segment *segment = light->segment;
     const struct rmap_segment_piece *piece = light->piece;
     if (!piece)
-        return (struct passage){rmap_axpy(along, segment->direction, segment->from),
-                                segment->direction, segment->optical_from + segment->index * along,
-                                segment->segment};
+        return on_straight(segment, rmap_axpy(along, segment->direction, segment->from), along);
     struct passage passage = {.segment = piece->segment};
     double length;
     rmap_curve_at(piece->step, along, &passage.point, &passage.direction);
     passage.direction = rmap_normalize(passage.direction);
     rmap_curve_lengths(piece->step, along, &passage.optical_path, &length);
     passage.optical_path += piece->optical_from;
+    if (piece->clock) {
+        passage.delay_ns = piece->clock->delay_ns;
+        passage.group_path = piece->clock->group_path +
+                             rmap_curve_group(piece->gradient, piece->channel, piece->step, along);
+    }
     return passage;
 }
 
@@ -314,9 +333,7 @@ void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_segment *s
 {
     if (scene->on_first[object] == scene->on_first[object + 1])
         return;
-    const struct passage light = {segment->to, segment->direction,
-                                  segment->optical_from + segment->index * segment->length,
-                                  segment->segment};
+    const struct passage light = on_straight(segment, segment->to, segment->length);
     for (size_t k = scene->on_first[object]; k < scene->on_first[object + 1]; k++)
         if (has_face(scene, &scene->detector[scene->on_detector[k]], object, primitive))
             register_plane(scene, scene->on_detector[k], &light, recorder);
@@ -340,7 +357,9 @@ void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_segment *
             .position = segment->to,
             .direction = segment->direction,
             .cosine = cosine,
-            .optical_path = segment->optical_from};
+            .optical_path = segment->optical_from,
+            .group_path = segment->clock ? segment->clock->group_path : 0.0,
+            .delay_ns = segment->clock ? segment->clock->delay_ns : 0.0};
         registration.registered = accepts_angle(detector, cosine);
         place(detector, &registration);
         recorder->registration(recorder, &registration);

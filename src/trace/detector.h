@@ -10,6 +10,13 @@
 #include "portion/recorder.h"
 #include "scene/scene.h"
 
+/* What arrival times of light on its way are made of, in a scene with `timed`; else 0. */
+struct rmap_clock {
+    double group_path;  /* from emission to the start of the segment, or of the piece of a curve */
+    double group_index; /* along the segment; 0 once it has been travelled */
+    double delay_ns;
+};
+
 /* A straight segment. `to` must be the very point at which the next segment starts: a plane is
  * crossed when `from` lies on one side of it and `to` on it or on the other, so that no crossing is
  * missed or counted twice by rounding. */
@@ -17,8 +24,9 @@ struct rmap_segment {
     struct rmap_vec3 from, to;
     struct rmap_vec3 direction; /* unit */
     double length;
-    double optical_from, index; /* optical path at `from`; refractive index along the segment */
-    uint32_t segment;           /* its number within the ray, from 0 */
+    double optical_from, index;     /* optical path at `from`; refractive index along the segment */
+    uint32_t segment;               /* its number within the ray, from 0 */
+    const struct rmap_clock *clock; /* borrowed; NULL: none */
 };
 
 /* Planes free in space that the segment crosses, by distance, then by detector index. */
@@ -33,6 +41,9 @@ struct rmap_segment_piece {
     double optical_from; /* optical path at `from` */
     double tolerance;    /* a curve that dips through a plane by less may go unnoticed */
     uint32_t segment;
+    const struct rmap_clock *clock;       /* borrowed; NULL: none. group_path: at `from` */
+    const struct rmap_gradient *gradient; /* with a clock: borrowed, */
+    int channel;                          /* of the light */
 };
 
 /* Planes free in space that the curve crosses, each as often as it does, along the curve. */

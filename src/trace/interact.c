@@ -194,17 +194,17 @@ static bool alike(const struct rmap_colour *colour, const double *p)
     return true;
 }
 
-/* Shares of one outcome become those that the colour is weighed with. What the decoder of compact
- * maps does not weigh, as it would take the shares' very bits, is not predicted. */
-static void weigh_with(const struct rmap_colour *colour, const double *p,
+/* Shares of one outcome become those that the colour is weighed with. */
+static void weigh_with(const struct rmap_scatter_side *its, bool passes,
+                       const struct rmap_colour *colour, const double *p,
                        struct rmap_decision *decision)
 {
-    if (rmap_colour_single(colour) || alike(colour, p))
+    if (rmap_colour_single(colour) || decision->collapse >= 0 || alike(colour, p))
         return;
     memcpy(decision->scratch + colour->begin, p + colour->begin,
            (size_t)(colour->end - colour->begin) * sizeof *p);
     decision->weigh = decision->scratch;
-    decision->predicted = false;
+    decision->predicted = decision->predicted && rmap_scatter_shares_follow(its, passes);
 }
 
 static void drawn_channel(const struct rmap_colour *colour, const double *p, double u,
@@ -249,12 +249,12 @@ static void decide_lobes(const struct rmap_scene *scene, const struct rmap_ray *
     if (chosen == 4) {
         decision->events = RMAP_EVENT_ABSORB;
     } else if (chosen == 1) {
-        weigh_with(colour, share[1], decision);
+        weigh_with(&its, false, colour, share[1], decision);
         turn(decision, all_total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
              rmap_reflected(ray->direction, side->normal));
     } else if (chosen == 2) {
         const int channel = refracting_channel(scene, ray, side, colour, share[2], u[1], decision);
-        weigh_with(colour, share[2], decision);
+        weigh_with(&its, true, colour, share[2], decision);
         pass_specular(ray, side, channel, decision);
     } else {
         const struct rmap_scatter *lobe = rmap_surface_scatter(scene, side->surface, chosen == 3);
@@ -263,7 +263,7 @@ static void decide_lobes(const struct rmap_scene *scene, const struct rmap_ray *
         else if (!rmap_colour_single(colour) && !lobe->by_roughness)
             decision->weigh = lobe->amount; /* the rest of the shares is the same for all */
         else
-            weigh_with(colour, share[chosen], decision);
+            weigh_with(&its, chosen == 3, colour, share[chosen], decision);
         on_channel(side, channel_of(colour, decision), &its);
         decision->events = chosen == 3 ? RMAP_EVENT_TRANSMIT_DIFFUSE : RMAP_EVENT_REFLECT_DIFFUSE;
         decision->turned = chosen != 3;
@@ -307,8 +307,7 @@ static void decide_facets(const struct rmap_scene *scene, const struct rmap_ray 
         part = t > 0.0 ? rmap_facet_leave(&its, &facet, true, draw, &on) : 0.0;
     }
     if (u[0] < r * share) {
-        if (!drawn)
-            weigh_with(colour, reflected, decision);
+        weigh_with(&its, false, colour, reflected, decision);
         turn(decision,
              !is_spike   ? RMAP_EVENT_REFLECT_DIFFUSE
              : all_total ? RMAP_EVENT_TOTAL_REFLECTION
@@ -316,8 +315,7 @@ static void decide_facets(const struct rmap_scene *scene, const struct rmap_ray 
              is_spike ? rmap_reflected(ray->direction, side->normal) : back);
         decision->sharp = facet.part == RMAP_PART_BACK;
     } else if (u[0] < r * share + t * part) {
-        if (!drawn)
-            weigh_with(colour, passed, decision);
+        weigh_with(&its, true, colour, passed, decision);
         if (is_spike) {
             pass_specular(ray, side, channel, decision);
             return;

@@ -295,6 +295,20 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
     return is_of_facets(side) ? facet_shares(side, in) : lobe_shares(side, in);
 }
 
+bool rmap_scatter_shares_follow(const struct rmap_scatter_side *side, bool passes)
+{
+    const struct rmap_surface *surface = side->surface;
+    if (surface->is_metal || (surface->type == RMAP_SURFACE_FRESNEL &&
+                              (surface->coat == RMAP_COAT_FILM || is_of_facets(side))))
+        return false;
+    for (const struct rmap_scatter *its = rmap_surface_scatter(side->scene, surface, passes); its;
+         its = another(side, its))
+        if (rmap_scatter_is_table(its) ||
+            (its->model == RMAP_SCATTER_CONTAMINATION && lie_beyond(side)))
+            return false;
+    return true;
+}
+
 /* In the object's frame; 0 where there is none. */
 static struct rmap_vec3 along_u(const struct rmap_scatter_side *side)
 {

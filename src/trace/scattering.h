@@ -33,6 +33,11 @@ struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side,
 struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side,
                                                struct rmap_vec3 in);
 
+/* The numbers of what is reflected, or passes, are the same bits on every machine and follow from
+ * the angle of incidence: no film, no metal, no table, no particles beyond a boundary, and no
+ * facets of a boundary. What the decoder of compact maps weighs colours with. */
+bool rmap_scatter_shares_follow(const struct rmap_scatter_side *side, bool passes);
+
 /* x and y across the normal: of an anisotropic model from the object's x axis (its y, where the
  * normal is along x), seen from its front; or x where u grows: along a mesh's texture, around the z
  * axis of what is round, along a rectangle's x. */

@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "base/portable.h"
 #include "base/rng.h"
 #include "base/search.h"
 #include "formula/emit.h"
@@ -25,8 +26,65 @@ struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const 
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
+    case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
+    case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SKY:
+        break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
+}
+
+/* Each ray on a hyperboloid of one sheet, turning about the axis to one side or the other: the
+ * radius of every share of the light grows as the beam's does. */
+void rmap_source_beam(const struct rmap_source *source, const double u[4],
+                      struct rmap_vec3 *position, struct rmap_vec3 *direction)
+{
+    double c, s;
+    const double r = source->shape_size[0] * sqrt(-0.5 * rmap_portable_log(u[0])),
+                 turn = (u[2] < 0.5 ? -1.0 : 1.0) / source->shape_size[1], z = -source->cone_rad;
+    rmap_azimuth(u[1], &c, &s);
+    const double x = r * c, y = r * s, dx = -turn * y, dy = turn * x;
+    *position = rmap_affine_point(&source->frame, rmap_vec3(x + z * dx, y + z * dy, 0.0));
+    *direction = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(dx, dy, 1.0)));
+}
+
+struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
+                                      const double u[2])
+{
+    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0), x, y;
+    double c, s;
+    switch (source->distribution) {
+    case RMAP_DISTRIBUTION_ISOTROPIC:
+    case RMAP_DISTRIBUTION_SKY:
+    case RMAP_DISTRIBUTION_STEPS:
+        break;
+    case RMAP_DISTRIBUTION_CONE:
+        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
+        local = rmap_about_z(2.0 * s * s * u[0], u[1]);
+        break;
+    case RMAP_DISTRIBUTION_COSINE:
+        local = rmap_about_z(
+            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
+            u[1]);
+        break;
+    case RMAP_DISTRIBUTION_TABLE:
+        local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
+        break;
+    case RMAP_DISTRIBUTION_LAMP:
+        local = rmap_lamp_draw(source->lamp, u);
+        break;
+    case RMAP_DISTRIBUTION_SINE: {
+        const double sine = source->aperture * sqrt(u[0]);
+        rmap_azimuth(u[1], &c, &s);
+        local = rmap_vec3(sine * c, sine * s, sqrt((1.0 - sine) * (1.0 + sine)));
+        break;
+    }
+    }
+    if (source->shape != RMAP_EMITTER_MESH)
+        return rmap_normalize(rmap_affine_vector(&source->frame, local));
+    rmap_basis(normal, &x, &y);
+    return rmap_normalize(
+        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
 }
 
 struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -73,9 +131,13 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_POINT:
     case RMAP_EMITTER_MESH:
     case RMAP_EMITTER_BODY:
+    case RMAP_EMITTER_SKY:
         break;
     case RMAP_EMITTER_DISC:
-        local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
+        local = rmap_source_is_apodised(source)
+                    ? rmap_disc_point(source->shape_size[0],
+                                      0.5 * rmap_profile_draw(&source->profile, u[0]), u[1])
+                    : rmap_disc_point(source->shape_size[0], u[0], u[1]);
         break;
     case RMAP_EMITTER_RECTANGLE:
         local = rmap_rectangle_point(source->shape_size, u[0], u[1]);
@@ -93,14 +155,82 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
     return rmap_source_flat_point(source, u);
 }
 
-static void emit_list(const struct rmap_source *source, uint64_t ordinal,
-                      struct rmap_colour *colour, struct rmap_emission *emission)
+static int nearest_channel(const struct rmap_channels *channels, double nm)
 {
-    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
-    emission->position = row->origin;
-    emission->direction = row->direction;
-    if (row->channel >= 0)
-        rmap_colour_collapse(colour, row->channel);
+    const double *at = channels->wavelength_nm;
+    const int i = (int)rmap_first_above(at, (size_t)channels->n, nm);
+    return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
+}
+
+void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
+                     uint64_t ordinal, struct rmap_list_ray *row)
+{
+    if (!source->rays) {
+        *row = source->list[ordinal % source->n_list];
+        return;
+    }
+    const size_t k = rmap_file_rays_row(source->rays, ordinal);
+    const double nm = rmap_file_rays_nm(source->rays, k);
+    struct rmap_vec3 p, d;
+    rmap_file_rays_get(source->rays, k, &p, &d);
+    row->origin = rmap_affine_point(&source->frame, p);
+    row->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
+    row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
+                       ? nearest_channel(&scene->channels, nm)
+                       : -1;
+    row->delay_ns = source->rays->delay_ns ? source->rays->delay_ns[k] : 0.0;
+}
+
+static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
+                      uint64_t ordinal, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_list_ray row;
+    rmap_source_row(scene, source, ordinal, &row);
+    emission->position = row.origin;
+    emission->direction = row.direction;
+    if (scene->timed)
+        emission->delay_ns = row.delay_ns;
+    if (row.channel >= 0)
+        rmap_colour_collapse(colour, row.channel);
+    if (source->rays && source->rays->loose > 0.0) {
+        const struct rmap_vec3 from = rmap_sub(row.origin, source->frame.t);
+        emission->loose =
+            source->rays->loose * fmax(fabs(from.x), fmax(fabs(from.y), fabs(from.z)));
+    }
+}
+
+void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, struct rmap_photon *photon)
+{
+    const struct rmap_steps_medium medium = rmap_source_steps_medium(scene, source);
+    double place[4], way[4];
+    uint64_t ordinal = 0;
+    (void)rmap_scene_source_of(scene, ray, &ordinal);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+    rmap_steps_draw(source->steps, &medium, ordinal, place, way, photon);
+}
+
+static void emit_photon(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    struct rmap_photon photon;
+    rmap_source_photon(scene, source, seed, emission->ray, &photon);
+    emission->position = photon.position;
+    emission->direction = photon.direction;
+    if (scene->timed)
+        emission->delay_ns = photon.delay_ns;
+    rmap_colour_collapse(colour, photon.channel);
+}
+
+int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
+                        uint64_t ray)
+{
+    struct rmap_colour colour;
+    double u[4];
+    rmap_colour_set(&colour, source->colour, n_channel);
+    rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
+    return rmap_colour_pick(&colour, NULL, u[0]);
 }
 
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
@@ -110,6 +240,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
+    if (rmap_scene_draws_wavelength(scene))
+        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
@@ -118,15 +250,37 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .colour = colour->share,
                                        .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
-        emit_list(source, ordinal, colour, emission);
+        emit_list(scene, source, ordinal, colour, emission);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_STEPS) {
+        emit_photon(scene, source, seed, colour, emission);
         return;
     }
     double place[4], way[4];
     struct rmap_vec3 normal;
+    if (source->type == RMAP_SOURCE_VOLUME) {
+        emission->position = rmap_volume_draw(scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_about_z(2.0 * way[0], way[1]);
+        return;
+    }
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
     if (source->type == RMAP_SOURCE_LAMP) {
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
         emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
+        return;
+    }
+    if (source->type == RMAP_SOURCE_BEAM) {
+        rmap_source_beam(source, place, &emission->position, &emission->direction);
+        return;
+    }
+    if (source->sky) {
+        int channel;
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        emission->direction = rmap_sky_draw(source, place, way, &emission->position, &channel);
+        if (channel >= 0)
+            rmap_colour_collapse(colour, channel);
         return;
     }
     emission->position = rmap_source_point(scene, source, place, &normal);
@@ -138,7 +292,9 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         struct rmap_vec3 x, y;
         rmap_basis(normal, &x, &y);
         emission->normal = normal;
-        emission->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+        emission->direction = rmap_source_is_directed(source)
+                                  ? rmap_source_directed(source, normal, way)
+                                  : rmap_lambertian(normal, x, y, way[0], way[1]);
     } else {
         emission->predicted = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
                               source->distribution == RMAP_DISTRIBUTION_TABLE;

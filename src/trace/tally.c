@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "trace/luminescence.h"
 #include "trace/tally.h"
 
 /* False, with *product unset, when a x b does not fit. */
@@ -142,13 +143,17 @@ static void step(struct rmap_recorder *self, const struct rmap_step *row)
         recorder->next->step(recorder->next, row);
 }
 
-static void tally_add_hit(struct rmap_tally *tally, size_t detector, size_t source, uint32_t cell_x,
-                          uint32_t cell_y)
+static size_t cell_of(const struct rmap_tally *tally, size_t detector, size_t source,
+                      uint32_t cell_x, uint32_t cell_y)
 {
-    size_t cell = tally->image_offset[detector] + source * cells_of(tally->scene, detector) +
-                  (size_t)cell_y * tally->scene->detector[detector].cells[0] + cell_x;
-    tally->image[cell] += 1.0; /* analog: every weight is 1 */
-    tally->image_squared[cell] += 1.0;
+    return tally->image_offset[detector] + source * cells_of(tally->scene, detector) +
+           (size_t)cell_y * tally->scene->detector[detector].cells[0] + cell_x;
+}
+
+static void tally_add_hit(struct rmap_tally *tally, size_t cell, double weight)
+{
+    tally->image[cell] += weight;
+    tally->image_squared[cell] += rmap_weight_round(weight * weight);
 }
 
 static void tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_ending *ending)
@@ -180,13 +185,28 @@ static void tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_e
     }
 }
 
+static void keep_hit(struct rmap_tally_recorder *recorder, size_t cell)
+{
+    if (RMAP_RESERVE(recorder->hit, recorder->cap_hit, recorder->n_hit + 1, NULL) != RMAP_OK) {
+        recorder->status = RMAP_SYSTEM;
+        return;
+    }
+    recorder->hit[recorder->n_hit++] = cell;
+}
+
 static void add_registration(struct rmap_recorder *self,
                              const struct rmap_registration *registration)
 {
     struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
-    if (registration->registered)
-        tally_add_hit(recorder->tally, (size_t)registration->detector, (size_t)recorder->source,
-                      registration->cell[0], registration->cell[1]);
+    if (registration->registered) {
+        const size_t cell =
+            cell_of(recorder->tally, (size_t)registration->detector, (size_t)recorder->source,
+                    registration->cell[0], registration->cell[1]);
+        if (rmap_scene_changes_weights(recorder->tally->scene))
+            keep_hit(recorder, cell);
+        else
+            tally_add_hit(recorder->tally, cell, 1.0); /* analog: every weight is 1 */
+    }
     if (recorder->next)
         recorder->next->registration(recorder->next, registration);
 }
@@ -206,8 +226,18 @@ static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
                                                                   .medium = recorder->last_medium,
                                                                   .stop = ending->stop,
                                                                   .weight = ending->weight});
+    for (size_t i = 0; i < recorder->n_hit; i++)
+        tally_add_hit(recorder->tally, recorder->hit[i], ending->weight);
+    recorder->n_hit = 0;
     if (recorder->next)
         recorder->next->end(recorder->next, ending);
+}
+
+void rmap_tally_recorder_fini(struct rmap_tally_recorder *recorder)
+{
+    rmap_free(recorder->hit);
+    recorder->hit = NULL;
+    recorder->n_hit = recorder->cap_hit = 0;
 }
 
 void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_tally *tally,
@@ -280,12 +310,18 @@ static void add_registrations(struct rmap_tally *tally, const struct rmap_portio
 {
     const struct rmap_registration_columns *columns = &portion->registration;
     size_t source = (size_t)portion->ray.source[rows->row];
+    const double weight = rmap_scene_changes_weights(tally->scene)
+                              ? rmap_weight_round(portion->ray.weight[rows->row])
+                              : 1.0;
     for (size_t i = 0; i < rows->n_registration; i++) {
         size_t at = rows->first_registration + i;
         if (!columns->registered[at])
             continue;
         size_t detector = (size_t)columns->detector[at];
-        tally_add_hit(tally, detector, source, columns->cell[2 * at], columns->cell[2 * at + 1]);
+        tally_add_hit(
+            tally,
+            cell_of(tally, detector, source, columns->cell[2 * at], columns->cell[2 * at + 1]),
+            weight);
     }
 }
 

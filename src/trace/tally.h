@@ -2,8 +2,9 @@
  *
  * Sums kept while tracing, per source: the energy balance (emitted = absorbed by each object +
  * absorbed in each medium + left + limits + errors, exact in rays) and the detectors' images.
- * Analog weights are 1, so every sum is an exact integer in double and does not depend on the
- * order of adding. One tally per thread; merged at the end.
+ * Analog weights are 1, or multiples of 2^-21 where light is given back at other wavelengths, so
+ * every sum is exact in double and does not depend on the order of adding. A registration counts
+ * with the weight that its ray ends with. One tally per thread; merged at the end.
  */
 #ifndef RMAP_TALLY_H
 #define RMAP_TALLY_H
@@ -73,8 +74,12 @@ struct rmap_tally_recorder {
     int32_t source; /* of the ray in hand */
     uint64_t ray;
     int32_t last_object, last_medium;
+    size_t *hit; /* [n_hit] cells of the ray in hand, where weights change on the way */
+    size_t n_hit, cap_hit;
+    enum rmap_status status; /* RMAP_SYSTEM once there was no memory for them */
 };
 void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_tally *tally,
                               struct rmap_recorder *next);
+void rmap_tally_recorder_fini(struct rmap_tally_recorder *recorder);
 
 #endif

@@ -9,6 +9,20 @@
 #include "trace/source.h"
 #include "trace/walk.h"
 
+/* A start that its file has rounded, and that lies on a surface to that rounding, is put there:
+ * whether the ray still meets that is then decided as for any that starts on one. */
+static void put_on_surface(const struct rmap_accel *accel, double loose, struct rmap_ray *ray,
+                           struct rmap_emission *emission)
+{
+    struct rmap_hit hit;
+    struct rmap_ray before = *ray;
+    before.origin = rmap_axpy(-loose, ray->direction, ray->origin);
+    if (!rmap_accel_next_within(accel, &before, 2.0 * loose, &hit))
+        return;
+    ray->origin = emission->position = hit.position;
+    emission->predicted = false;
+}
+
 static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint64_t ray,
                   struct rmap_recorder *recorder)
 {
@@ -20,7 +34,12 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.medium = emission.medium;
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
+    walk->first_channel = walk->colour.begin;
+    if (emission.loose > 0.0)
+        put_on_surface(tracer->accel, emission.loose, &walk->ray, &emission);
     walk->predicted = emission.predicted;
+    if (emission.delay_ns != 0.0)
+        rmap_walk_delay(walk, emission.delay_ns);
     recorder->emit(recorder, &emission);
 }
 
@@ -32,6 +51,8 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
                                  .wavelength_nm = (double)NAN,
                                  .path_length = walk->path_length,
                                  .optical_path = walk->optical_path,
+                                 .group_path = walk->clock.group_path,
+                                 .delay_ns = walk->clock.delay_ns,
                                  .predicted = walk->predicted};
     if (channels->mode == RMAP_COLOUR_SPECTRAL && rmap_colour_single(&walk->colour))
         ending.wavelength_nm = channels->wavelength_nm[walk->colour.begin];
@@ -102,10 +123,14 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
 
 static bool meet_particle(struct rmap_walk *walk, const struct rmap_arrival *arrival)
 {
+    const bool reemitted = arrival->end == RMAP_SEGMENT_REEMITTED;
     if (rmap_walk_limited(walk))
         return stop_here(walk, arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
-    record_step(walk, arrival, RMAP_EVENT_SCATTER_VOLUME);
-    rmap_walk_scatter(walk, arrival);
+    record_step(walk, arrival, reemitted ? RMAP_EVENT_FLUORESCE : RMAP_EVENT_SCATTER_VOLUME);
+    if (reemitted)
+        rmap_walk_reemit(walk, arrival);
+    else
+        rmap_walk_scatter(walk, arrival);
     return true;
 }
 
@@ -124,6 +149,7 @@ static bool advance(struct rmap_walk *walk)
     case RMAP_SEGMENT_LIMIT:
         return stop_here(walk, &arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
     case RMAP_SEGMENT_SCATTERED:
+    case RMAP_SEGMENT_REEMITTED:
         return meet_particle(walk, &arrival);
     case RMAP_SEGMENT_ERROR:
         break;

@@ -67,19 +67,59 @@ uint32_t rmap_free_path_end(const struct rmap_medium *medium, const struct rmap_
 
 /* cos theta = (1 + g^2 - ((1 - g^2) / (1 + g s))^2) / (2 g) with s uniform in (-1, 1), as a
  * fraction in which nothing cancels at small g. */
-struct rmap_vec3 rmap_scatter(const struct rmap_medium *medium, const struct rmap_draw *draw,
-                              struct rmap_vec3 direction)
+static double henyey_cosine(double g, double u)
 {
-    double u[4], g = medium->scattering_g, along, across;
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SCATTER, u);
-    double s = 2.0 * u[0] - 1.0, square = (1.0 + g * s) * (1.0 + g * s);
-    double cosine =
+    const double s = 2.0 * u - 1.0, square = (1.0 + g * s) * (1.0 + g * s);
+    const double cosine =
         (2.0 * s * (1.0 + g * g) + g * (3.0 + s * s - g * g * (1.0 - s * s))) / (2.0 * square);
-    cosine = fmax(-1.0, fmin(1.0, cosine));
-    double sine = sqrt((1.0 - cosine) * (1.0 + cosine));
+    return fmax(-1.0, fmin(1.0, cosine));
+}
+
+/* 3/4 of 1/2 and 1/4 of 3 cos^2 / 2; the largest of three uniform numbers has the density 3 x^2. */
+static double rayleigh_cosine(const double u[4])
+{
+    if (u[0] < 0.75)
+        return 2.0 * u[2] - 1.0;
+    const double rest = 8.0 * (u[0] - 0.75), third = rest < 1.0 ? rest : rest - 1.0,
+                 most = fmax(third, fmax(u[2], u[3]));
+    return rest < 1.0 ? -most : most;
+}
+
+struct rmap_vec3 rmap_scatter(const struct rmap_medium *medium, const struct rmap_draw *draw,
+                              struct rmap_colour *colour, struct rmap_vec3 direction)
+{
+    const struct rmap_phase *phase = &medium->phase;
+    double u[4], along, across, cosine, sine;
     struct rmap_vec3 x, y;
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SCATTER, u);
+    if (phase->n_profile > 0) {
+        if (phase->n_profile > 1 && !rmap_colour_single(colour))
+            rmap_colour_collapse(colour, rmap_colour_pick(colour, NULL, u[2]));
+        const double turned = rmap_profile_draw(rmap_phase_profile(phase, colour->begin), u[0]);
+        cosine = 1.0 - turned;
+        sine = sqrt(turned * (2.0 - turned));
+    } else {
+        cosine = phase->kind == RMAP_PHASE_RAYLEIGH ? rayleigh_cosine(u)
+                                                    : henyey_cosine(medium->scattering_g, u[0]);
+        sine = sqrt((1.0 - cosine) * (1.0 + cosine));
+    }
     rmap_basis(direction, &x, &y);
     rmap_azimuth(u[1], &along, &across);
     struct rmap_vec3 aside = rmap_axpy(sine * along, x, rmap_scale(y, sine * across));
     return rmap_normalize(rmap_axpy(cosine, direction, aside));
+}
+
+double rmap_phase_density(const struct rmap_medium *medium, int channel, double cosine)
+{
+    const double g = medium->scattering_g, square = 1.0 + g * g - 2.0 * g * cosine;
+    switch (medium->phase.kind) {
+    case RMAP_PHASE_RAYLEIGH:
+        return 3.0 / (16.0 * RMAP_PI) * (1.0 + cosine * cosine);
+    case RMAP_PHASE_TABLE:
+    case RMAP_PHASE_MIE:
+        return rmap_profile_intensity(rmap_phase_profile(&medium->phase, channel), 1.0 - cosine);
+    case RMAP_PHASE_HENYEY:
+        break;
+    }
+    return (1.0 - g * g) / (4.0 * RMAP_PI * square * sqrt(square));
 }

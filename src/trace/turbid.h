@@ -29,8 +29,12 @@ void rmap_free_path_draw(const struct rmap_medium *medium, const struct rmap_dra
 uint32_t rmap_free_path_end(const struct rmap_medium *medium, const struct rmap_free_path *path,
                             double length, bool ended, struct rmap_colour *colour);
 
-/* Direction after scattering in the medium (Henyey & Greenstein 1941, doi:10.1086/144246). */
+/* Direction after scattering in the medium. Where its phase function differs between channels, one
+ * of the colour's is drawn, and left alone. */
 struct rmap_vec3 rmap_scatter(const struct rmap_medium *medium, const struct rmap_draw *draw,
-                              struct rmap_vec3 direction);
+                              struct rmap_colour *colour, struct rmap_vec3 direction);
+
+/* Phase function of a channel at a cosine of the angle between directions, 1/sr. */
+double rmap_phase_density(const struct rmap_medium *medium, int channel, double cosine);
 
 #endif

@@ -7,7 +7,7 @@
  *     rmap_walk_segment        to the end of the next segment
  *     rmap_interact        at a surface: what becomes of the light
  *     rmap_walk_depart     on from the surface, or
- *     rmap_walk_scatter    on from inside the medium
+ *     rmap_walk_scatter, rmap_walk_reemit    on from inside the medium
  *
  * Inline, as calls of these cost 2 % of a ray's instructions.
  */
@@ -19,6 +19,7 @@
 #include "portion/recorder.h"
 #include "trace/detector.h"
 #include "trace/interact.h"
+#include "trace/luminescence.h"
 #include "trace/tracer.h"
 #include "trace/turbid.h"
 
@@ -30,15 +31,18 @@ struct rmap_walk {
     struct rmap_ray ray;            /* origin: where the next segment starts */
     struct rmap_vec3 start_normal;  /* of the surface that the segment starts on, if on any */
     struct rmap_colour colour;
+    int first_channel; /* of a scene that fluoresces */
     double weight, path_length, optical_path;
-    bool predicted; /* so far every number was what src/compact predicts */
-    bool rough;     /* nobody asks for lengths: those of curved segments may be estimates */
+    struct rmap_clock clock; /* of a timed scene */
+    bool predicted;          /* so far every number was what src/compact predicts */
+    bool rough; /* nobody asks for lengths: those of curved segments may be estimates */
 };
 
 enum rmap_segment_end {
     RMAP_SEGMENT_SURFACE,
     RMAP_SEGMENT_ABSORBED,  /* inside the medium */
     RMAP_SEGMENT_SCATTERED, /* inside the medium */
+    RMAP_SEGMENT_REEMITTED, /* inside the medium: absorbed, and given back */
     RMAP_SEGMENT_LEFT,      /* the scene; the segment does not count in the walk's path lengths */
     RMAP_SEGMENT_LIMIT,     /* curved: the medium's limit of steps */
     RMAP_SEGMENT_ERROR      /* curved: the field has no value there */
@@ -52,6 +56,7 @@ struct rmap_arrival {
                                  `optical_from`      the path at its end, or for one that left at its start */
     struct rmap_vec3 first_direction; /* of a curved segment */
     struct rmap_hit hit;              /* SURFACE */
+    struct rmap_reemission back;      /* REEMITTED */
 };
 
 /* Sets all but the colour and the ray. That may start anywhere; its contact is zero unless it
@@ -65,17 +70,26 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->draw = (struct rmap_draw){.seed = tracer->seed, .ray = ray_id};
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
+    walk->clock = (struct rmap_clock){.group_path = 0.0};
     walk->rough = false;
     walk->predicted = true;
 }
 
-/* Index along the segment; before the wavelength is drawn, the mean over the colour. */
-static inline double rmap_walk_index(const struct rmap_walk *walk)
+/* Light that waits where it is: what comes later in the ray arrives later. */
+static inline void rmap_walk_delay(struct rmap_walk *walk, double delay_ns)
 {
-    const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
+    walk->clock.delay_ns += delay_ns;
+    walk->predicted = false;
+}
+
+/* Index along the segment, n or n_group of the medium; before the wavelength is drawn, the mean
+ * over the colour. */
+static inline double rmap_walk_index(const struct rmap_walk *walk, const struct rmap_medium *medium,
+                                     const double *n)
+{
     if (!medium->dispersive)
-        return medium->n[walk->colour.begin];
-    return rmap_colour_sum(&walk->colour, medium->n);
+        return n[walk->colour.begin];
+    return rmap_colour_sum(&walk->colour, n);
 }
 
 /* Distance to the scene's bounding sphere from inside; 0 from outside. */
@@ -95,7 +109,24 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival);
 
 static inline enum rmap_segment_end rmap_segment_end_of(uint32_t event)
 {
-    return event == RMAP_EVENT_ABSORB ? RMAP_SEGMENT_ABSORBED : RMAP_SEGMENT_SCATTERED;
+    return event == RMAP_EVENT_ABSORB      ? RMAP_SEGMENT_ABSORBED
+           : event == RMAP_EVENT_FLUORESCE ? RMAP_SEGMENT_REEMITTED
+                                           : RMAP_SEGMENT_SCATTERED;
+}
+
+/* What happened at the end of a segment's free path, which ended it or not; as
+ * rmap_free_path_end, and FLUORESCE. */
+static inline uint32_t rmap_walk_inside(struct rmap_walk *walk, const struct rmap_medium *medium,
+                                        const struct rmap_free_path *path, double length,
+                                        bool ended, struct rmap_arrival *arrival)
+{
+    const uint32_t event = rmap_free_path_end(medium, path, length, ended, &walk->colour);
+    return event == RMAP_EVENT_ABSORB && medium->n_species > 0 &&
+                   rmap_colour_single(&walk->colour) &&
+                   rmap_reemit(medium, walk->scene->channels.n, &walk->draw, walk->colour.begin,
+                               &arrival->back)
+               ? RMAP_EVENT_FLUORESCE
+               : event;
 }
 
 /* The next segment. The walk's colour becomes that on arrival, its direction that of arrival; its
@@ -116,15 +147,20 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
     segment->direction = walk->ray.direction;
     segment->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
     segment->optical_from = walk->optical_path;
-    segment->index = rmap_walk_index(walk);
+    segment->index = rmap_walk_index(walk, medium, medium->n);
     segment->segment = walk->draw.step++;
+    segment->clock = NULL;
+    if (walk->scene->timed) {
+        segment->clock = &walk->clock;
+        walk->clock.group_index = rmap_walk_index(walk, medium, medium->n_group);
+    }
     if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
         bool ended = path.length < segment->length;
         segment->length = ended ? path.length : segment->length;
-        event = rmap_free_path_end(medium, &path, segment->length, ended, &walk->colour);
+        event = rmap_walk_inside(walk, medium, &path, segment->length, ended, arrival);
     }
     arrival->events = 0;
     arrival->end = event ? rmap_segment_end_of(event)
@@ -139,6 +175,8 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         return;
     walk->path_length += segment->length;
     walk->optical_path += segment->index * segment->length;
+    walk->clock.group_path += walk->clock.group_index * segment->length;
+    walk->clock.group_index = 0.0;
 }
 
 /* Does the scene's limit of steps or of weight end the ray at the end of this segment? */
@@ -173,7 +211,19 @@ static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_a
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     walk->ray.origin = arrival->segment.to;
-    walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
+    walk->ray.direction = rmap_scatter(medium, &walk->draw, &walk->colour, walk->ray.direction);
+    rmap_contact_clear(&walk->ray.contact);
+}
+
+/* On from a point inside the medium where the segment ended REEMITTED. */
+static inline void rmap_walk_reemit(struct rmap_walk *walk, const struct rmap_arrival *arrival)
+{
+    walk->ray.origin = arrival->segment.to;
+    walk->ray.direction = rmap_reemit_direction(&walk->draw);
+    rmap_colour_collapse(&walk->colour, arrival->back.channel);
+    walk->weight = rmap_weight_after(walk->scene, walk->first_channel, arrival->back.channel);
+    if (walk->scene->timed)
+        rmap_walk_delay(walk, arrival->back.delay_ns);
     rmap_contact_clear(&walk->ray.contact);
 }
 

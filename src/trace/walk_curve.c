@@ -19,8 +19,9 @@ struct bend {
     struct rmap_curve curve;
     struct rmap_curve_search search;
     struct rmap_curve_points points;
-    double length, optical; /* of the steps so far */
-    double free_path;       /* the segment ends there inside the medium */
+    double length, optical;  /* of the steps so far */
+    struct rmap_clock clock; /* where the next step begins */
+    double free_path;        /* the segment ends there inside the medium */
 };
 
 static bool is_rough(const struct rmap_walk *walk)
@@ -162,14 +163,22 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
     struct rmap_walk *walk = bend->walk;
     uint32_t segment = bend->arrival->segment.segment;
     if (walk->recorder) {
-        const struct rmap_segment_piece piece = {
-            step,   from, to, walk->optical_path + bend->optical, bend->gradient->options.tolerance,
-            segment};
+        const struct rmap_segment_piece piece = {.step = step,
+                                                 .from = from,
+                                                 .to = to,
+                                                 .optical_from = walk->optical_path + bend->optical,
+                                                 .tolerance = bend->gradient->options.tolerance,
+                                                 .segment = segment,
+                                                 .clock = walk->scene->timed ? &bend->clock : NULL,
+                                                 .gradient = bend->gradient,
+                                                 .channel = bend->curve.channel};
         rmap_curve_points_add(&bend->points, step, segment, bend->length, piece.optical_from);
         rmap_detect_curve(walk->scene, &piece, walk->recorder);
     }
     bend->length += step->length;
     bend->optical += step->optical;
+    if (walk->scene->timed)
+        bend->clock.group_path += rmap_curve_group(bend->gradient, bend->curve.channel, step, 1.0);
     bend->arrival->segment.to = to;
 }
 
@@ -216,6 +225,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     bend->arrival = arrival;
     bend->gradient = gradient;
     bend->length = bend->optical = 0.0;
+    bend->clock = walk->clock;
     bend->free_path = HUGE_VAL;
     arrival->events = RMAP_EVENT_GRADIENT;
     walk->predicted = false;
@@ -224,6 +234,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     segment->direction = arrival->first_direction = walk->ray.direction;
     segment->optical_from = walk->optical_path;
     segment->length = segment->index = 0.0;
+    segment->clock = walk->scene->timed ? &walk->clock : NULL;
     segment->segment = walk->draw.step++;
     rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, is_rough(walk),
                             &walk->ray, walk->start_normal);
@@ -250,7 +261,7 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
         arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the segment, not of its last chord */
     if (rmap_medium_is_turbid(medium)) {
         bool ended = arrival->end == RMAP_SEGMENT_SCATTERED;
-        uint32_t event = rmap_free_path_end(medium, &path, bend.length, ended, &walk->colour);
+        uint32_t event = rmap_walk_inside(walk, medium, &path, bend.length, ended, arrival);
         if (ended)
             arrival->end = rmap_segment_end_of(event);
     }
@@ -258,5 +269,6 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
         return;
     walk->path_length += bend.length;
     walk->optical_path += bend.optical;
+    walk->clock = bend.clock;
     segment->optical_from = walk->optical_path;
 }

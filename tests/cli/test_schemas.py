@@ -19,6 +19,7 @@ except ImportError:
 PROGRAM = os.environ["RAYMAP"]
 EXAMPLES = pathlib.Path(os.environ["SOURCE_DIR"]) / "examples"
 GAUSS = EXAMPLES / "double-gauss" / "scene.yaml"
+LENSES = pathlib.Path(os.environ["SOURCE_DIR"]) / "tests" / "data" / "lenses"
 
 
 def strict(schema):
@@ -108,6 +109,8 @@ for path in seen:
 
 run("glass", "N-BK7", "metal ag")
 run("glass", "--near", "1.6,50", "--at", "500,1e5")
+run("import", LENSES / "rayoptics_codev_ag_dblgauss.seq", "-o", "lens", "--force")
+run("import", LENSES / "optiland_flat_transmission_grating.zmx", "-o", "lens", "--force")
 run("check", GAUSS)
 run("check", EXAMPLES / "mirage" / "scene.yaml")
 run("trace", GAUSS, "-o", "a.raymap", "-n", 3000, "--force")
@@ -137,6 +140,7 @@ run("query", "a.raymap", "registered(sensor)", "-o", "x.raymap", "--force")
 run("info", "x.raymap")
 run("draw", "a.raymap", "-o", "a.svg", "--limit", 9, "--force")
 run("detector", "a.raymap", "sensor", "--where", "source(star)", "--mtf")
+run("voxels", "a.raymap", "--cells", "3")
 run("stats", "a.raymap", "--of", "bounces", "-o", "s.json", "--force", file="s.json", name="stats")
 run("stats", "a.raymap", "--of", "x(sensor)", "--of", "y(sensor)", "--by", "source")
 run("paths", "a.raymap", "--detector", "sensor", "--matrix", "all", "-o", "w.json", "--force", file="w.json", name="paths")

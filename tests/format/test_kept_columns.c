@@ -57,7 +57,7 @@ static uint64_t read_and_compare(const struct kept *k, rmap_column_set first, rm
         fixture_must(rmap_cursor_fetch(cursor, more, &err), &err);
         struct rmap_portion *want = fixture_portion(&k->f, read->first_ray, BLOCK, NULL);
         for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-            if ((first | more) & RMAP_COLUMN_BIT(c))
+            if ((first | more) & rmap_columns_of_run(read->timed) & RMAP_COLUMN_BIT(c))
                 assert_non_null(rmap_portion_column(read, (enum rmap_column)c));
         fixture_compare(read, want);
         rmap_portion_destroy(want);

@@ -307,11 +307,11 @@ static double seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* A thousand shards, as a thousand ranks leave them: opening takes the index alone. */
-static void test_thousand_shards(void **state)
+/* Many shards, as many ranks leave them: opening takes the index alone. */
+static void test_many_shards(void **state)
 {
     (void)state;
-    enum { N = 1000, RAYS = 20 };
+    enum { N = 300, RAYS = 20 }; /* more than a view joins */
     struct fixture f;
     struct rmap_error err = {0};
     struct rmap_map_content all = {0};
@@ -435,7 +435,7 @@ int main(void)
         cmocka_unit_test(test_two_spaces),
         cmocka_unit_test(test_beyond_32_bits),
         cmocka_unit_test(test_large_ids),
-        cmocka_unit_test(test_thousand_shards),
+        cmocka_unit_test(test_many_shards),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,7 +35,7 @@ static void compare_columns(struct fixture *f, const struct rmap_map *map, rmap_
             fixture_portion(f, read->first_ray, rmap_map_portion(map, i)->n_row[0], NULL);
         for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
             enum rmap_column column = (enum rmap_column)c;
-            if (columns & RMAP_COLUMN_BIT(c))
+            if (columns & rmap_columns_of_run(read->timed) & RMAP_COLUMN_BIT(c))
                 assert_non_null(rmap_portion_column(read, column));
             else
                 assert_null(rmap_portion_column(read, column));

@@ -20,6 +20,7 @@ import describe  # noqa: E402
 from reference import reader as raymap_reader  # noqa: E402
 
 OF_OTHER_TRACERS = ("2.0", "4.0")
+NOT_IN_PYTHON = ("5.0-models", "5.0-scatter")  # surfaces with scatter models
 failures = 0
 
 
@@ -82,7 +83,7 @@ for archive in archives:
     for name, said in told.items():
         target = os.path.join(version, name)
         same(describe.describe(PROGRAM, target), said, f"{version}/{name}")
-        if "left" not in name and "spaces" not in name:
+        if "left" not in name and "spaces" not in name and version not in NOT_IN_PYTHON:
             read_in_python(target, said)
     # A killed run's map goes on, unless its rays are of another revision of the tracer: then it stays as it is, and is
     # told so.

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * A table from a stranger: a measured BSDF, CSV or XML of Klems matrices, reflected or passing; or
- * a measured coat. It is refused with a sentence, or becomes shares, and directions that can be
- * drawn.
+ * A table from a stranger: a measured BSDF, CSV or XML of Klems matrices, reflected or passing; a
+ * measured coat or phase function. It is refused with a sentence, or becomes shares, and directions
+ * that can be drawn.
  */
 #include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/scene/coat_csv.h"
+#include "io/scene/phase_csv.h"
 #include "io/scene/scene_tables.h"
 #include "target.h"
 
@@ -52,6 +53,21 @@ static void read_coat(const char *text, size_t nbytes, const struct rmap_channel
     rmap_free(film.share);
 }
 
+static void read_phase(const char *text, size_t nbytes, const struct rmap_channels *channels)
+{
+    struct rmap_phase phase = {.n_profile = 0};
+    struct rmap_error err = {0};
+    const enum rmap_status st = rmap_phase_csv_read(text, nbytes, channels, &phase, &err);
+    rmap_fuzz_demand(st == RMAP_OK || (st == RMAP_INPUT && err.text[0]), "what is wrong is said");
+    for (size_t i = 0; st == RMAP_OK && i < phase.n_profile * DRAWS; i++) {
+        const struct rmap_profile *profile = &phase.profile[i / DRAWS];
+        const double turned = rmap_profile_draw(profile, ((double)(i % DRAWS) + 0.5) / DRAWS);
+        rmap_fuzz_demand(turned >= 0.0 && turned <= 2.0, "an angle");
+        rmap_fuzz_demand(rmap_profile_intensity(profile, turned) >= 0.0, "a density");
+    }
+    rmap_phase_fini(&phase);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
 {
     static const struct rmap_channels channels = {.n = 2, .wavelength_nm = {500.0, 600.0}};
@@ -66,7 +82,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
     rmap_fuzz_demand(text != NULL, "memory");
     memcpy(text, data + 1, nbytes - 1);
     if (data[0] & 4) {
-        read_coat(text, nbytes - 1, &channels);
+        (data[0] & 8 ? read_phase : read_coat)(text, nbytes - 1, &channels);
         rmap_free(text);
         rmap_fuzz_demand(rmap_alloc_live() == live, "memory is given back");
         return 0;
@@ -96,6 +112,7 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "0 0 10 0 0 0 .1\n0 10 0 0 180 .2\n0 10 180 0 0 .1\n0 10 180 0 180 .2\n",
         "4wavelength angle Rs Rp Ts Tp\n500 0 .1 .1 .8 .8\n500 60 .3 .2 .6 .7\n600 0 .2 .2 .8 .8\n"
         "600 60 .3 .2 .6 .7\n",
+        "<wavelength angle value\n500 0 1\n500 90 .1\n500 180 .2\n600 0 2\n600 90 0\n600 180 1\n",
         "8Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType "
         "BRDF\n"
         "SampleRotation 1\n0\nAngleOfIncidence 2\n0 50\nScatterAzimuth 3\n0 90 180\nScatterRadial "

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """The example scenes do what they say: no ray ends in an error, the double Gauss puts the star where
 its focal length says, and the room's paths are as long as promised."""
+import json
 import math
 import os
 import shutil
@@ -52,6 +53,40 @@ def check_room():
     drop(target)
 
 
+def check_milk():
+    """All light comes back or gets through but for what the milk absorbs; much more comes back."""
+    target = trace_example("milk", 3000)
+    (back, through, absorbed), total = rays(target, "registered(glow)", "registered(through)", "ended(absorbed, milk)")
+    (left,), _ = rays(target, "ended(left)")
+    checks.true(f"{left} of milk's light left, {absorbed} absorbed, of {total}", left + absorbed == total and absorbed < 0.2 * total)
+    checks.true(f"{back} hits above, {through} below", back > 0 and through > 0)
+    drop(target)
+
+
+def check_concentrator():
+    """Of light that the dye takes up, more gets to the cell than the cell's own share of the faces; none of it is blue."""
+    target = trace_example("concentrator", 10_000)
+    (cell, taken, blue, ended), total = rays(target, "hit(cell)", "event(fluoresce)", "hit(cell) and wavelength < 560",
+                                             "ended(left) or ended(absorbed)")
+    checks.true(f"{cell} of {taken} at the cell", 0.08 * taken < cell < 0.7 * taken and taken > 0.3 * total)
+    checks.true(f"{blue} blue ones", blue < 0.02 * cell)
+    checks.true("every photon ends", ended == total)
+    drop(target)
+
+
 check_double_gauss()
+def check_office():
+    """What its README says: illuminance of a desk in the evening; no light gets lost but through the window."""
+    target = trace_example("office", 200_000)
+    (wrong,), _ = rays(target, "ended(error) or ended(limit)")
+    checks.true(f"{wrong} rays of the office ended badly", wrong == 0)
+    seen = json.loads(run("detector", target, "left_task", "--where", "not (source(sky) or source(sun))", "--json"))
+    checks.z("lx on a desk", seen["mean"]["value"], 682, math.hypot(4, seen["mean"]["standard_error"]))
+    drop(target)
+
+
+check_milk()
+check_concentrator()
+check_office()
 check_room()
 checks.finish()

@@ -162,7 +162,7 @@ objects: [{name: desk, geometry: desk, surface: {front: grey, back: absorber}, f
 sources:
   - {name: lamp, type: lamp, file: %s, at: [0.3, 0.1, 0.5], rotate: [180, 0, 20], medium: air, spectrum: {rgb: [1, 1, 1]}, emitter: %s}
 detectors: [{name: sensor, type: plane, on: desk, cells: 1}]
-cameras: [{name: eye, at: [0, 0, 1], look_at: [0, 0, 0], up: [0, 1, 0], fov: 53.13010235415598, resolution: [16, 16]}]
+cameras: [{name: eye, at: [0, 0, 0.3], look_at: [0, 0, 0], up: [0, 1, 0], fov: 118.07248693585296, resolution: [16, 16]}]
 """
 
 
@@ -190,6 +190,27 @@ def check_trace_and_render():
         n = image.shape[0] * image.shape[1]
         checks.z(f"{file}, {emitter}: lm on the desk", luminance(image).mean() * math.pi / 0.5, flux,
                  math.hypot(told["noise"] / math.sqrt(n) * math.pi / 0.5, error))
+
+
+EYE = """cameras: [{name: eye, at: %s, look_at: [0, 0, 0], up: [0.1, 0.9, 0.2], fov: 3, resolution: [64, 64]}]
+"""
+
+
+def check_seen():
+    """A camera that looks at the opening: its luminance over what it fills of the picture is the intensity."""
+    away, turn = 20.0, steps(0, 360, 15)
+    pixel = (2 * away * math.tan(math.radians(1.5)) / 64) ** 2
+    sizes = [(0.2, 0.5, 0), (0.2, 0.5, 0.2), (-0.2, -0.5, 0), (-0.2, -0.5, 0.2), (-0.1, 0.6, -0.2), (0.6, -0.1, -0.2),
+             (-0.5, -0.2, -0.3)]
+    files = {f"seen {k}.ies": lamp_files.ies(function(ANY, Q), "C", turn, steps(0, 180, 5), size=size) for k, size in enumerate(sizes)}
+    files["louvre.ldt"] = lamp_files.eulumdat(function(ANY, Q), 0, size=(500, 200, 150, 50, 150, 50))
+    for name, text in files.items():
+        write(name, text)
+        for c, gamma in ((20, 30), (130, 80), (250, 155)):
+            d = lamp_files.c_plane(c, gamma)
+            image, _ = render("seen", HEAD % (name, "") + EYE % [away * x for x in d], "--samples", 100)
+            # Of a louvre's dark ends nothing is seen, and the rest is as bright as all of it would be together.
+            checks.close(f"{name} from C {c}, gamma {gamma}: cd", luminance(image).sum() * pixel, function(ANY, Q)(d), rel=0.01)
 
 
 def check_round_trip():
@@ -236,6 +257,7 @@ def check_round_trip():
 
 check_round_trip()
 check_trace_and_render()
+check_seen()
 check_ies()
 check_eulumdat()
 check_tilt()

@@ -149,17 +149,29 @@ def check_dispersion():
 
 
 def check_scattering():
-    """Fog in a beam shows the light scattered once: L = E mu_s p(theta) s, p of Henyey & Greenstein (1941),
-    theta 90 degrees, over the 2 m where the beam is; optically thin (mu_s s = 2e-3)."""
+    """Fog in a beam shows the light scattered once: L = E mu_s p(theta) s, p of Henyey & Greenstein (1941), of
+    Rayleigh, or of a table that another wavelength does not share, theta 90 degrees, over the 2 m where the beam is;
+    optically thin (mu_s s = 2e-3)."""
     g, mu = 0.5, 1e-3
-    scene = head().replace("scattering: 0.8", f"scattering: {mu}") + """objects:
+    with open("phase.csv", "w", encoding="utf-8") as file:
+        file.write("500 0 1\n500 90 1\n500 180 1\n600 0 1\n600 90 0.1\n600 180 0\n")
+    for name, fog, p, light in (
+            ("fog in a beam", f"scattering: {mu}, scattering_g: {g}", (1 - g * g) / (4 * math.pi * (1 + g * g) ** 1.5), None),
+            ("air in a beam", f"scattering: {{coefficient: {mu}, phase: rayleigh}}", 3 / (16 * math.pi), None),
+            ("two phase functions", f"scattering: {{coefficient: {mu}, phase: {{file: phase.csv}}}}", 1 / (4 * math.pi), 500)):
+        show_beam(name, fog, 100000 * mu * 2.0 * p, light)
+
+
+def show_beam(name, fog, want, light):
+    scene = head(spectrum="{wavelengths: [500, 600]}" if light else "{mode: rgb}").replace(
+        "scattering: 0.8, scattering_g: 0.5", fog) + """objects:
   - {name: floor, geometry: plate, at: [0, 0, -1], surface: black, front: fog, back: fog}
 """ + sources(
-        "{name: beam, type: collimated, shape: {rectangle: [2, 2]}, at: [-5, 0, 0], direction: [1, 0, 0], flux: 400000 lm, medium: fog}"
+        "{name: beam, type: collimated, shape: {rectangle: [2, 2]}, at: [-5, 0, 0], direction: [1, 0, 0], flux: 400000 lm, medium: fog"
+        + (f", spectrum: {{lines: {{{light}: 1}}}}}}" if light else "}")
     ) + (CAMERA % ", medium: fog")
     scene = scene.replace("  white: {type: lambert", "  black: {type: absorber}\n  white: {type: lambert")
-    want = 100000 * mu * 2.0 * (1 - g * g) / (4 * math.pi * (1 + g * g) ** 1.5)
-    expect("fog in a beam", "fog", scene, want, 16384, 4e-3)
+    expect(name, "fog", scene, want, 16384, 4e-3)
 
 
 def check_gradient_rod():

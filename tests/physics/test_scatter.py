@@ -209,8 +209,9 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
     with open("cube.obj", "w", encoding="utf-8") as file:
         file.write("".join(f"v {x} {y} {z}\n" for x in (-60, 60) for y in (-60, 60) for z in (-60, 60)))
         file.write("f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
-    def nbytes_of(surface):
-        run("trace", write_scene("bytes", box % surface), "-o", "bytes.raymap", "-n", 30000, "--quiet", "--force")
+    def nbytes_of(surface, wavelengths="[550]"):
+        scene = (box % surface).replace("[550]", wavelengths)
+        run("trace", write_scene("bytes", scene), "-o", "bytes.raymap", "-n", 30000, "--quiet", "--force")
         run("verify", "bytes.raymap")
         return sum(os.path.getsize(os.path.join(folder, file)) for folder, _, files in os.walk("bytes.raymap")
                    for file in files if file.startswith("piece"))
@@ -223,6 +224,16 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
         nbytes, plain = nbytes_of(surface), lambert[0.9 if "0.9" in surface else 0.85 if "metal" in surface else 0.8]
         checks.true(f"{name}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.3 * plain)
         found.append(f"{name} {nbytes / plain:.2f}")
+    # Of several wavelengths, what a model leaves differs between them.
+    several, colour = "[400, 450, 500, 550, 600, 650, 700]", "{wavelength: [400, 700], value: [0.6, 0.9]}"
+    plain = nbytes_of(f"{{type: lambert, reflectance: {colour}}}", several)
+    for surface in (f"{{type: mirror, reflectance: {colour}, scatter: {{model: k_correlation, roughness: 10 nm, correlation: 10 um, s: 2}}}}",
+                    f"{{type: scatter, reflectance: {colour}, reflect: {{model: gaussian, sigma: 0.1, tis: 0.3}}}}",
+                    f"{{type: scatter, reflectance: {colour}, reflect: {{model: unified, sigma_alpha: 12, spike: 0.2, lobe: 0.7, back: 0.1}}}}",
+                    f"{{type: mirror, reflectance: {colour}, contamination: {{level: 800, slope: 0.926, area: 1 ft2, n: 1.53, k: 1e-3}}}}"):
+        nbytes = nbytes_of(surface, several)
+        checks.true(f"seven wavelengths, {surface}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.3 * plain)
+        found.append(f"coloured {nbytes / plain:.2f}")
     drop("bytes.raymap")
     print("bytes over those of Lambert's law of the same reflectance:", ", ".join(found))
 

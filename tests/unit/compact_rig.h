@@ -109,6 +109,7 @@ static inline struct rmap_portion *rig_trace_told(const struct rig *rig, uint64_
     struct rmap_portion_recorder recorder;
     rig_ok(rmap_accel_create(rig->scene, 1, &accel, &err), &err);
     rig_ok(rmap_portion_create(n, rig->scene->channels.n, &portion, &err), &err);
+    rig_ok(rmap_portion_set_timed(portion, rig->scene->timed, &err), &err);
     rmap_portion_recorder_init(&recorder, portion);
     const struct rmap_tracer tracer = {rig->scene, accel, RIG_SEED};
     for (uint64_t ray = first; ray < first + n; ray++)
@@ -191,6 +192,7 @@ static inline void rig_decode(struct rig *rig, const struct rmap_rows *own,
 static inline void assert_columns_equal(const struct rmap_portion *a, const struct rmap_portion *b,
                                         rmap_column_set columns)
 {
+    columns &= rmap_columns_of_run(a->timed);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         enum rmap_column column = (enum rmap_column)c;
         size_t nbytes =
@@ -327,6 +329,8 @@ static inline double plain_nbytes(struct rmap_encoder *codec, const struct rmap_
     double sum = 0.0;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         enum rmap_column column = (enum rmap_column)c;
+        if (!(rmap_columns_of_run(portion->timed) >> c & 1))
+            continue;
         size_t element = rmap_element_nbytes(rmap_column_info(column)->element);
         size_t n = portion->n_row[rmap_column_info(column)->table] *
                    (rmap_portion_row_nbytes(portion, column) / element);

@@ -51,6 +51,8 @@ static struct rmap_portion *garbage(const struct rig *rig, size_t n_ray, uint32_
                &err);
     memcpy(portion->n_row, n_row, sizeof n_row);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        if (!(rmap_columns_of_run(portion->timed) >> c & 1))
+            continue;
         enum rmap_column column = (enum rmap_column)c;
         size_t nbytes =
             rmap_portion_row_nbytes(portion, column) * n_row[rmap_column_info(column)->table];

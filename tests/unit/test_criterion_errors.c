@@ -57,7 +57,7 @@ static const struct {
      "registered "
      "crossed detected ended path segments bounces ghost_order scatter_order wavelength flux "
      "path_length "
-     "optical_path start_x start_y start_z ray angle x y world_x world_y world_z time"},
+     "optical_path group_path start_x start_y start_z ray angle x y world_x world_y world_z time"},
     {"hit(tube, reflect_speculr)", 11, 15,
      "unknown event 'reflect_speculr' (did you mean 'reflect_specular'?)"},
     {"hit(tube, refl)", 11, 4, "unknown event 'refl' (did you mean 'reflect'?)"},

@@ -47,6 +47,63 @@ static void codev_listing(void **state)
             assert_near(index_at(listed[g].name, line_nm[i]), listed[g].n[i], 6e-7);
 }
 
+/* By the derivatives of the formulas (Sellmeier coefficients of Malitson 1965 and of SCHOTT), and
+ * of a cubic spline through rows of 50 nm; against differences of the index for the other formulas.
+ */
+static void group_indices(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double nm, group;
+    } known[] = {{"N-BK7", 400.0, 1.584114},
+                 {"N-BK7", 500.0, 1.554659},
+                 {"N-BK7", 587.56, 1.541360},
+                 {"N-BK7", 700.0, 1.531681}};
+    struct rmap_glass silica = {.formula = 2,
+                                .n_coefficient = 7,
+                                .coefficient = {0.0, 0.6961663, 0.0684043 * 0.0684043, 0.4079426,
+                                                0.1162414 * 0.1162414, 0.8974794,
+                                                9.896161 * 9.896161}};
+    static const double nm[4] = {300.0, 400.0, 589.3, 600.0};
+    static const double group[4] = {1.572412, 1.513769, 1.478992, 1.478024};
+    struct rmap_glass table = {.formula = 0, .linear = true};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        const struct rmap_glass glass = named(known[i].name);
+        assert_near(rmap_glass_group_index(&glass, known[i].nm), known[i].group, 6e-7);
+    }
+    for (double row = 200.0; row <= 1000.0; row += 50.0) {
+        table.index.wavelength_nm[table.index.n] = row;
+        table.index.value[table.index.n++] = rmap_glass_index(&silica, row);
+    }
+    for (size_t i = 0; i < 4; i++) {
+        assert_near(rmap_glass_group_index(&silica, nm[i]), group[i], 6e-7);
+        assert_near(rmap_glass_group_index(&table, nm[i]), group[i], 5e-5);
+    }
+    assert_near(rmap_glass_group_index(&table, 100.0), rmap_glass_index(&table, 100.0), 0.0);
+    for (int formula = 1; formula <= 5; formula++) {
+        struct rmap_glass glass = {
+            .formula = formula,
+            .n_coefficient = formula == 4 ? 13 : 5,
+            .coefficient = {formula < 3 ? 0.1 : 2.2, formula == 5 ? 0.02 : 1.1,
+                            formula == 3   ? 2.0
+                            : formula == 5 ? -2.0
+                                           : 0.12,
+                            0.01, formula == 3 || formula == 5 ? -4.0 : 0.3}};
+        static const double general[13] = {2.1, 0.02, 2.0,  0.2,  2.0,    0.01, 0.0,
+                                           0.3, 2.0,  0.01, -2.0, -0.003, 2.0};
+        if (formula == 4)
+            memcpy(glass.coefficient, general, sizeof general);
+        const double at = 620.0, h = 0.05;
+        const double slope =
+            (8.0 * (rmap_glass_index(&glass, at + h) - rmap_glass_index(&glass, at - h)) -
+             (rmap_glass_index(&glass, at + 2 * h) - rmap_glass_index(&glass, at - 2 * h))) /
+            (12.0 * h);
+        assert_near(rmap_glass_group_index(&glass, at), rmap_glass_index(&glass, at) - at * slope,
+                    1e-9);
+    }
+}
+
 static void exact_values(void **state)
 {
     (void)state;
@@ -208,11 +265,17 @@ static void names(void **state)
 int main(void)
 {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(codev_listing),   cmocka_unit_test(exact_values),
-        cmocka_unit_test(every_nd_and_vd), cmocka_unit_test(every_line_is_understood),
-        cmocka_unit_test(crystals),        cmocka_unit_test(formulas),
-        cmocka_unit_test(tables),          cmocka_unit_test(bad_wavelengths_are_nan),
-        cmocka_unit_test(absorption),      cmocka_unit_test(names),
+        cmocka_unit_test(codev_listing),
+        cmocka_unit_test(exact_values),
+        cmocka_unit_test(group_indices),
+        cmocka_unit_test(every_nd_and_vd),
+        cmocka_unit_test(every_line_is_understood),
+        cmocka_unit_test(crystals),
+        cmocka_unit_test(formulas),
+        cmocka_unit_test(tables),
+        cmocka_unit_test(bad_wavelengths_are_nan),
+        cmocka_unit_test(absorption),
+        cmocka_unit_test(names),
     };
     return cmocka_run_group_tests_name("glass", test, NULL, NULL);
 }

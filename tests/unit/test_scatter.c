@@ -418,6 +418,27 @@ static void test_mie(void **state)
     near_to(sum * 2 / (ANGLES - 1) / 3 * 2 / 400, mie.scattered, 1e-6);
 }
 
+/* Cases of MIEV0 (Wiscombe 1979, NCAR/TN-140+STR), m = n - ik. */
+static void test_efficiencies(void **state)
+{
+    static const double wiscombe[][6] = {
+        {0.75, 0, 0.099, 7e-6, 7e-6, 0.001448},      {0.75, 0, 10, 2.232265, 2.232265, 0.896473},
+        {1.33, 1e-5, 1, NAN, 0.093923, 0.184517},    {1.5, 1, 1, 2.336321, 0.6634538, 0.192136},
+        {1.5, 1, 100, 2.097502, 1.283697, 0.850252}, {10, 10, 1, NAN, 2.049405, -0.110664}};
+    struct rmap_mie mie;
+    struct rmap_error err;
+    (void)state;
+    for (size_t i = 0; i < sizeof wiscombe / sizeof *wiscombe; i++) {
+        const double *its = wiscombe[i];
+        assert_int_equal(rmap_mie_scatter(its[2], its[0], its[1], 0, NULL, NULL, &mie, &err),
+                         RMAP_OK);
+        if (!isnan(its[3]))
+            near_to(mie.extinct, its[3], 1e-6);
+        near_to(mie.scattered, its[4], 1e-6);
+        near_to(mie.cosine, its[5], 1e-6);
+    }
+}
+
 /* Levels 400 and 600 cover 0.106 and 0.798 % where spheres are counted per square foot. */
 static void test_dust(void **state)
 {
@@ -631,10 +652,10 @@ int main(void)
         cmocka_unit_test(test_abg_totals),   cmocka_unit_test(test_rough_shares),
         cmocka_unit_test(test_other_totals), cmocka_unit_test(test_rough_diffuse),
         cmocka_unit_test(test_lobe_draws),   cmocka_unit_test(test_mie),
-        cmocka_unit_test(test_dust),         cmocka_unit_test(test_table),
-        cmocka_unit_test(test_table_draws),  cmocka_unit_test(test_facet_draws),
-        cmocka_unit_test(test_facet_tilts),  cmocka_unit_test(test_furnace),
-        cmocka_unit_test(test_reciprocity),
+        cmocka_unit_test(test_efficiencies), cmocka_unit_test(test_dust),
+        cmocka_unit_test(test_table),        cmocka_unit_test(test_table_draws),
+        cmocka_unit_test(test_facet_draws),  cmocka_unit_test(test_facet_tilts),
+        cmocka_unit_test(test_furnace),      cmocka_unit_test(test_reciprocity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -164,7 +164,8 @@ static const struct mistake mistakes[] = {
     {7, "  bk7: {<<: {index: 1}, <<: {index: 2}}",
      "7:25: error: duplicate key '<<' (first on line 7): remove or rename one\n"
      "7:25: error: unknown key in a medium: '<<'; known: index, glass, sellmeier, table, gradient, "
-     "wavelength_unit, absorption, scattering, scattering_g\n"},
+     "wavelength_unit, absorption, scattering, scattering_g, species, accounting, "
+     "scintillation\n"},
     {7, "  bk7: {<<: {absorbtion: 1}, index: 1.5}",
      "7:14: error: unknown key in a medium: 'absorbtion' (did you mean 'absorption'?)\n"},
     /* surfaces */

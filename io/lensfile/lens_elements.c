@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Which surfaces make a lens: those in a row on one axis, without a mirror between them, that begin
+ * and end in air (or at a mirror on glass). Others stand alone.
+ */
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "io/lensfile/lens_layout.h"
+#include "io/lensfile/lens_text.h"
+
+/* Surfaces [first, first + n) of `row`, in the order of light, that may become one lens. */
+struct run {
+    struct rmap_lens_plan *plan;
+    size_t first, n;
+    bool has_stop, refracts;
+};
+
+static bool is_coaxial(const struct rmap_affine *a, const struct rmap_affine *b, double *z)
+{
+    const double same = 1e-9;
+    struct rmap_affine to_local;
+    if (!rmap_affine_invert(a, &to_local))
+        return false;
+    const struct rmap_affine there = rmap_affine_compose(&to_local, b);
+    double off = hypot(there.t.x, there.t.y) / (1 + fabs(there.t.z));
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            off = fmax(off, fabs(there.m[i][j] - (i == j)));
+    *z = there.t.z;
+    return off <= same;
+}
+
+static struct rmap_lens_element *add_element(struct rmap_lens_plan *plan,
+                                             enum rmap_lens_element_kind kind, size_t first,
+                                             size_t n, const char *word)
+{
+    const struct rmap_element_row *row = &plan->row[first];
+    const struct rmap_lens_surface *surface = &plan->lens->surface[row->surface];
+    struct rmap_lens_element *element = &plan->element[plan->n_element];
+    *element = (struct rmap_lens_element){
+        .kind = kind, .first = first, .n = n, .to_world = plan->place[row->surface].to_world};
+    (void)snprintf(element->name, sizeof element->name, "%s_%d", word, surface->number);
+    /* A short comment of the file is a name; numbers keep it unique. */
+    char name[sizeof element->name];
+    size_t length = 0;
+    for (const char *c = surface->comment; *c && length + 8 < sizeof name; c++)
+        name[length++] = isalnum((unsigned char)*c) ? *c : '_';
+    name[length] = 0;
+    bool taken = length == 0 || length > 24 || !isalpha((unsigned char)name[0]) ||
+                 kind == RMAP_ELEMENT_LENS || strcmp(name, "image") == 0 ||
+                 strcmp(name, "sensor") == 0 || strncmp(name, "field_", 6) == 0;
+    for (size_t i = 0; i < plan->n_element; i++)
+        taken = taken || strcmp(plan->element[i].name, name) == 0;
+    if (!taken)
+        memcpy(element->name, name, sizeof name);
+    plan->n_element++;
+    return element;
+}
+
+/* Media before and behind a surface along its own z. */
+static void media_of(const struct rmap_lens_plan *plan, size_t i, size_t *before, size_t *behind)
+{
+    const bool backwards = plan->place[i].backwards;
+    const bool mirror = plan->lens->surface[i].is_mirror;
+    const size_t arrives = plan->media.behind[i - 1], leaves = mirror ? 0 : plan->media.behind[i];
+    *before = backwards ? leaves : arrives;
+    *behind = backwards ? arrives : leaves;
+}
+
+static void add_alone(struct rmap_lens_plan *plan, size_t at)
+{
+    const size_t i = plan->row[at].surface;
+    const enum rmap_lens_role role = plan->place[i].role;
+    plan->row[at].z = 0;
+    if (role == RMAP_ROLE_HOLE) {
+        const struct rmap_lens_surface *s = &plan->lens->surface[i];
+        if (s->is_stop || s->aperture.shape)
+            (void)add_element(plan, RMAP_ELEMENT_PLATE, at, 1, s->is_stop ? "stop" : "aperture");
+        else
+            (void)add_element(plan, RMAP_ELEMENT_PLATE, at, 1, "obscuration");
+        return;
+    }
+    struct rmap_lens_element *element = add_element(
+        plan, RMAP_ELEMENT_SURFACE, at, 1, role == RMAP_ROLE_MIRROR ? "mirror" : "surface");
+    media_of(plan, i, &element->before, &plan->row[at].medium);
+}
+
+static void reverse(struct rmap_element_row *row, size_t n)
+{
+    for (size_t k = 0; k < n / 2; k++) {
+        const struct rmap_element_row swap = row[k];
+        row[k] = row[n - 1 - k];
+        row[n - 1 - k] = swap;
+    }
+}
+
+static void end_run(struct run *run)
+{
+    struct rmap_lens_plan *plan = run->plan;
+    struct rmap_element_row *row = &plan->row[run->first];
+    const size_t n = run->n;
+    if (n == 0)
+        return;
+    const size_t begin = row[0].surface, end = row[n - 1].surface;
+    const bool in_air = plan->media.behind[begin - 1] == 0 &&
+                        (plan->lens->surface[end].is_mirror || plan->media.behind[end] == 0);
+    if (!run->refracts || !in_air) {
+        for (size_t k = 0; k < n; k++)
+            add_alone(plan, run->first + k);
+        for (size_t k = 0; run->refracts && k < n; k++)
+            rmap_lens_remark(&plan->lens->surface[row[k].surface],
+                             "not closed to a body by its neighbours: it has no edge");
+    } else {
+        if (plan->place[begin].backwards)
+            reverse(row, n);
+        struct rmap_lens_element *element =
+            add_element(plan, RMAP_ELEMENT_LENS, run->first, n, "lens");
+        for (size_t k = 0; k < n; k++) {
+            size_t before = 0;
+            (void)is_coaxial(&element->to_world, &plan->place[row[k].surface].to_world, &row[k].z);
+            media_of(plan, row[k].surface, &before, &row[k].medium);
+            if (k == 0)
+                element->before = before;
+        }
+    }
+    run->first += n;
+    run->n = 0;
+    run->has_stop = run->refracts = false;
+}
+
+/* Whether surface i goes on with the run. */
+static bool continues(const struct run *run, size_t i)
+{
+    const struct rmap_lens_plan *plan = run->plan;
+    double z = 0;
+    if (run->n == 0)
+        return true;
+    const size_t last = plan->row[run->first + run->n - 1].surface;
+    const struct rmap_lens_place *a = &plan->place[last], *b = &plan->place[i];
+    return a->backwards == b->backwards && is_coaxial(&a->to_world, &b->to_world, &z) &&
+           (b->backwards ? z <= 0 : z >= 0);
+}
+
+static bool is_plain_stop(const struct rmap_lens_surface *s)
+{
+    return s->is_stop && s->curvature == 0 && s->n_asphere == 0 && !s->obscuration.shape &&
+           s->aperture.centre[0] == 0 && s->aperture.centre[1] == 0;
+}
+
+static void take(struct run *run, size_t i)
+{
+    struct rmap_lens_plan *plan = run->plan;
+    const struct rmap_lens_surface *surface = &plan->lens->surface[i];
+    const enum rmap_lens_role role = plan->place[i].role;
+    const bool on_glass = plan->media.behind[i - 1] != 0;
+    const bool alone = (role == RMAP_ROLE_HOLE && (run->has_stop || !is_plain_stop(surface))) ||
+                       (role == RMAP_ROLE_MIRROR && !(on_glass && run->refracts));
+    if (alone || !continues(run, i))
+        end_run(run);
+    plan->row[run->first + run->n] = (struct rmap_element_row){.surface = i};
+    run->n++;
+    if (alone) {
+        add_alone(plan, run->first);
+        run->first++;
+        run->n = 0;
+        return;
+    }
+    run->has_stop |= surface->is_stop;
+    run->refracts |= role == RMAP_ROLE_REFRACTS;
+    if (role == RMAP_ROLE_MIRROR)
+        end_run(run);
+}
+
+void rmap_lens_elements(struct rmap_lens_plan *plan)
+{
+    struct run run = {.plan = plan};
+    for (size_t i = 1; i + 1 < plan->lens->n_surface; i++)
+        switch (plan->place[i].role) {
+        case RMAP_ROLE_NOTHING:
+        case RMAP_ROLE_IMAGE:
+            break;
+        case RMAP_ROLE_AGAIN:
+            end_run(&run);
+            break;
+        case RMAP_ROLE_REFRACTS:
+        case RMAP_ROLE_MIRROR:
+        case RMAP_ROLE_HOLE:
+            take(&run, i);
+            break;
+        }
+    end_run(&run);
+    plan->n_row = run.first;
+    struct rmap_lens_element *only = NULL;
+    size_t n_lens = 0;
+    for (size_t e = 0; e < plan->n_element; e++)
+        if (plan->element[e].kind == RMAP_ELEMENT_LENS) {
+            only = &plan->element[e];
+            (void)snprintf(only->name, sizeof only->name, "lens_%zu", ++n_lens);
+        }
+    if (n_lens == 1)
+        (void)snprintf(only->name, sizeof only->name, "lens");
+}

@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * How far from their axes the fields' rays meet the surfaces, for files that do not say how large
+ * these are: rays to the rim of the entrance pupil, narrowed by vignetting, surface by surface.
+ */
+#include <math.h>
+
+#include "base/count.h"
+#include "io/lensfile/lens_layout.h"
+
+enum { RIM = 8 };
+
+struct rmap_shape rmap_lens_shape(const struct rmap_lens_surface *surface, double semi)
+{
+    struct rmap_shape shape = {.type = RMAP_SHAPE_CONIC,
+                               .curvature = surface->curvature,
+                               .conic = surface->conic,
+                               .n_asphere = surface->n_asphere,
+                               .aperture = semi};
+    for (int i = 0; i < surface->n_asphere; i++)
+        shape.asphere[i] = surface->asphere[i];
+    return shape;
+}
+
+double rmap_lens_reach(const struct rmap_lens_surface *surface)
+{
+    const double c2 = (1 + surface->conic) * surface->curvature * surface->curvature;
+    return c2 > 0 ? 0.9999 / sqrt(c2) : HUGE_VAL;
+}
+
+struct beam {
+    const struct rmap_lens_plan *plan;
+    struct rmap_vec3 origin, direction; /* in the world */
+    double n;
+};
+
+static bool bend(struct rmap_vec3 *d, struct rmap_vec3 normal, double from, double to)
+{
+    double cosine = rmap_dot(*d, normal);
+    if (cosine < 0) {
+        normal = rmap_scale(normal, -1);
+        cosine = -cosine;
+    }
+    const double ratio = from / to, square = 1 - ratio * ratio * (1 - cosine * cosine);
+    if (square < 0)
+        return false;
+    *d = rmap_axpy(sqrt(square) - ratio * cosine, normal, rmap_scale(*d, ratio));
+    return true;
+}
+
+/* On to surface i; its distance from that surface's axis. False: it misses. */
+static bool advance(struct beam *beam, size_t i, double *radius)
+{
+    const struct rmap_lens_surface *surface = &beam->plan->lens->surface[i];
+    const struct rmap_affine *to_world = &beam->plan->place[i].to_world;
+    struct rmap_affine to_local;
+    struct rmap_shape_hit hit;
+    if (surface->is_break || !rmap_affine_invert(to_world, &to_local))
+        return surface->is_break;
+    const struct rmap_vec3 o = rmap_affine_point(&to_local, beam->origin);
+    struct rmap_vec3 d = rmap_normalize(rmap_affine_vector(&to_local, beam->direction));
+    const double scale = rmap_length(o) + beam->plan->order.entrance_diameter;
+    const struct rmap_shape shape =
+        rmap_lens_shape(surface, fmin(rmap_lens_reach(surface), 1e3 * scale));
+    if (!rmap_shape_intersect(&shape, o, d, false, -10 * scale, 1e4 * scale, &hit))
+        return false;
+    *radius = hypot(hit.point.x, hit.point.y);
+    const double to = beam->plan->media.medium[beam->plan->media.behind[i]].index;
+    if (surface->is_mirror)
+        d = rmap_axpy(-2 * rmap_dot(d, hit.normal), hit.normal, d);
+    else if (to != beam->n && !bend(&d, hit.normal, beam->n, to))
+        return false;
+    beam->n = to;
+    beam->origin = rmap_affine_point(to_world, hit.point);
+    beam->direction = rmap_affine_vector(to_world, d);
+    return true;
+}
+
+/* A ray of a field to the place (px, py) in the entrance pupil, as shares of its radius. */
+static struct beam start(const struct rmap_lens_plan *plan, const struct rmap_lens_field *field,
+                         double px, double py)
+{
+    const struct rmap_first_order *o = &plan->order;
+    const double radius = 0.5 * o->entrance_diameter;
+    double xy[2];
+    rmap_lens_field_at(plan, field, xy);
+    struct beam beam = {.plan = plan, .n = plan->media.medium[plan->media.behind[0]].index};
+    const bool far_pupil = !isfinite(o->entrance);
+    const struct rmap_vec3 pupil = rmap_vec3(radius * px, radius * py, far_pupil ? 0 : o->entrance);
+    if (isfinite(o->object)) {
+        beam.origin = rmap_vec3(xy[0], xy[1], -o->object);
+        beam.direction = rmap_sub(pupil, beam.origin);
+        if (far_pupil)
+            beam.direction = rmap_vec3(radius * px, radius * py, o->object);
+    } else {
+        beam.direction = rmap_vec3(xy[0], xy[1], 1);
+        beam.origin = pupil;
+    }
+    beam.direction = rmap_normalize(beam.direction);
+    if (!isfinite(o->object)) /* from before everything */
+        beam.origin =
+            rmap_axpy(-(fabs(beam.origin.z) + o->entrance_diameter), beam.direction, beam.origin);
+    return beam;
+}
+
+static void follow(struct rmap_lens_plan *plan, struct beam beam, bool axial)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    double radius = 0;
+    for (size_t i = 1; i < lens->n_surface; i++) {
+        if (!advance(&beam, i, &radius))
+            return;
+        if (lens->surface[i].is_break || lens->surface[i].semi > 0)
+            continue;
+        if (!lens->surface[i].is_stop || axial)
+            plan->place[i].semi = fmax(plan->place[i].semi, radius);
+    }
+}
+
+/* The stop is as large as the beam of the axis; a margin of 1 % keeps others from their rims. */
+void rmap_lens_footprints(struct rmap_lens_plan *plan)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    const struct rmap_lens_field axis = {.weight = 1};
+    const double margin = 1.01;
+    for (size_t f = 0; f <= lens->n_field; f++) {
+        const struct rmap_lens_field *field = f < lens->n_field ? &lens->field[f] : &axis;
+        for (int k = 0; k < RIM; k++) {
+            const double angle = 2 * RMAP_PI * k / RIM;
+            double p[2] = {cos(angle), sin(angle)};
+            const double *cut[2] = {field->vx, field->vy};
+            for (int j = 0; j < 2; j++)
+                p[j] *= 1 - fmin(fmax(cut[j][p[j] > 0], 0), 1);
+            follow(plan, start(plan, field, p[0], p[1]), field == &axis);
+        }
+    }
+    double last = 0.5 * plan->order.entrance_diameter;
+    for (size_t i = 1; i < lens->n_surface; i++) {
+        struct rmap_lens_place *place = &plan->place[i];
+        place->computed = !(lens->surface[i].semi > 0);
+        if (lens->surface[i].semi > 0)
+            place->semi = lens->surface[i].semi;
+        else if (place->semi > 0)
+            place->semi *= lens->surface[i].is_stop ? 1 + 1e-6 : margin; /* written with 7 digits */
+        else if (i + 1 < lens->n_surface)                                /* no ray got there */
+            place->semi = last;
+        if (!lens->surface[i].is_break)
+            last = place->semi;
+    }
+}

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Places, roles and sizes of a prescription's surfaces.
+ */
+#include "io/lensfile/lens_layout.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/lensfile/lens_text.h"
+
+/* Frames that agree to this are one: as files write degrees and lengths. */
+static const double same_frame = 1e-9;
+
+static void set_places(struct rmap_lens_plan *plan)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    struct rmap_affine frame = rmap_affine_identity();
+    bool backwards = false;
+    for (size_t i = 1; i < lens->n_surface; i++) {
+        const struct rmap_lens_surface *surface = &lens->surface[i];
+        struct rmap_lens_place *place = &plan->place[i];
+        frame = rmap_affine_compose(&frame, &surface->before);
+        place->to_world = frame;
+        place->backwards = backwards;
+        frame = rmap_affine_compose(&frame, &surface->after);
+        frame.t = rmap_affine_point(&frame, rmap_vec3(0, 0, surface->thickness));
+        backwards ^= surface->is_mirror;
+    }
+}
+
+static bool is_same_shape(const struct rmap_lens_surface *a, const struct rmap_lens_surface *b)
+{
+    return a->curvature == b->curvature && a->conic == b->conic && a->n_asphere == b->n_asphere &&
+           memcmp(a->asphere, b->asphere, sizeof a->asphere) == 0;
+}
+
+static bool is_same_frame(const struct rmap_affine *a, const struct rmap_affine *b)
+{
+    const double scale = 1 + rmap_length(a->t);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (fabs(a->m[i][j] - b->m[i][j]) > same_frame)
+                return false;
+    return rmap_length(rmap_sub(a->t, b->t)) <= same_frame * scale;
+}
+
+/* A surface that light meets again after a mirror. 0: none. */
+static size_t met_before(const struct rmap_lens_plan *plan, size_t i)
+{
+    bool mirror = false;
+    for (size_t k = i; k-- > 1;) {
+        const struct rmap_lens_surface *surface = &plan->lens->surface[k];
+        const enum rmap_lens_role role = plan->place[k].role;
+        if (mirror && (role == RMAP_ROLE_REFRACTS || role == RMAP_ROLE_MIRROR) &&
+            is_same_shape(surface, &plan->lens->surface[i]) &&
+            is_same_frame(&plan->place[k].to_world, &plan->place[i].to_world))
+            return k;
+        mirror = mirror || surface->is_mirror;
+    }
+    return 0;
+}
+
+static void set_roles(struct rmap_lens_plan *plan)
+{
+    struct rmap_prescription *lens = plan->lens;
+    const size_t *behind = plan->media.behind;
+    for (size_t i = 1; i < lens->n_surface; i++) {
+        struct rmap_lens_surface *surface = &lens->surface[i];
+        struct rmap_lens_place *place = &plan->place[i];
+        const bool opening = surface->aperture.shape || surface->obscuration.shape;
+        if (i + 1 == lens->n_surface)
+            place->role = RMAP_ROLE_IMAGE;
+        else if (surface->is_break)
+            place->role = RMAP_ROLE_NOTHING;
+        else if (surface->is_mirror)
+            place->role = RMAP_ROLE_MIRROR;
+        else if (behind[i] != behind[i - 1])
+            place->role = RMAP_ROLE_REFRACTS;
+        else if (surface->is_stop || opening)
+            place->role = RMAP_ROLE_HOLE;
+        const bool stands = place->role == RMAP_ROLE_MIRROR || place->role == RMAP_ROLE_REFRACTS;
+        if (stands && (place->again = met_before(plan, i)) != 0)
+            place->role = RMAP_ROLE_AGAIN;
+    }
+}
+
+/* Apertures that files give beside semi-diameters, where shapes have them. */
+static void set_openings(struct rmap_lens_plan *plan, size_t i)
+{
+    struct rmap_lens_surface *s = &plan->lens->surface[i];
+    struct rmap_lens_place *place = &plan->place[i];
+    const struct rmap_lens_opening *a = &s->aperture, *o = &s->obscuration;
+    const bool hole = place->role == RMAP_ROLE_HOLE, mirror = place->role == RMAP_ROLE_MIRROR;
+    const double aside = hypot(a->centre[0], a->centre[1]);
+    if (a->shape == RMAP_OPENING_CIRCLE && (aside == 0 || hole))
+        place->semi = hole ? a->half[0] : fmin(place->semi, a->half[0]);
+    else if (a->shape) {
+        const double across =
+            a->shape == RMAP_OPENING_CIRCLE ? a->half[0] : hypot(a->half[0], a->half[1]);
+        place->semi = aside + across;
+        rmap_lens_lost(plan->lens, s->line, s,
+                       "its aperture is %s: a circle about its vertex that holds it stands there",
+                       a->shape == RMAP_OPENING_CIRCLE ? "beside its vertex" : "a rectangle");
+    }
+    place->computed = place->computed && !a->shape;
+    if (mirror)
+        place->hole = fmax(a->inner, o->shape == RMAP_OPENING_CIRCLE ? o->half[0] : 0);
+    else if (a->inner > 0 || (o->shape && !hole))
+        rmap_lens_lost(plan->lens, s->line, s, "its obscuration is left out");
+    if (place->hole >= place->semi)
+        place->hole = 0;
+}
+
+/* Light that comes back through a mirror, as in a Cassegrain telescope, goes through a hole that
+ * files need not have. */
+static void set_holes(struct rmap_lens_plan *plan)
+{
+    const size_t n = plan->lens->n_surface;
+    for (size_t m = 1; m < n; m++) {
+        struct rmap_lens_place *mirror = &plan->place[m];
+        struct rmap_affine to_local;
+        if (mirror->role != RMAP_ROLE_MIRROR || mirror->hole > 0 ||
+            !rmap_affine_invert(&mirror->to_world, &to_local))
+            continue;
+        for (size_t i = m + 1; i + 1 < n; i++) {
+            const struct rmap_vec3 a = rmap_affine_point(&to_local, plan->place[i].to_world.t);
+            const struct rmap_vec3 b = rmap_affine_point(&to_local, plan->place[i + 1].to_world.t);
+            const double t = a.z / (a.z - b.z);
+            if (!(a.z * b.z < 0))
+                continue;
+            const double radius =
+                1.05 * (plan->place[i].semi * (1 - t) + plan->place[i + 1].semi * t);
+            const double aside = hypot(a.x * (1 - t) + b.x * t, a.y * (1 - t) + b.y * t);
+            if (radius > 0 && aside + radius < mirror->semi && aside < 0.01 * mirror->semi) {
+                mirror->hole = radius;
+                rmap_lens_remark(&plan->lens->surface[m],
+                                 "the file has no hole in it: this one lets the light through that "
+                                 "goes on to surface %zu",
+                                 i + 1);
+            }
+        }
+    }
+}
+
+static void set_image(struct rmap_lens_plan *plan)
+{
+    const size_t last = plan->lens->n_surface - 1;
+    const double beam = 0.02 * plan->order.entrance_diameter;
+    plan->image_half = fmax(1.2 * plan->place[last].semi, beam);
+}
+
+/* ---- what shapes and neighbours allow ---- */
+
+static void limit(struct rmap_lens_plan *plan, size_t i, double semi, const char *why)
+{
+    struct rmap_lens_place *place = &plan->place[i];
+    struct rmap_lens_surface *surface = &plan->lens->surface[i];
+    const double rounded = 1 - 1e-5; /* what is computed is written with six digits */
+    if (!(place->semi > semi))
+        return;
+    semi *= rounded;
+    if (place->computed)
+        rmap_lens_remark(surface, "as wide as %s", why);
+    else
+        rmap_lens_lost(plan->lens, surface->line, surface,
+                       "its semi-diameter %.6g is more than %s: %.6g stands there", place->semi,
+                       why, semi);
+    place->semi = semi;
+}
+
+/* The largest radius up to r at which b lies behind a. */
+static double apart(const struct rmap_shape *a, const struct rmap_shape *b, double gap, double r)
+{
+    double low = 0, high = r;
+    if (rmap_shape_sag(a, r) <= gap + rmap_shape_sag(b, r))
+        return r;
+    for (int i = 0; i < 60; i++) {
+        const double middle = 0.5 * (low + high);
+        if (rmap_shape_sag(a, middle) <= gap + rmap_shape_sag(b, middle))
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row *a,
+                     const struct rmap_element_row *b)
+{
+    struct rmap_lens_place *pa = &plan->place[a->surface], *pb = &plan->place[b->surface];
+    const double r = fmin(pa->semi, pb->semi), enough = 1e-3;
+    const struct rmap_shape sa = rmap_lens_shape(&plan->lens->surface[a->surface], r);
+    const struct rmap_shape sb = rmap_lens_shape(&plan->lens->surface[b->surface], r);
+    if (pa->role == RMAP_ROLE_HOLE || pb->role == RMAP_ROLE_HOLE)
+        return;
+    const double most = apart(&sa, &sb, b->z - a->z, r);
+    if (most < r && most > enough * r) {
+        limit(plan, a->surface, most, "the next surface allows");
+        limit(plan, b->surface, most, "the surface before it allows");
+    }
+}
+
+void rmap_lens_fit(struct rmap_lens_plan *plan)
+{
+    for (size_t i = 1; i < plan->lens->n_surface; i++)
+        if (plan->place[i].role == RMAP_ROLE_REFRACTS || plan->place[i].role == RMAP_ROLE_MIRROR)
+            limit(plan, i, rmap_lens_reach(&plan->lens->surface[i]), "its sphere or conic reaches");
+    for (size_t e = 0; e < plan->n_element; e++) {
+        const struct rmap_element_row *row = &plan->row[plan->element[e].first];
+        for (size_t k = 0; k + 1 < plan->element[e].n; k++)
+            fit_pair(plan, &row[k], &row[k + 1]);
+    }
+}
+
+enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap_lens_plan *plan,
+                                     struct rmap_error *err)
+{
+    *plan = (struct rmap_lens_plan){.lens = lens};
+    enum rmap_status st = rmap_lens_media_make(lens, &plan->media, err);
+    if (st != RMAP_OK)
+        return st;
+    plan->place = rmap_alloc(lens->n_surface, sizeof *plan->place);
+    plan->row = rmap_alloc(lens->n_surface, sizeof *plan->row);
+    plan->element = rmap_alloc(2 * lens->n_surface, sizeof *plan->element);
+    if (!plan->place || !plan->row || !plan->element)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the places of a lens");
+    set_places(plan);
+    set_roles(plan);
+    rmap_lens_first_order(plan);
+    rmap_lens_footprints(plan);
+    for (size_t i = 1; i < lens->n_surface; i++) {
+        set_openings(plan, i);
+        struct rmap_lens_place *place = &plan->place[i];
+        if (place->role == RMAP_ROLE_AGAIN)
+            plan->place[place->again].semi = fmax(plan->place[place->again].semi, place->semi);
+    }
+    set_holes(plan);
+    set_image(plan);
+    rmap_lens_elements(plan);
+    rmap_lens_fit(plan);
+    if (plan->n_element == 0)
+        return rmap_error_set(err, RMAP_INPUT, "nothing in it refracts, mirrors or stops light");
+    return RMAP_OK;
+}
+
+void rmap_lens_plan_fini(struct rmap_lens_plan *plan)
+{
+    rmap_lens_media_fini(&plan->media);
+    rmap_free(plan->place);
+    rmap_free(plan->row);
+    rmap_free(plan->element);
+    *plan = (struct rmap_lens_plan){0};
+}

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A prescription as the text of a scene.
+ */
+#include "io/lensfile/lens_scene.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "io/lensfile/lens_write.h"
+
+static void put_first_order(FILE *out, const struct rmap_lens_plan *plan)
+{
+    const struct rmap_first_order *o = &plan->order;
+    const struct rmap_prescription *lens = plan->lens;
+    (void)fprintf(out,
+                  "# First order at %.7g nm, along the axis: ", lens->wavelength_nm[lens->primary]);
+    if (isfinite(o->focal_length))
+        (void)fprintf(out, "focal length %.8g %s, back focus %.8g %s, f/%.5g,\n# ", o->focal_length,
+                      lens->unit, o->back_focus, lens->unit, o->f_number);
+    else
+        (void)fputs("afocal, ", out);
+    (void)fprintf(out, "entrance pupil %.7g %s across", o->entrance_diameter, lens->unit);
+    if (isfinite(o->entrance))
+        (void)fprintf(out, ", %.7g %s behind surface 1", o->entrance, lens->unit);
+    if (isfinite(o->object))
+        (void)fprintf(out, "; object %.7g %s before it, magnification %.6g", o->object, lens->unit,
+                      o->magnification);
+    (void)fputs(".\n", out);
+}
+
+static void put_notes(FILE *out, const struct rmap_prescription *lens)
+{
+    enum { LONGEST = 400 };
+    if (lens->notes)
+        (void)fputs("#\n# The file's own remarks:\n", out);
+    for (const char *at = lens->notes; at && *at;) {
+        char line[LONGEST];
+        const size_t n = strcspn(at, "\n"), cut = n < LONGEST - 1 ? n : LONGEST - 1;
+        memcpy(line, at, cut);
+        line[cut] = 0;
+        (void)fputs("#   ", out);
+        rmap_lens_put_words(out, line);
+        (void)fputc('\n', out);
+        at += n + (at[n] == '\n');
+    }
+}
+
+static void put_findings(FILE *out, const struct rmap_prescription *lens)
+{
+    const struct rmap_diagnostics *d = lens->findings;
+    if (d->n == 0)
+        return;
+    (void)fputs("#\n# Not in this scene, or not as the file has it:\n", out);
+    for (size_t i = 0; i < d->n; i++) {
+        (void)fputs("#   ", out);
+        if (d->item[i].line > 0)
+            (void)fprintf(out, "line %d: ", d->item[i].line);
+        rmap_lens_put_words(out, d->item[i].text);
+        (void)fputc('\n', out);
+    }
+}
+
+static void put_head(FILE *out, const struct rmap_lens_plan *plan, const char *file)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    (void)fputs("# ", out);
+    rmap_lens_put_words(out, lens->title[0] ? lens->title : file);
+    (void)fputs("\n#\n# Imported from ", out);
+    rmap_lens_put_words(out, file);
+    (void)fprintf(out, " (%s%s", lens->format, lens->version[0] ? " " : "");
+    rmap_lens_put_words(out, lens->version);
+    (void)fputs(
+        ") by `raymap import`.\n"
+        "# Light travels towards +z; the origin is the vertex of surface 1. Numbers behind rows "
+        "and\n# objects are those of the file's surfaces.\n",
+        out);
+    put_first_order(out, plan);
+    put_notes(out, lens);
+    put_findings(out, lens);
+    (void)fprintf(out, "raymap: 1\nunits: %s\nspectrum: {mode: spectral, wavelengths: [",
+                  lens->unit);
+    for (size_t i = 0; i < lens->n_wavelength; i++) {
+        (void)fputs(i ? ", " : "", out);
+        rmap_lens_put_number(out, lens->wavelength_nm[i]);
+    }
+    (void)fputs("]}\n\n", out);
+}
+
+/* "   # 3 stop: words of the file; remark" */
+static void put_remark(FILE *out, const struct rmap_lens_plan *plan, size_t i, bool say_stop)
+{
+    const struct rmap_lens_surface *s = &plan->lens->surface[i];
+    (void)fprintf(out, "   # %d", s->number);
+    if (say_stop && s->is_stop)
+        (void)fputs(", the stop", out);
+    for (int part = 0; part < 2; part++) {
+        const char *text = part ? s->remark : s->comment;
+        if (!text[0])
+            continue;
+        (void)fputs(part && s->comment[0] ? "; " : ": ", out);
+        rmap_lens_put_words(out, text);
+    }
+    (void)fputc('\n', out);
+}
+
+/* The side of a mirror that light meets. */
+static const char *mirror_sides(const struct rmap_lens_plan *plan, size_t i)
+{
+    return plan->place[i].backwards ? "{front: mirror, back: absorber}"
+                                    : "{front: absorber, back: mirror}";
+}
+
+static void put_semi(FILE *out, const struct rmap_lens_plan *plan, size_t i)
+{
+    (void)fputs(", aperture: ", out);
+    if (plan->place[i].computed)
+        (void)fprintf(out, "%.7g", plan->place[i].semi);
+    else
+        rmap_lens_put_number(out, plan->place[i].semi);
+}
+
+/* To the next row, as the file writes it unless something lies between. */
+static double gap(const struct rmap_lens_plan *plan, const struct rmap_element_row *row,
+                  const struct rmap_element_row *next)
+{
+    const size_t a = row->surface, b = next->surface;
+    return a + 1 == b   ? plan->lens->surface[a].thickness
+           : b + 1 == a ? -plan->lens->surface[b].thickness
+                        : next->z - row->z;
+}
+
+static void put_row(FILE *out, const struct rmap_lens_plan *plan,
+                    const struct rmap_element_row *row, const struct rmap_element_row *next)
+{
+    const struct rmap_lens_surface *s = &plan->lens->surface[row->surface];
+    (void)fputs("      - {", out);
+    rmap_lens_put_radius(out, s->curvature);
+    rmap_lens_put_asphere(out, s);
+    if (next) {
+        (void)fputs(", thickness: ", out);
+        rmap_lens_put_number(out, gap(plan, row, next));
+    }
+    (void)fprintf(out, ", medium: %s", plan->media.medium[row->medium].name);
+    put_semi(out, plan, row->surface);
+    if (s->is_stop && !s->is_mirror)
+        (void)fputs(", stop: true", out);
+    if (s->is_mirror)
+        (void)fprintf(out, ", surface: %s", mirror_sides(plan, row->surface));
+    (void)fputc('}', out);
+    put_remark(out, plan, row->surface, false);
+}
+
+static double widest(const struct rmap_lens_plan *plan)
+{
+    double most = 0;
+    for (size_t i = 1; i + 1 < plan->lens->n_surface; i++)
+        if (plan->place[i].role != RMAP_ROLE_NOTHING)
+            most = fmax(most, plan->place[i].semi);
+    return most;
+}
+
+static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
+                         const struct rmap_lens_element *e)
+{
+    const struct rmap_element_row *row = &plan->row[e->first];
+    const struct rmap_lens_surface *s = &plan->lens->surface[row->surface];
+    const struct rmap_lens_place *place = &plan->place[row->surface];
+    switch (e->kind) {
+    case RMAP_ELEMENT_LENS:
+        (void)fprintf(out, "  %s:\n    type: lens\n    surface: polished\n    surfaces:\n",
+                      e->name);
+        for (size_t k = 0; k < e->n; k++)
+            put_row(out, plan, &row[k], k + 1 < e->n ? &row[k + 1] : NULL);
+        break;
+    case RMAP_ELEMENT_SURFACE:
+        (void)fprintf(out, "  %s: {type: conic, ", e->name);
+        rmap_lens_put_radius(out, s->curvature);
+        rmap_lens_put_asphere(out, s);
+        put_semi(out, plan, row->surface);
+        if (place->hole > 0)
+            (void)fprintf(out, ", inner: %.6g", place->hole);
+        (void)fputs("}\n", out);
+        break;
+    case RMAP_ELEMENT_PLATE:
+        if (s->is_stop || s->aperture.shape)
+            (void)fprintf(out, "  %s: {type: disc, inner: %.15g, radius: %.6g}\n", e->name,
+                          place->semi, 1.2 * fmax(widest(plan), place->semi));
+        else if (s->obscuration.shape == RMAP_OPENING_RECTANGLE)
+            (void)fprintf(out, "  %s: {type: rectangle, size: [%.15g, %.15g]}\n", e->name,
+                          2 * s->obscuration.half[0], 2 * s->obscuration.half[1]);
+        else
+            (void)fprintf(out, "  %s: {type: disc, radius: %.15g}\n", e->name,
+                          s->obscuration.half[0]);
+        break;
+    }
+}
+
+static void put_image_shape(FILE *out, const struct rmap_lens_plan *plan)
+{
+    const struct rmap_lens_surface *image = &plan->lens->surface[plan->lens->n_surface - 1];
+    if (image->curvature == 0 && image->n_asphere == 0) {
+        (void)fprintf(out, "  image: {type: rectangle, size: [%.6g, %.6g]}\n", 2 * plan->image_half,
+                      2 * plan->image_half);
+        return;
+    }
+    (void)fputs("  image: {type: conic, ", out);
+    rmap_lens_put_radius(out, image->curvature);
+    rmap_lens_put_asphere(out, image);
+    (void)fprintf(out, ", aperture: %.6g}\n", fmin(plan->image_half, rmap_lens_reach(image)));
+}
+
+static void put_object(FILE *out, const struct rmap_lens_plan *plan,
+                       const struct rmap_lens_element *e)
+{
+    const struct rmap_element_row *row = &plan->row[e->first];
+    const struct rmap_lens_surface *s = &plan->lens->surface[row->surface];
+    struct rmap_affine to_world = e->to_world;
+    if (e->kind == RMAP_ELEMENT_PLATE)
+        to_world.t = rmap_affine_point(&to_world,
+                                       rmap_vec3(s->aperture.centre[0], s->aperture.centre[1], 0));
+    (void)fprintf(out, "  - {name: %s, geometry: %s", e->name, e->name);
+    rmap_lens_put_place(out, &to_world);
+    if (e->kind == RMAP_ELEMENT_LENS) {
+        (void)fputs(", outside: air}\n", out);
+        return;
+    }
+    if (e->kind == RMAP_ELEMENT_PLATE)
+        (void)fputs(", surface: absorber}", out);
+    else if (s->is_mirror)
+        (void)fprintf(out, ", surface: %s}", mirror_sides(plan, row->surface));
+    else
+        (void)fprintf(out, ", surface: polished, back: %s, front: %s}",
+                      plan->media.medium[e->before].name, plan->media.medium[row->medium].name);
+    put_remark(out, plan, row->surface, true);
+}
+
+/* Rows of the file that are no object, as remarks, so that none is lost without a word. */
+static void put_absent(FILE *out, const struct rmap_lens_plan *plan)
+{
+    for (size_t i = 1; i + 1 < plan->lens->n_surface; i++) {
+        const struct rmap_lens_surface *s = &plan->lens->surface[i];
+        const struct rmap_lens_place *place = &plan->place[i];
+        if (place->role != RMAP_ROLE_NOTHING && place->role != RMAP_ROLE_AGAIN)
+            continue;
+        (void)fprintf(out, "  # %d", s->number);
+        if (place->role == RMAP_ROLE_AGAIN)
+            (void)fprintf(out, " is surface %d, which light meets again",
+                          plan->lens->surface[place->again].number);
+        else
+            (void)fputs(s->is_break ? " moves the axes" : " changes nothing", out);
+        for (int part = 0; part < 2; part++)
+            if ((part ? s->remark : s->comment)[0]) {
+                (void)fputs("; ", out);
+                rmap_lens_put_words(out, part ? s->remark : s->comment);
+            }
+        (void)fputc('\n', out);
+    }
+}
+
+static bool has_mirror(const struct rmap_prescription *lens)
+{
+    for (size_t i = 1; i + 1 < lens->n_surface; i++)
+        if (lens->surface[i].is_mirror)
+            return true;
+    return false;
+}
+
+void rmap_lens_scene_write(const struct rmap_lens_plan *plan, const char *file, FILE *out)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    const size_t image = lens->n_surface - 1;
+    put_head(out, plan, file);
+    rmap_lens_put_media(out, plan);
+    (void)fputs("\nsurfaces:\n  polished: {type: fresnel}   # uncoated\n", out);
+    if (has_mirror(lens))
+        (void)fputs("  mirror: {type: mirror, reflectance: 1}\n", out);
+    (void)fputs("\ngeometries:\n", out);
+    for (size_t e = 0; e < plan->n_element; e++)
+        put_geometry(out, plan, &plan->element[e]);
+    put_image_shape(out, plan);
+    (void)fputs("\nobjects:\n", out);
+    for (size_t e = 0; e < plan->n_element; e++)
+        put_object(out, plan, &plan->element[e]);
+    (void)fputs("  - {name: image, geometry: image", out);
+    rmap_lens_put_place(out, &plan->place[image].to_world);
+    (void)fputs(", surface: absorber}", out);
+    put_remark(out, plan, image, false);
+    put_absent(out, plan);
+    (void)fputc('\n', out);
+    rmap_lens_put_sources(out, plan);
+    (void)fputs("\ndetectors:\n  - {name: sensor, type: plane, on: image, cells: [200, 200]}\n\n"
+                "simulations:\n  - {name: quick, rays: 200000}\n",
+                out);
+}

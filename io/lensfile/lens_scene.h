@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A prescription as the text of a scene, as a person would write it.
+ */
+#ifndef RMAP_LENS_SCENE_H
+#define RMAP_LENS_SCENE_H
+
+#include <stdio.h>
+
+#include "io/lensfile/lens_layout.h"
+
+/* file: the name that the scene says it comes from. Errors of `out` are its owner's to find. */
+void rmap_lens_scene_write(const struct rmap_lens_plan *plan, const char *file, FILE *out);
+
+/* What its beams fill: an element; NULL: they stand by themselves. */
+const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *plan);
+
+#endif

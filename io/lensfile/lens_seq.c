@@ -1,0 +1,421 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * CODE V's sequence files (.seq): commands of letters with their values, several in a line with ';'
+ * between them, '!' before remarks, '&' at the end of a line that goes on. A command is known by
+ * its first three letters; `S radius thickness glass` is the next surface.
+ *
+ * XDE YDE ZDE move the axes at a surface and ADE BDE CDE turn them, about x and y left-handed,
+ * about z right-handed; DAR turns back behind it, BEN turns once more (a mirror that bends the
+ * axis), REV does the inverse behind it instead.
+ */
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/count.h"
+#include "io/lensfile/lens_text.h"
+
+enum decentre { DECENTRE_BASIC, DECENTRE_RETURN, DECENTRE_BEND, DECENTRE_REVERSE };
+
+struct seq {
+    struct rmap_prescription *lens;
+    struct rmap_lens_lines lines;
+    struct rmap_error *err;
+    size_t at; /* the surface that commands are about, from 1; 0: none yet */
+    bool radii, done;
+    double shift[3], tilt_deg[3]; /* of that surface */
+    enum decentre decentre;
+    double defocus; /* SI's thickness */
+    char seen[32][4];
+    size_t n_seen;
+};
+
+static struct rmap_lens_surface *current(struct seq *s)
+{
+    return s->at ? &s->lens->surface[s->at - 1] : NULL;
+}
+
+/* ---- places ---- */
+
+static void end_surface(struct seq *s)
+{
+    struct rmap_lens_surface *surface = current(s);
+    const double tilt[3] = {-s->tilt_deg[0], -s->tilt_deg[1], s->tilt_deg[2]};
+    const double none[3] = {0, 0, 0};
+    if (surface) {
+        const struct rmap_affine there = rmap_lens_turn(s->shift, tilt);
+        struct rmap_affine back = rmap_affine_identity();
+        (void)rmap_affine_invert(&there, &back);
+        surface->before = s->decentre == DECENTRE_REVERSE ? rmap_affine_identity() : there;
+        surface->after = s->decentre == DECENTRE_BASIC  ? rmap_affine_identity()
+                         : s->decentre == DECENTRE_BEND ? rmap_lens_turn(none, tilt)
+                                                        : back;
+    }
+    memset(s->shift, 0, sizeof s->shift);
+    memset(s->tilt_deg, 0, sizeof s->tilt_deg);
+    s->decentre = DECENTRE_BASIC;
+}
+
+static bool read_decentre(struct seq *s, const char *key, double value)
+{
+    static const char *const shifts[] = {"XDE", "YDE", "ZDE"},
+                             *const tilts[] = {"ADE", "BDE", "CDE"},
+                             *const kinds[] = {"DEC", "DAR", "BEN", "REV"};
+    for (int i = 0; i < 3; i++)
+        if (strcmp(key, shifts[i]) == 0) {
+            s->shift[i] = value;
+            return true;
+        } else if (strcmp(key, tilts[i]) == 0) {
+            s->tilt_deg[i] = value;
+            return true;
+        }
+    for (size_t i = 0; i < RMAP_COUNT(kinds); i++)
+        if (strcmp(key, kinds[i]) == 0) {
+            s->decentre = (enum decentre)i;
+            return true;
+        }
+    return false;
+}
+
+/* ---- surfaces ---- */
+
+/* "NBK7_SCHOTT": the maker behind; "569.631": nd - 1 without its point, and Vd / 100. */
+static void set_glass(struct seq *s, struct rmap_lens_surface *surface, const char *word)
+{
+    const char *point = strchr(word, '.');
+    if (rmap_lens_is(word, "REFL") || rmap_lens_is(word, "TIRO")) {
+        surface->is_mirror = true;
+        return;
+    }
+    if (rmap_lens_is(word, "AIR") || rmap_lens_is(word, "REFR"))
+        return;
+    rmap_lens_copy(surface->glass, sizeof surface->glass, word);
+    if (!isdigit((unsigned char)word[0]) || !point)
+        return;
+    surface->is_model = true;
+    char digits[32];
+    rmap_lens_copy(digits, sizeof digits, word);
+    digits[strcspn(digits, ".")] = 0;
+    double whole = 0, part = 0;
+    char behind[32] = "0";
+    (void)snprintf(behind, sizeof behind, "0.%.24s", point + 1);
+    if (!rmap_lens_number(digits, &whole) || !rmap_lens_number(behind, &part)) {
+        rmap_lens_lost(s->lens, s->lines.number, surface, "glass '%.40s' is not understood", word);
+        surface->is_model = false;
+        return;
+    }
+    surface->nd = 1 + whole / pow(10, (double)strlen(digits));
+    surface->vd = 100 * part;
+}
+
+static void set_shape(struct seq *s, struct rmap_lens_surface *surface, double radius_or_curvature)
+{
+    const bool flat = !s->radii || radius_or_curvature == 0;
+    surface->curvature = flat ? (s->radii ? 0 : radius_or_curvature) : 1 / radius_or_curvature;
+}
+
+static enum rmap_status read_surface(struct seq *s, char **word, size_t n)
+{
+    end_surface(s);
+    struct rmap_lens_surface *surface = rmap_lens_add(s->lens, s->lines.number, s->err);
+    if (!surface)
+        return s->err->status;
+    s->at = s->lens->n_surface;
+    set_shape(s, surface, rmap_lens_value(word, n, 1, 0));
+    surface->thickness = rmap_lens_value(word, n, 2, 0);
+    if (fabs(surface->thickness) >= 1e10)
+        surface->thickness = HUGE_VAL;
+    for (size_t i = 3; i < n; i++)
+        set_glass(s, surface, word[i]);
+    if (rmap_lens_is(word[0], "SI"))
+        s->defocus = surface->thickness;
+    return RMAP_OK;
+}
+
+/* "S5", "SO", "SI" before the values: another surface than the last one. */
+static struct rmap_lens_surface *addressed(struct seq *s, char **word, size_t *n)
+{
+    struct rmap_lens_surface *surface = current(s);
+    double number = 0;
+    if (*n < 2 || toupper((unsigned char)word[1][0]) != 'S' || !surface)
+        return surface;
+    if (rmap_lens_is(word[1], "SO"))
+        surface = s->lens->surface;
+    else if (rmap_lens_number(word[1] + 1, &number) && number >= 0 &&
+             number < (double)s->lens->n_surface)
+        surface = &s->lens->surface[(size_t)number];
+    else
+        return surface;
+    memmove(&word[1], &word[2], (*n - 2) * sizeof *word);
+    --*n;
+    return surface;
+}
+
+static bool read_asphere(struct seq *s, struct rmap_lens_surface *surface, const char *key,
+                         double value)
+{
+    static const char letters[] = "ABCDEFGHJ"; /* of r^4, r^6 ... r^20 */
+    const char *letter = key[1] == 0 ? strchr(letters, key[0]) : NULL;
+    if (letter && *letter) {
+        if (!rmap_lens_set_asphere(surface, 4 + 2 * (int)(letter - letters), value))
+            rmap_lens_lost(s->lens, s->lines.number, surface, "coefficient %s is left out", key);
+        return true;
+    }
+    if (strcmp(key, "K") != 0)
+        return false;
+    surface->conic = value;
+    return true;
+}
+
+static void read_aperture(struct seq *s, struct rmap_lens_surface *surface, const char *key,
+                          char **word, size_t n)
+{
+    const bool plate = n > 2 && rmap_lens_is(word[1], "OBS");
+    if (n > 2 && !plate) {
+        if (!rmap_lens_is(word[1], "CLR"))
+            return; /* EDG, HOL: of its edge */
+    }
+    struct rmap_lens_opening *opening = plate ? &surface->obscuration : &surface->aperture;
+    const double value = fabs(rmap_lens_value(word, n, n - 1, 0));
+    if (!(value > 0))
+        return;
+    if (strcmp(key, "CIR") == 0) {
+        opening->shape = RMAP_OPENING_CIRCLE;
+        opening->half[0] = opening->half[1] = value;
+        if (!plate)
+            surface->semi = value;
+    } else if (strncmp(key, "RE", 2) == 0) {
+        opening->shape = RMAP_OPENING_RECTANGLE;
+        opening->half[key[2] == 'Y'] = value;
+        if (!(opening->half[key[2] != 'Y'] > 0))
+            opening->half[key[2] != 'Y'] = value;
+    } else {
+        rmap_lens_lost(s->lens, s->lines.number, surface, "its aperture %s is not understood", key);
+    }
+}
+
+static bool read_of_surface(struct seq *s, const char *key, char **word, size_t n)
+{
+    struct rmap_lens_surface *surface = addressed(s, word, &n);
+    const double value = rmap_lens_value(word, n, 1, 0);
+    if (!surface)
+        return false;
+    if (strcmp(key, "STO") == 0)
+        surface->is_stop = true;
+    else if (strcmp(key, "RDY") == 0 || strcmp(key, "CUY") == 0)
+        surface->curvature = key[0] == 'C' ? value : value == 0 ? 0 : 1 / value;
+    else if (strcmp(key, "THI") == 0)
+        surface->thickness = fabs(value) >= 1e10 ? HUGE_VAL : value;
+    else if (strcmp(key, "GLA") == 0 && n > 1)
+        set_glass(s, surface, word[1]);
+    else if (strcmp(key, "RMD") == 0 && n > 1)
+        set_glass(s, surface, word[1]);
+    else if (strcmp(key, "SLB") == 0 && n > 1)
+        rmap_lens_copy(surface->comment, sizeof surface->comment, word[1]);
+    else if (strcmp(key, "PIM") == 0)
+        rmap_lens_remark(surface, "thickness by a solve (paraxial image), as stored");
+    else if (strcmp(key, "PIK") == 0)
+        rmap_lens_remark(surface, "a value by a pickup, as stored");
+    else if (strcmp(key, "UMY") == 0 || strcmp(key, "HMY") == 0)
+        rmap_lens_remark(surface, "a value by a solve (%s), as stored", key);
+    else if (strcmp(key, "CIR") == 0 || strcmp(key, "REX") == 0 || strcmp(key, "REY") == 0 ||
+             strcmp(key, "ELX") == 0 || strcmp(key, "ELY") == 0)
+        read_aperture(s, surface, key, word, n);
+    else if (strcmp(key, "ADX") == 0 || strcmp(key, "ADY") == 0)
+        surface->aperture.centre[key[2] == 'Y'] = surface->obscuration.centre[key[2] == 'Y'] =
+            value;
+    else
+        return read_asphere(s, surface, key, value) ||
+               (surface == current(s) && read_decentre(s, key, value));
+    return true;
+}
+
+/* ---- the whole ---- */
+
+static void read_fields(struct seq *s, const char *key, char **word, size_t n)
+{
+    struct rmap_prescription *lens = s->lens;
+    lens->field_kind = strcmp(key + 1, "AN") == 0   ? RMAP_FIELD_ANGLE
+                       : strcmp(key + 1, "OB") == 0 ? RMAP_FIELD_OBJECT_HEIGHT
+                       : strcmp(key + 1, "RI") == 0 ? RMAP_FIELD_REAL_HEIGHT
+                                                    : RMAP_FIELD_IMAGE_HEIGHT;
+    for (size_t i = 1; i < n && i <= RMAP_PRESCRIPTION_FIELDS_MAX; i++) {
+        const double value = rmap_lens_value(word, n, i, 0);
+        *(key[0] == 'X' ? &lens->field[i - 1].x : &lens->field[i - 1].y) = value;
+        lens->field[i - 1].weight = 1;
+        lens->n_field = i > lens->n_field ? i : lens->n_field;
+    }
+}
+
+static void read_vignetting(struct seq *s, const char *key, char **word, size_t n)
+{
+    for (size_t i = 1; i < n && i <= RMAP_PRESCRIPTION_FIELDS_MAX; i++) {
+        struct rmap_lens_field *f = &s->lens->field[i - 1];
+        (key[2] == 'X' ? f->vx : f->vy)[key[1] == 'U'] = rmap_lens_value(word, n, i, 0);
+    }
+}
+
+static void read_wavelengths(struct seq *s, char **word, size_t n)
+{
+    struct rmap_prescription *lens = s->lens;
+    lens->n_wavelength = 0;
+    for (size_t i = 1; i < n && i <= RMAP_PRESCRIPTION_WAVELENGTHS_MAX; i++) {
+        const double nm = rmap_lens_value(word, n, i, 0);
+        if (!(nm > 0))
+            break;
+        lens->wavelength_nm[i - 1] = nm;
+        lens->wavelength_weight[i - 1] = 1;
+        lens->n_wavelength = i;
+    }
+    lens->primary = lens->n_wavelength / 2;
+}
+
+static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
+{
+    static const struct {
+        const char *key;
+        enum rmap_lens_pupil pupil;
+    } pupils[] = {{"EPD", RMAP_PUPIL_DIAMETER},
+                  {"FNO", RMAP_PUPIL_F_NUMBER},
+                  {"NAO", RMAP_PUPIL_OBJECT_NA},
+                  {"NA", RMAP_PUPIL_IMAGE_NA}};
+    struct rmap_prescription *lens = s->lens;
+    const double value = rmap_lens_value(word, n, 1, 0);
+    for (size_t i = 0; i < RMAP_COUNT(pupils); i++)
+        if (strcmp(key, pupils[i].key) == 0) {
+            lens->pupil = pupils[i].pupil;
+            lens->pupil_value = fabs(value);
+            return true;
+        }
+    if (strcmp(key, "RDM") == 0)
+        s->radii = !(n > 1 && toupper((unsigned char)word[1][0]) == 'N');
+    else if (strcmp(key, "TIT") == 0 && n > 1)
+        rmap_lens_copy(lens->title, sizeof lens->title, word[1]);
+    else if (strcmp(key, "DIM") == 0 && n > 1)
+        lens->unit = toupper((unsigned char)word[1][0]) == 'C'   ? "cm"
+                     : toupper((unsigned char)word[1][0]) == 'I' ? "in"
+                                                                 : "mm";
+    else if (strcmp(key, "WL") == 0)
+        read_wavelengths(s, word, n);
+    else if (strcmp(key, "WTW") == 0)
+        for (size_t i = 1; i < n && i <= RMAP_PRESCRIPTION_WAVELENGTHS_MAX; i++)
+            lens->wavelength_weight[i - 1] = fabs(rmap_lens_value(word, n, i, 1));
+    else if (strcmp(key, "REF") == 0)
+        lens->primary =
+            value >= 1 && value <= RMAP_PRESCRIPTION_WAVELENGTHS_MAX ? (size_t)value - 1 : 0;
+    else if (strlen(key) == 3 && strchr("XY", key[0]) && strstr("AN OB IM RI", key + 1))
+        read_fields(s, key, word, n);
+    else if (key[0] == 'V' && strlen(key) == 3 && strchr("UL", key[1]) && strchr("XY", key[2]))
+        read_vignetting(s, key, word, n);
+    else if (strcmp(key, "TEM") == 0)
+        lens->temperature_c = value;
+    else if (strcmp(key, "PRE") == 0)
+        lens->pressure_atm = value / 760;
+    else if (strcmp(key, "GO") == 0)
+        s->done = true;
+    else
+        return false;
+    return true;
+}
+
+/* Without a meaning for the scene: variables, couplings, weights, derivatives, pictures. */
+static const char harmless[] = " LEN INI CCY THC KC ASP CON SPH AC BC CC DC EC FC GC HC JC CUF DER "
+                               "WTF RSL DES LAB CUM THM XDC YDC ZDC "
+                               "ADC BDC CDC GLC WTX WTY MFL SPC ";
+
+static void tell_unknown(struct seq *s, const char *key)
+{
+    char spaced[8];
+    (void)snprintf(spaced, sizeof spaced, " %.3s ", key);
+    for (size_t i = 0; i < s->n_seen; i++)
+        if (strcmp(s->seen[i], key) == 0)
+            return;
+    if (strstr(harmless, spaced) || s->n_seen >= RMAP_COUNT(s->seen))
+        return;
+    rmap_lens_copy(s->seen[s->n_seen++], sizeof s->seen[0], key);
+    rmap_lens_lost(s->lens, s->lines.number, current(s), "'%s' is not understood", key);
+}
+
+static bool is_surface(const char *word)
+{
+    const size_t n = strlen(word);
+    return toupper((unsigned char)word[0]) == 'S' &&
+           (n == 1 || rmap_lens_is(word, "SO") || rmap_lens_is(word, "SI") ||
+            strspn(word + 1, "0123456789") == n - 1);
+}
+
+static enum rmap_status read_command(struct seq *s, char *text)
+{
+    char *word[RMAP_LENS_WORDS_MAX], key[4];
+    size_t n = rmap_lens_words(text, ",", word);
+    if (n == 0 || s->done)
+        return RMAP_OK;
+    if (is_surface(word[0]))
+        return read_surface(s, word, n);
+    rmap_lens_copy(key, sizeof key, word[0]);
+    for (char *c = key; *c; c++)
+        *c = (char)toupper((unsigned char)*c);
+    if (!read_of_lens(s, key, word, n) && !read_of_surface(s, key, word, n))
+        tell_unknown(s, key);
+    return RMAP_OK;
+}
+
+/* Where a remark or the next command begins, outside quotes. */
+static char *end_of_command(char *at)
+{
+    char quote = 0;
+    for (; *at && (quote || !strchr("!;", *at)); at++)
+        if (quote ? *at == quote : *at == '"' || *at == '\'')
+            quote = quote ? 0 : *at;
+    return at;
+}
+
+static enum rmap_status read_line(struct seq *s, char *line)
+{
+    enum rmap_status st = RMAP_OK;
+    for (char *at = line; st == RMAP_OK && *at;) {
+        char *end = end_of_command(at);
+        const char mark = *end;
+        *end = 0;
+        st = read_command(s, at);
+        if (mark == '!')
+            break;
+        at = mark ? end + 1 : end;
+    }
+    return st;
+}
+
+enum rmap_status rmap_lens_read_seq(char *text, struct rmap_prescription *lens,
+                                    struct rmap_error *err)
+{
+    enum { LONGEST = 4096 };
+    char joined[LONGEST];
+    size_t n = 0;
+    struct seq s = {.lens = lens, .lines = {.at = text}, .err = err};
+    enum rmap_status st = RMAP_OK;
+    lens->format = "CODE V";
+    while (st == RMAP_OK && rmap_lens_next_line(&s.lines)) {
+        const size_t length = strlen(s.lines.line);
+        if (n + length + 2 > LONGEST)
+            return rmap_error_set(err, RMAP_INPUT, "line %zu is too long", s.lines.number);
+        memcpy(joined + n, s.lines.line, length + 1);
+        n += length;
+        if (n > 0 && joined[n - 1] == '&') {
+            joined[n - 1] = ' ';
+            continue;
+        }
+        st = read_line(&s, joined);
+        n = 0;
+    }
+    if (st != RMAP_OK)
+        return st;
+    end_surface(&s);
+    if (lens->n_surface < 2)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "it has no surfaces 'SO', 'S', 'SI': is it a CODE V "
+                              "sequence?");
+    if (isfinite(s.defocus))
+        lens->surface[lens->n_surface - 2].thickness += s.defocus;
+    return RMAP_OK;
+}

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Lines and words of a lens file, and what its readers share.
+ */
+#ifndef RMAP_LENS_TEXT_H
+#define RMAP_LENS_TEXT_H
+
+#include "io/lensfile/prescription.h"
+
+enum { RMAP_LENS_WORDS_MAX = 64 };
+
+/* The text in UTF-8 with a 0 behind it, from UTF-16 with a mark of its order, UTF-8 or Latin-1;
+ * rmap_free. RMAP_INPUT: it is no text; RMAP_SYSTEM. */
+enum rmap_status rmap_lens_decode(const char *bytes, size_t nbytes, char **text_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* A walk through the text, which it cuts into lines. */
+struct rmap_lens_lines {
+    char *at, *line;
+    size_t number;
+};
+
+/* The next line, without its end and blanks there. */
+bool rmap_lens_next_line(struct rmap_lens_lines *lines);
+
+/* Cuts a text at blanks (and `more`) into words; what stands in double or single quotes is one.
+ * How many, those beyond RMAP_LENS_WORDS_MAX left out. */
+size_t rmap_lens_words(char *text, const char *more, char *word[RMAP_LENS_WORDS_MAX]);
+
+bool rmap_lens_is(const char *word, const char *other); /* in any case */
+
+/* A finite number; false: it is none, *value unset. */
+bool rmap_lens_number(const char *word, double *value);
+
+/* The k-th word as a number, or `other` where it is none. */
+double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other);
+
+/* Text that can stand in a line of a scene, cut where it has no room. */
+void rmap_lens_copy(char *to, size_t cap, const char *text);
+
+/* Adds words to a remark, after "; ". */
+void rmap_lens_remark(struct rmap_lens_surface *surface, const char *format, ...) RMAP_PRINTF(2, 3);
+
+/* Something that is not in the scene, or not as the file has it: in the findings with the line and
+ * the surface (NULL: of the whole), and in its remark. */
+void rmap_lens_lost(struct rmap_prescription *lens, size_t line, struct rmap_lens_surface *surface,
+                    const char *format, ...) RMAP_PRINTF(4, 5);
+
+/* A plain surface at the end. NULL after an error: RMAP_INPUT, RMAP_SYSTEM. */
+struct rmap_lens_surface *rmap_lens_add(struct rmap_prescription *lens, size_t line,
+                                        struct rmap_error *err);
+
+enum rmap_status rmap_lens_note(struct rmap_prescription *lens, const char *text,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* An even power of r: false where a conic has no such term and it is not 0. */
+bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double value);
+
+/* Rotations about x, then the new y, then the new z, right-handed, after a shift: the map from the
+ * new axes to the old. */
+struct rmap_affine rmap_lens_turn(const double shift[3], const double tilt_deg[3]);
+
+enum rmap_status rmap_lens_read_zmx(char *text, struct rmap_prescription *lens,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_lens_read_seq(char *text, struct rmap_prescription *lens,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_lens_read_oslo(char *text, struct rmap_prescription *lens,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What an import found: for people, and as JSON.
+ */
+#include "mpi/answer/lens_out.h"
+
+#include <math.h>
+
+#include "io/export/json_number.h"
+
+static size_t count(const struct rmap_lens_plan *plan, bool mirrors)
+{
+    size_t n = 0;
+    for (size_t e = 0; e < plan->n_element; e++)
+        n += mirrors ? plan->lens->surface[plan->row[plan->element[e].first].surface].is_mirror &&
+                           plan->element[e].kind == RMAP_ELEMENT_SURFACE
+                     : plan->element[e].kind == RMAP_ELEMENT_LENS;
+    return n;
+}
+
+static const char *plural(size_t n)
+{
+    return n == 1 ? "" : "s";
+}
+
+void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE *out)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    const struct rmap_first_order *o = &plan->order;
+    const size_t n_lens = count(plan, false), n_mirror = count(plan, true);
+    (void)fprintf(out, "%s\n  %s: %zu surfaces, %zu field%s, %zu wavelength%s\n", scene,
+                  lens->format, lens->n_surface - 2, lens->n_field, plural(lens->n_field),
+                  lens->n_wavelength, plural(lens->n_wavelength));
+    (void)fprintf(out, "  %zu group%s of lenses, %zu mirror%s\n", n_lens, plural(n_lens), n_mirror,
+                  plural(n_mirror));
+    if (isfinite(o->focal_length))
+        (void)fprintf(out, "  focal length %.7g %s, back focus %.7g %s, f/%.4g\n", o->focal_length,
+                      lens->unit, o->back_focus, lens->unit, o->f_number);
+    if (isfinite(o->object))
+        (void)fprintf(out, "  object %.7g %s before surface 1, magnification %.5g\n", o->object,
+                      lens->unit, o->magnification);
+    (void)fprintf(
+        out, "next:\n  raymap trace %s -n 1M -o lens.raymap\n  raymap ghosts lens.raymap sensor\n",
+        scene);
+}
+
+static json_t *elements(const struct rmap_lens_plan *plan)
+{
+    static const char *const kind[] = {[RMAP_ELEMENT_LENS] = "lens",
+                                       [RMAP_ELEMENT_SURFACE] = "surface",
+                                       [RMAP_ELEMENT_PLATE] = "plate"};
+    json_t *list = json_array();
+    for (size_t e = 0; e < plan->n_element; e++) {
+        const struct rmap_lens_element *element = &plan->element[e];
+        json_t *rows = json_array();
+        for (size_t k = 0; k < element->n; k++) {
+            const size_t i = plan->row[element->first + k].surface;
+            (void)json_array_append_new(rows, json_integer(plan->lens->surface[i].number));
+        }
+        const size_t first = plan->row[element->first].surface;
+        const bool mirror =
+            element->kind == RMAP_ELEMENT_SURFACE && plan->lens->surface[first].is_mirror;
+        (void)json_array_append_new(list, json_pack("{s:s, s:s, s:o}", "name", element->name,
+                                                    "kind", mirror ? "mirror" : kind[element->kind],
+                                                    "surfaces", rows));
+    }
+    return list;
+}
+
+static json_t *media(const struct rmap_lens_plan *plan)
+{
+    static const char *const kind[] = {[RMAP_LENS_AIR] = "air",
+                                       [RMAP_LENS_CATALOGUE] = "catalogue",
+                                       [RMAP_LENS_AGF] = "file",
+                                       [RMAP_LENS_MODEL] = "model"};
+    json_t *list = json_array();
+    for (size_t i = 0; i < plan->media.n; i++) {
+        const struct rmap_lens_medium *medium = &plan->media.medium[i];
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:s, s:s, s:o}", "name", medium->name, "word", medium->word,
+                            "kind", kind[medium->kind], "index", rmap_json_number(medium->index)));
+    }
+    return list;
+}
+
+static json_t *findings(const struct rmap_diagnostics *diagnostics)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < diagnostics->n; i++)
+        (void)json_array_append_new(list, json_pack("{s:i, s:s}", "line", diagnostics->item[i].line,
+                                                    "text", diagnostics->item[i].text));
+    return list;
+}
+
+json_t *rmap_lens_json(const struct rmap_lens_plan *plan, const char *path, const char *scene)
+{
+    const struct rmap_prescription *lens = plan->lens;
+    const struct rmap_first_order *o = &plan->order;
+    json_t *document =
+        json_pack("{s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:o}", "path", path, "scene", scene,
+                  "format", lens->format, "title", lens->title, "units", lens->unit, "surfaces",
+                  (json_int_t)lens->n_surface - 2, "fields", (json_int_t)lens->n_field,
+                  "wavelength", rmap_json_number(lens->wavelength_nm[lens->primary]));
+    const struct {
+        const char *key;
+        double value;
+    } numbers[] = {{"focal_length", o->focal_length},
+                   {"back_focus", o->back_focus},
+                   {"f_number", o->f_number},
+                   {"entrance_pupil", o->entrance},
+                   {"entrance_pupil_diameter", o->entrance_diameter},
+                   {"object_distance", o->object},
+                   {"magnification", isfinite(o->object) ? o->magnification : (double)NAN}};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        (void)json_object_set_new(document, numbers[i].key, rmap_json_number(numbers[i].value));
+    (void)json_object_set_new(document, "elements", elements(plan));
+    (void)json_object_set_new(document, "media", media(plan));
+    (void)json_object_set_new(document, "understood", json_boolean(lens->findings->n == 0));
+    (void)json_object_set_new(document, "findings", findings(lens->findings));
+    return document;
+}

@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap import: a scene of what lens designers have.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/alloc.h"
+#include "io/file/directory.h"
+#include "io/file/input_file.h"
+#include "io/file/whole_file.h"
+#include "io/lensfile/lens_scene.h"
+#include "mpi/answer/lens_out.h"
+#include "mpi/command/command.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/output.h"
+#include "mpi/parallel/agree.h"
+
+enum { FILE_NBYTES_MAX = 64 << 20, PATH = 4096, BESIDE_MAX = 32 };
+
+static const struct rmap_option options[] = {
+    {"output", 'o', "FOLDER", "where the scene goes, as FOLDER/scene.yaml"},
+    {"glass", 0, "FILE.agf" RMAP_ARGUMENT_AGAIN,
+     "a glass catalogue; those beside the lens file are read without being named"},
+    {"strict", 0, NULL, "write nothing if anything is not understood: status 3"},
+    {"force", 'f', NULL, "replace FOLDER/scene.yaml, with whatever was changed in it"},
+    {NULL}};
+
+struct import {
+    const char *path, *folder;
+    char scene[PATH];
+    struct rmap_prescription lens;
+    struct rmap_lens_plan plan;
+    struct rmap_diagnostics findings;
+    size_t n_beside;
+};
+
+static enum rmap_status read_glass(struct import *import, const char *path, struct rmap_error *err)
+{
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = rmap_input_file_read(path, FILE_NBYTES_MAX, &bytes, &nbytes, err);
+    if (st == RMAP_OK)
+        st = rmap_prescription_read_agf((const char *)bytes, nbytes, &import->lens, err);
+    if (st != RMAP_OK)
+        rmap_error_context(err, "glass catalogue %s", path);
+    rmap_free(bytes);
+    return st;
+}
+
+/* A bad one beside the lens file is told and left out: nobody asked for it. */
+static enum rmap_status visit_beside(void *context, int directory, const char *name,
+                                     struct rmap_error *err)
+{
+    struct import *import = context;
+    char path[PATH];
+    (void)directory;
+    const char *slash = strrchr(import->path, '/');
+    const int n_folder = slash ? (int)(slash - import->path) + 1 : 0;
+    if (!rmap_output_is(name, ".agf") || import->n_beside >= BESIDE_MAX ||
+        snprintf(path, sizeof path, "%.*s%s", n_folder, import->path, name) >= PATH)
+        return RMAP_OK;
+    import->n_beside++;
+    const enum rmap_status st = read_glass(import, path, err);
+    if (st == RMAP_INPUT)
+        rmap_diagnostics_add(&import->findings, RMAP_SEVERITY_WARNING, 0, 0, "%s", err->text);
+    return st == RMAP_INPUT ? RMAP_OK : st;
+}
+
+static enum rmap_status read_glasses(struct import *import, const struct rmap_arguments *given,
+                                     struct rmap_error *err)
+{
+    char folder[PATH];
+    const char *slash = strrchr(import->path, '/');
+    (void)snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - import->path) + 1 : 2,
+                   slash ? import->path : "./");
+    enum rmap_status st = rmap_directory_visit(folder, visit_beside, import, err);
+    for (size_t i = 0; i < given->n_value && st == RMAP_OK; i++)
+        if (strcmp(given->value[i].option->name, "glass") == 0)
+            st = read_glass(import, given->value[i].text, err);
+    return st;
+}
+
+static enum rmap_status read_lens(struct import *import, const struct rmap_arguments *given,
+                                  struct rmap_error *err)
+{
+    enum rmap_lens_format format = RMAP_LENS_ZMX;
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = RMAP_OK;
+    if (rmap_output_is(import->path, ".zar"))
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s: how a .zar is packed is not public: save it as .zmx, which is "
+                              "read with its .agf beside it",
+                              import->path);
+    if (rmap_output_is(import->path, ".agf"))
+        return rmap_error_set(err, RMAP_USAGE, "%s is a glass catalogue: give it with --glass",
+                              import->path);
+    if (!rmap_lens_format_of(import->path, &format))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s: what is imported ends in .zmx (Zemax), .seq (CODE V) or .len "
+                              "(OSLO)",
+                              import->path);
+    st = rmap_input_file_read(import->path, FILE_NBYTES_MAX, &bytes, &nbytes, err);
+    if (st == RMAP_OK)
+        st = rmap_prescription_read((const char *)bytes, nbytes, format, &import->findings,
+                                    &import->lens, err);
+    if (st != RMAP_OK)
+        rmap_error_context(err, "%s", import->path);
+    rmap_free(bytes);
+    if (st == RMAP_OK)
+        st = read_glasses(import, given, err);
+    return st;
+}
+
+static enum rmap_status make_folder(const char *folder, struct rmap_error *err)
+{
+    const mode_t all = 0777;
+    struct stat info;
+    if (mkdir(folder, all) == 0)
+        return RMAP_OK;
+    const int why = errno;
+    if (why == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
+        return RMAP_OK;
+    return rmap_error_set(err, why == EEXIST ? RMAP_USAGE : RMAP_SYSTEM,
+                          "folder %s cannot be made: %s", folder, strerror(why));
+}
+
+static enum rmap_status put_scene(const void *context, FILE *file, struct rmap_error *err)
+{
+    const struct import *import = context;
+    const char *slash = strrchr(import->path, '/');
+    (void)err;
+    rmap_lens_scene_write(&import->plan, slash ? slash + 1 : import->path, file);
+    return RMAP_OK;
+}
+
+static enum rmap_status import_lens(const struct rmap_context *context,
+                                    const struct rmap_arguments *given, struct import *import,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct stat info;
+    const size_t n = strlen(import->folder);
+    const bool slash = n > 0 && import->folder[n - 1] == '/';
+    if (snprintf(import->scene, sizeof import->scene, "%s%sscene.yaml", import->folder,
+                 slash ? "" : "/") >= PATH)
+        return rmap_error_set(err, RMAP_USAGE, "the name of the folder is too long");
+    if (stat(import->folder, &info) == 0) /* else it is made when there is something to write */
+        RMAP_TRY(rmap_output_free(import->scene, rmap_argument(given, "force") != NULL, err));
+    RMAP_TRY(read_lens(import, given, err));
+    st = rmap_lens_plan_make(&import->lens, &import->plan, err);
+    if (st != RMAP_OK)
+        rmap_error_context(err, "%s", import->path);
+    rmap_diagnostics_print(&import->findings, stderr);
+    if (st == RMAP_OK && import->findings.n > 0 && rmap_argument(given, "strict"))
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "%s: %zu things are not understood; nothing is written, as --strict "
+                            "asks",
+                            import->path, import->findings.n + import->findings.n_dropped);
+    RMAP_TRY(st);
+    RMAP_TRY(make_folder(import->folder, err));
+    RMAP_TRY(rmap_whole_file_put(import->scene, put_scene, import, err));
+    if (context->json)
+        st = rmap_json_print(rmap_lens_json(&import->plan, import->path, import->scene), stdout,
+                             err);
+    else if (!context->quiet)
+        rmap_lens_print(&import->plan, import->scene, stdout);
+out:
+    return st;
+}
+
+/* Rank 0 does it all. */
+static enum rmap_status run_import(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct import import = {.path = given->operand[0], .folder = rmap_argument(given, "output")};
+    enum rmap_status st = RMAP_OK;
+    rmap_diagnostics_init(&import.findings, import.path);
+    if (!import.folder)
+        st = rmap_error_set(err, RMAP_USAGE, "-o FOLDER is missing: where the scene goes");
+    else if (context->rank == 0)
+        st = import_lens(context, given, &import, err);
+    st = rmap_agree(context, st, err);
+    rmap_lens_plan_fini(&import.plan);
+    rmap_prescription_fini(&import.lens);
+    rmap_diagnostics_fini(&import.findings);
+    return st;
+}
+
+const struct rmap_command rmap_command_import = {
+    .name = "import",
+    .summary = "write a scene of a lens designer's file",
+    .operands = "LENS -o FOLDER",
+    .help =
+        "Reads a lens of Zemax (.zmx), CODE V (.seq) or OSLO (.len) and writes FOLDER/scene.yaml,\n"
+        "to be read and edited like any other: glasses by their names, apertures, stops, mirrors,\n"
+        "tilts, fields as sources, the image as a detector. What is not understood is told with\n"
+        "its line and surface, and stands as a remark in the scene; --strict makes it a mistake.\n"
+        "A scene that is there already is not replaced unless --force is given.\n\n"
+        "  raymap import double-gauss.zmx -o lens\n"
+        "  raymap trace lens/scene.yaml -n 1M -o lens.raymap\n"
+        "  raymap ghosts lens.raymap sensor",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_import,
+};
