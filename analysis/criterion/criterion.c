@@ -15,6 +15,7 @@
 #include "analysis/criterion/path_in.h"
 #include "analysis/criterion/path_store.h"
 #include "analysis/criterion/registration_angle.h"
+#include "analysis/criterion/registration_response.h"
 #include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 #include "io/map/map_reader.h"
@@ -109,6 +110,8 @@ rmap_column_set rmap_registration_number_columns(enum rmap_registration_number n
     case RMAP_REGISTRATION_TIME:
     case RMAP_REGISTRATION_OPTICAL_PATH:
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path);
+    case RMAP_REGISTRATION_DETECTED:
+        return RMAP_RESPONSE_COLUMNS;
     case RMAP_REGISTRATION_ARRIVAL:
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) |
                RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay);

@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/registration_response.h"
 
 enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
                                               enum rmap_registration_number number,
@@ -28,6 +29,8 @@ enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
     case RMAP_REGISTRATION_WORLD_Y:
     case RMAP_REGISTRATION_WORLD_Z:
         return RMAP_DIMENSION_LENGTH;
+    case RMAP_REGISTRATION_DETECTED:
+        return RMAP_DIMENSION_NONE;
     case RMAP_REGISTRATION_X:
     case RMAP_REGISTRATION_Y:
         break;
@@ -184,6 +187,49 @@ out:
 enum rmap_status rmap_parse_registered(struct rmap_parser *parser, struct rmap_criterion_node *node)
 {
     return parse_registrations(parser, node);
+}
+
+/* A chance on one of the detectors; else what is registered there is detected. */
+static enum rmap_status check_chances(const struct rmap_parser *parser,
+                                      const struct rmap_token *word,
+                                      const struct rmap_index_set *detector)
+{
+    const struct rmap_scene *scene = parser->criterion->scene;
+    for (size_t d = 0; d < scene->n_detector; d++)
+        if (rmap_index_set_has(detector, (int32_t)d) && rmap_detector_chances(&scene->detector[d]))
+            return RMAP_OK;
+    return RMAP_PARSER_FAIL(parser, word,
+                            "no detector of these detects by chance: ask for registered(NAME), or "
+                            "give it 'response' and 'detect: chance'");
+}
+
+/* registered(...), and the draw beside what stands behind `where`. */
+enum rmap_status rmap_parse_detected(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_token word = parser->word;
+    struct rmap_registration_test *test = &node->registrations;
+    struct rmap_criterion_node drawn = {.kind = RMAP_CRITERION_ITS_NUMBER,
+                                        .first = -1,
+                                        .next = -1,
+                                        .begin = word.begin,
+                                        .end = word.end,
+                                        .interval = {1.0, (double)INFINITY, false},
+                                        .its_number = RMAP_REGISTRATION_DETECTED};
+    struct rmap_criterion_node both = {.kind = RMAP_CRITERION_AND, .next = -1};
+    RMAP_TRY(parse_registrations(parser, node));
+    RMAP_TRY(check_chances(parser, &word, &test->detector));
+    drawn.next = test->where;
+    RMAP_TRY(rmap_criterion_node_add(parser->criterion, &drawn, &both.first, parser->err));
+    if (test->where < 0) {
+        test->where = both.first;
+        return RMAP_OK;
+    }
+    both.begin = word.begin;
+    both.end = parser->taken_end;
+    st = rmap_criterion_node_add(parser->criterion, &both, &test->where, parser->err);
+out:
+    return st;
 }
 
 enum rmap_status rmap_parse_crossed(struct rmap_parser *parser, struct rmap_criterion_node *node)

@@ -23,6 +23,9 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
 enum rmap_status rmap_parse_registered(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 
+enum rmap_status rmap_parse_detected(struct rmap_parser *parser,
+                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
+
 enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
 

@@ -12,6 +12,7 @@
 #include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_tests.h"
 #include "analysis/criterion/path_in.h"
+#include "analysis/criterion/registration_response.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "base/wide.h"
@@ -323,7 +324,9 @@ static enum rmap_status check_portion(const struct rmap_criterion *criterion,
         return rmap_error_set(err, RMAP_FORMAT,
                               "the rays from id %llu on do not add up to the rows of their tables",
                               (unsigned long long)portion->first_ray);
-    return RMAP_OK;
+    return criterion->columns & RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)
+               ? rmap_response_check(criterion->scene, portion, err)
+               : RMAP_OK;
 }
 
 enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,

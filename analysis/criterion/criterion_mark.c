@@ -246,6 +246,8 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
                registration->group_path[row] * scene->unit_m / light_speed_m_per_s;
     case RMAP_REGISTRATION_OPTICAL_PATH:
         return registration->optical_path[row];
+    case RMAP_REGISTRATION_DETECTED:
+        break; /* of its ray, too: rmap_registration_detected */
     case RMAP_REGISTRATION_GROUP_PATH:
         return registration->group_path[row];
     }

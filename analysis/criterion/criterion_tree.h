@@ -73,7 +73,8 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_TIME,         /* s, of scenes that are not timed: optical path / c */
     RMAP_REGISTRATION_ARRIVAL,      /* s, of timed ones: delay + group path / c */
     RMAP_REGISTRATION_OPTICAL_PATH, /* scene's length unit, from emission */
-    RMAP_REGISTRATION_GROUP_PATH
+    RMAP_REGISTRATION_GROUP_PATH,
+    RMAP_REGISTRATION_DETECTED /* 1 or 0; of criteria alone, below `where` */
 };
 
 /* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.

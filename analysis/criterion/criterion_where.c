@@ -7,6 +7,7 @@
 #include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/path_walk.h"
 #include "analysis/criterion/registration_angle.h"
+#include "analysis/criterion/registration_response.h"
 
 /* Walks that go on from one registration of a ray to its next; a further path("...") of the same
  * condition may have to begin anew. */
@@ -95,6 +96,10 @@ static bool where_holds(struct seen *seen, int32_t index)
     if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
         return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
                                 its->direction + 3 * seen->row, &node->interval, &node->angle);
+    if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_DETECTED)
+        return rmap_registration_detected(
+            criterion->scene, seen->portion,
+            &(struct rmap_registration_place){seen->row, seen->before.ray, seen->before.first});
     if (node->kind == RMAP_CRITERION_ITS_NUMBER)
         return rmap_interval_holds(
             &node->interval,

@@ -247,6 +247,7 @@ static const struct rmap_word word_table[] = {
     {"at", rmap_parse_at, 15, 0, RMAP_OF_REGISTRATION},
     {"registered", rmap_parse_registered, .in_stats = 24},
     {"crossed", rmap_parse_crossed, .in_stats = 25},
+    {"detected", rmap_parse_detected, .in_stats = 34},
     {"ended", parse_ended, .in_stats = 23},
     {"path", rmap_parse_path, 13, 26, RMAP_OF_STEPS},
     {"segments", .in_stats = 5, RAY(RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE)},

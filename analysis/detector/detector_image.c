@@ -19,7 +19,7 @@ static void name_units(struct rmap_detector_image *image, const struct rmap_dete
         [RMAP_PER_SOLID_ANGLE] = {"radiant intensity", "luminous intensity"},
         [RMAP_PER_AREA_AND_ANGLE] = {"radiance", "luminance"},
         [RMAP_PER_CELL] = {"flux per cell", "flux per cell"}};
-    const bool lumens = ask->luminous || image->scene->flux_unit == RMAP_FLUX_LM;
+    const bool lumens = rmap_detector_ask_lumens(ask);
     image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, lumens)->name;
     image->quantity = name[image->bins.quantity][lumens];
     image->unit =
@@ -49,19 +49,19 @@ static void channel_value(const struct rmap_map *map, const struct rmap_detector
     for (size_t s = of.first; s < of.last; s++) {
         const uint64_t *share =
             sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
-        add_flux(map, s, (double)share[0] / 65535.0,
+        add_flux(map, s, (double)share[0] / RMAP_SHARE_UNIT,
                  (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
     }
-    *error = rmap_flux_error(variance);
+    *value *= sums->seen_unit;
+    *error = rmap_flux_error(variance) * sums->seen_unit;
 }
 
-/* The same of what is seen of it, in lm. */
-static void luminous_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                           struct sources of, size_t c, double *value, double *error)
+/* What is seen of all light, where not all of it counts alike. */
+static void seen_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
+                       struct sources of, size_t c, double *value, double *error)
 {
-    channel_value(map, sums, of, 0, c, value, error);
-    *value *= sums->luminous_unit;
-    *error *= sums->luminous_unit;
+    if (sums->n_channel > sums->n_spectral)
+        channel_value(map, sums, of, sums->n_spectral, c, value, error);
 }
 
 static void fill_cells(struct rmap_detector_image *image, const struct rmap_map *map,
@@ -77,8 +77,7 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
         uint32_t i = (uint32_t)(c % image->n[0]);
         double extent = rmap_detector_bins_extent(&image->bins, i),
                error = rmap_flux_error(variance);
-        if (sums->ask.luminous)
-            luminous_value(map, sums, (struct sources){0, sums->n_source}, c, &flux, &error);
+        seen_value(map, sums, (struct sources){0, sums->n_source}, c, &flux, &error);
         image->value[c] = flux / extent;
         image->standard_error[c] = error / extent;
         image->registrations += image->rays[c];
@@ -122,8 +121,7 @@ static void total_of(const struct rmap_map *map, const struct rmap_detector_sums
     for (size_t s = of.first; s < of.last; s++)
         add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &total->flux, &variance);
     total->flux_error = rmap_flux_error(variance);
-    if (sums->ask.luminous)
-        luminous_value(map, sums, of, sums->n_cell, &total->flux, &total->flux_error);
+    seen_value(map, sums, of, sums->n_cell, &total->flux, &total->flux_error);
 }
 
 static void fill_totals(struct rmap_detector_image *image, const struct rmap_map *map,
@@ -151,9 +149,9 @@ static void fill_totals(struct rmap_detector_image *image, const struct rmap_map
 static enum rmap_status fill_channels(struct rmap_detector_image *image, const struct rmap_map *map,
                                       const struct rmap_detector_sums *sums, struct rmap_error *err)
 {
-    const size_t n = sums->n_cell, n_channel = sums->n_channel;
+    const size_t n = sums->n_cell, n_channel = sums->n_spectral;
     const struct sources all = {0, sums->n_source};
-    if (n_channel == 0 || sums->ask.luminous)
+    if (n_channel == 0)
         return RMAP_OK;
     image->n_channel = n_channel;
     image->cube = rmap_alloc(n * n_channel, sizeof *image->cube);

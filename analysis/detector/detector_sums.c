@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_sums.h"
 #include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
@@ -30,6 +31,12 @@ enum rmap_status rmap_detector_sums_init(struct rmap_detector_sums *sums,
     return rmap_detector_sums_init_as(sums, &ask, err);
 }
 
+bool rmap_detector_ask_lumens(const struct rmap_detector_ask *ask)
+{
+    return ask->luminous || (ask->weighed && ask->bins.detector->response->lumens) ||
+           rmap_map_scene(ask->map)->flux_unit == RMAP_FLUX_LM;
+}
+
 static double rmap_channel_luminous(const struct rmap_channels *channels, int channel)
 {
     double alone[RMAP_CHANNEL_MAX] = {0.0};
@@ -44,6 +51,15 @@ static double luminous_most(const struct rmap_channels *channels)
     for (int i = 0; i < channels->n; i++)
         most = fmax(most, rmap_channel_luminous(channels, i));
     return most > 0.0 ? most : 1.0;
+}
+
+/* The most that the detector makes of light of any source; 1 where it makes nothing of any. */
+static double response_most(const struct rmap_scene *scene, const struct rmap_response *response)
+{
+    double most = rmap_response_most(response), least = 1.0;
+    for (size_t s = 0; s < scene->n_source && response->luminance; s++)
+        least = fmin(least, rmap_rgb_luminance(scene->source[s].colour));
+    return most > 0.0 && least > 0.0 ? most / least : 1.0;
 }
 
 /* The arrays of sums, for those who copy them as bytes. */
@@ -80,8 +96,11 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
         .ask = *ask, .n_source = scene->n_source, .n_cell = (size_t)n[0] * n[1], .space = -1};
     sums->n_weight = 2 * sums->n_source * sums->n_cell;
     sums->n_colour = ask->colour ? 3 * sums->n_cell : 0;
-    sums->n_channel = ask->luminous ? 1 : ask->channels ? (size_t)scene->channels.n : 0;
-    sums->luminous_unit = ask->luminous ? luminous_most(&scene->channels) : 0.0;
+    sums->n_spectral = ask->channels && !ask->luminous ? (size_t)scene->channels.n : 0;
+    sums->n_channel = sums->n_spectral + (size_t)(ask->luminous || ask->weighed);
+    sums->seen_unit = ask->luminous  ? luminous_most(&scene->channels)
+                      : ask->weighed ? response_most(scene, ask->bins.detector->response)
+                                     : 1.0;
     sums->n_share = 2 * sums->n_source * sums->n_channel * (sums->n_cell + 1);
     double flux = 0.0;
     for (size_t s = 0; s < scene->n_source; s++)
@@ -224,6 +243,8 @@ rmap_column_set rmap_detector_sums_columns(const struct rmap_detector_ask *ask)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     if (ask->colour || ask->channels || ask->luminous)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
+    if (ask->weighed)
+        columns |= RMAP_RESPONSE_COLUMNS;
     return columns;
 }
 
@@ -239,6 +260,7 @@ const struct rmap_fold_kind rmap_detector_sums_kind = {.create = create,
 
 struct rmap_detector_hit {
     size_t cell;
+    struct rmap_registration_place place;
     size_t segment; /* row of /segment */
 };
 
@@ -270,14 +292,20 @@ static void add_colour(struct rmap_detector_sums *sums, const struct rmap_portio
         sums->colour[3 * hit->cell + k] += llround(sum[k] / 65535.0 * flux / sums->quantum);
 }
 
-/* Of a segment's light, the part of 65535 that channel c has; or how much of it is seen. */
+/* Of a registration's light, the part of 65535 that channel c has; or how much of it is seen. */
 static double share_of(const struct rmap_detector_sums *sums, const struct rmap_portion *portion,
-                       size_t segment, size_t c)
+                       const struct rmap_detector_hit *hit, size_t c)
 {
-    const uint16_t *share = portion->colour + segment * (size_t)portion->n_channel;
+    const uint16_t *share = portion->colour + hit->segment * (size_t)portion->n_channel;
     double seen = 0.0;
-    if (!sums->ask.luminous)
-        return share[c];
+    if (c < sums->n_spectral)
+        return share[c] == 0 || !sums->ask.weighed
+                   ? share[c]
+                   : share[c] / sums->seen_unit *
+                         rmap_registration_response_to(sums->scene, portion, &hit->place, (int)c);
+    if (sums->ask.weighed)
+        return 65535.0 * rmap_registration_response(sums->scene, portion, &hit->place) /
+               sums->seen_unit;
     for (int i = 0; i < portion->n_channel; i++)
         seen += share[i] * sums->channel_luminous[i];
     return seen;
@@ -292,13 +320,13 @@ static void add_shares(struct rmap_detector_sums *sums, const struct rmap_portio
     for (size_t c = 0; c < sums->n_channel; c++) {
         double share = 0.0;
         for (size_t k = 0; k < n_hit; k++)
-            share += share_of(sums, portion, hit[k].segment, c);
+            share += share_of(sums, portion, &hit[k], c);
         if (share == 0.0)
             continue;
-        const uint64_t q = (uint64_t)llround(weight * share);
+        const double q = weight * share;
         uint64_t *sum = sums->share + (source * sums->n_channel + c) * stride + cell;
-        sum[0] += q;
-        sum[sums->n_share / 2] += q * q;
+        sum[0] += (uint64_t)llround(q * (RMAP_SHARE_UNIT / 65535.0));
+        sum[sums->n_share / 2] += (uint64_t)llround(q * q);
     }
 }
 
@@ -330,7 +358,10 @@ static void add_hits(struct rmap_detector_sums *sums, const struct rmap_portion 
         if (sums->n_channel)
             add_shares(sums, portion, hit + first, last - first, source, hit[first].cell, weight);
         for (size_t k = first; k < last && sums->n_colour; k++)
-            add_colour(sums, portion, &hit[k], flux);
+            add_colour(sums, portion, &hit[k],
+                       sums->ask.weighed && !sums->ask.bins.detector->response->lumens
+                           ? flux * rmap_registration_response(sums->scene, portion, &hit[k].place)
+                           : flux);
     }
     sums->total[source] += all;
     sums->total[sums->n_source + source] += all * all;
@@ -352,12 +383,13 @@ static void add_place(struct rmap_detector_sums *sums, const struct rmap_portion
 }
 
 static enum rmap_status take_hit(struct rmap_detector_sums *sums, size_t n_hit, size_t cell,
-                                 size_t segment, struct rmap_error *err)
+                                 const struct rmap_registration_place *place, uint32_t segment,
+                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_RESERVE(sums->hit, sums->cap_hit, n_hit + 1, err);
     if (st != RMAP_OK)
         return st;
-    sums->hit[n_hit] = (struct rmap_detector_hit){cell, segment};
+    sums->hit[n_hit] = (struct rmap_detector_hit){cell, *place, place->first_segment + segment};
     return RMAP_OK;
 }
 
@@ -385,7 +417,8 @@ static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rm
                 portion->ray.id[ray], segment);
         if (cell == SIZE_MAX)
             continue;
-        RMAP_TRY(take_hit(sums, n_hit++, cell, first + segment, err));
+        const struct rmap_registration_place place = {row, ray, first};
+        RMAP_TRY(take_hit(sums, n_hit++, cell, &place, segment, err));
         if (sums->centre)
             add_place(sums, portion, ray, row);
     }
@@ -434,13 +467,16 @@ static enum rmap_status enter_space(struct rmap_detector_sums *sums,
     if ((size_t)sums->space == rays->space)
         return RMAP_OK;
     sums->space = (int32_t)rays->space;
+    sums->scene = (size_t)sums->ask.detector < scene->n_detector
+                      ? scene
+                      : rmap_scene_with(sums->ask.map, sums->ask.overlay);
+    if (sums->ask.weighed && sums->scene->channels.n != scene->channels.n)
+        return tell_other_channels(sums->ask.map, err);
     if (sums->n_colour)
         channel_colours_as(scene, first->channels.mode, sums->channel_colour);
     for (int i = 0; sums->ask.luminous && i < scene->channels.n; i++)
-        sums->channel_luminous[i] =
-            rmap_channel_luminous(&scene->channels, i) / sums->luminous_unit;
-    if (sums->n_channel && !sums->ask.luminous &&
-        !same_channels(&scene->channels, &first->channels))
+        sums->channel_luminous[i] = rmap_channel_luminous(&scene->channels, i) / sums->seen_unit;
+    if (sums->n_spectral && !same_channels(&scene->channels, &first->channels))
         return tell_other_channels(sums->ask.map, err);
     return RMAP_OK;
 }

@@ -28,8 +28,12 @@ struct rmap_detector_ask {
     bool colour;                        /* per cell, as light looks */
     bool channels;                      /* per cell and channel of colour space 0 */
     bool luminous; /* per cell, weighted by V(lambda): of fluxes in W; not with `channels` */
+    bool weighed;  /* per cell, by the detector's response */
     bool centre;   /* where the light falls, of planes */
 };
+
+/* Fluxes are in lm. */
+bool rmap_detector_ask_lumens(const struct rmap_detector_ask *ask);
 
 struct rmap_detector_hit; /* of the ray in hand */
 
@@ -43,18 +47,25 @@ struct rmap_detector_sums {
     size_t n_colour; /* 3 * n_cell, or 0: no colour wanted */
     int64_t *colour; /* [n_cell][3] CIE XYZ (spectral) or linear RGB, in units of quantum */
     double quantum;  /* flux */
-    size_t n_channel, n_share; /* 0: no channels wanted */
-    double luminous_unit;      /* lm/W that a share of 65535 stands for, where luminous */
-    uint64_t *share;           /* [2][n_source][n_channel][n_cell + 1] sums of shares of 65535 and
-                                  of their squares per ray; behind the cells their total */
+    size_t n_channel, n_share; /* 0: no channels wanted; the last is what `luminous` and `weighed`
+                                  make of all light */
+    size_t n_spectral;         /* those of the spectrum */
+    double seen_unit;          /* what a share of all stands for there: lm/W, or response */
+    uint64_t *share;           /* [2][n_source][n_channel][n_cell + 1] sums of shares of
+                                  RMAP_SHARE_UNIT and of their squares per ray, of 65535^2; behind
+                                  the cells their total */
     struct rmap_exact_sum *centre; /* [n_source][4]: weight, times x, y, x^2 + y^2; or NULL */
 
     struct rmap_detector_hit *hit;
     size_t cap_hit;
     int32_t space; /* of the colours below; -1: none yet */
     double channel_colour[RMAP_CHANNEL_MAX][3];
-    double channel_luminous[RMAP_CHANNEL_MAX]; /* lm/W over luminous_unit */
+    double channel_luminous[RMAP_CHANNEL_MAX]; /* lm/W over seen_unit */
+    const struct rmap_scene *scene;            /* whose detector it is there */
 };
+
+/* Of a ray's weight: 2^32 rays of 1 fit into a sum, as do their squares. */
+#define RMAP_SHARE_UNIT (65535.0 * 65536.0)
 
 /* What one state may take; more is refused. */
 #define RMAP_DETECTOR_SUMS_NBYTES_MAX ((size_t)1 << 30)

@@ -13,6 +13,7 @@
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/criterion/path_in.h"
+#include "analysis/criterion/registration_response.h"
 #include "analysis/query/quantity_count.h"
 #include "base/alloc.h"
 #include "base/unit.h"
@@ -279,6 +280,11 @@ static void plan(struct rmap_quantities *self, bool has_detector)
     for (size_t d = 0; self->of_registrations && d < self->scene->n_detector; d++)
         if (rmap_index_set_has(&self->detector, (int32_t)d))
             self->detector_bits |= 1ULL << d % 64;
+    for (size_t d = 0; self->of_registrations && d < self->scene->n_detector; d++)
+        self->weighs = self->weighs || (rmap_index_set_has(&self->detector, (int32_t)d) &&
+                                        rmap_detector_weighs(&self->scene->detector[d]));
+    if (self->weighs)
+        self->columns |= RMAP_RESPONSE_COLUMNS;
     if (!self->spreads || !any_spectral(self->map))
         return;
     self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);

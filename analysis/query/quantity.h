@@ -66,6 +66,7 @@ struct rmap_quantities {
     struct rmap_index_set detector; /* whose registrations */
     uint64_t detector_bits;         /* as in struct rmap_portion_summary */
     bool spreads;                   /* `wavelength` is among them */
+    bool weighs;                    /* some of the detectors have a response */
     struct rmap_path_order order;   /* when an order is among them */
     rmap_column_set columns;        /* that reading them needs, with sources and weights */
     rmap_column_set deferred;       /* those of them that only their flux needs */

@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/path_in.h"
+#include "analysis/criterion/registration_response.h"
 #include "analysis/query/quantity.h"
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
@@ -391,6 +392,31 @@ static const struct rmap_channels *channels_of(const struct rmap_quantities *sel
     return spread ? channels : NULL;
 }
 
+/* A reading has the detector's response as its part of the ray's weight; of spread places that to
+ * its own channel. */
+static enum rmap_status weigh(const struct search *search, struct rmap_error *err)
+{
+    const struct rmap_quantities *self = search->self;
+    struct rmap_readings *readings = search->readings;
+    const struct rmap_portion *portion = search->rays->portion;
+    const struct rmap_scene *own = rmap_map_scene_of(self->map, search->rays->space);
+    struct rmap_registration_place at = {0, 0, 0};
+    for (size_t k = 0; k < readings->n; k++) {
+        while (at.ray < readings->ray[k])
+            at.first_segment += portion->ray.segment_count[at.ray++];
+        at.row = readings->place[k];
+        const size_t detector = (size_t)portion->registration.detector[at.row];
+        const struct rmap_scene *scene = detector < own->n_detector ? own : self->scene;
+        if (!rmap_detector_weighs(&scene->detector[detector]))
+            continue;
+        readings->share[k] *=
+            search->channels && readings->channel[k] >= 0
+                ? rmap_registration_response_to(scene, portion, &at, readings->channel[k])
+                : rmap_registration_response(scene, portion, &at);
+    }
+    return rmap_response_check(own, portion, err);
+}
+
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
                                       const struct rmap_matched *rays,
                                       struct rmap_readings *readings, struct rmap_error *err)
@@ -411,6 +437,8 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         for (size_t k = 0; scale != 1.0 && k < readings->n; k++)
             readings->value[i][k] *= scale;
     }
+    if (self->weighs)
+        RMAP_TRY(weigh(&search, err));
     keep_defined(self, readings);
 out:
     return st;

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/registration_response.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
 
@@ -354,15 +355,53 @@ out:
     return st;
 }
 
+enum rmap_status rmap_which_detect(struct rmap_which *self, const struct rmap_index_set *detector,
+                                   struct rmap_error *err)
+{
+    static const char behind[] = " and detected";
+    for (size_t d = 0; d < self->scene->n_detector; d++)
+        self->detects |= rmap_index_set_has(detector, (int32_t)d) &&
+                         rmap_detector_chances(&self->scene->detector[d]);
+    if (!self->detects)
+        return RMAP_OK;
+    const size_t n = strlen(self->text) + sizeof behind;
+    char *text = rmap_alloc(n, 1);
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the registrations that count");
+    (void)snprintf(text, n, "%s%s", self->chooses ? self->text : "",
+                   behind + (self->chooses ? 0 : sizeof " and"));
+    rmap_free(self->text);
+    self->text = text;
+    self->chooses = true;
+    self->columns |= always | RMAP_RESPONSE_COLUMNS;
+    return RMAP_OK;
+}
+
+static enum rmap_status keep_detected(const struct rmap_which *self,
+                                      const struct rmap_portion *portion, uint8_t *chosen,
+                                      struct rmap_error *err)
+{
+    struct rmap_registration_place at = {0, 0, 0};
+    for (; at.ray < portion->n_row[RMAP_TABLE_RAY]; at.ray++) {
+        for (const size_t end = at.row + portion->ray.registration_count[at.ray]; at.row < end;
+             at.row++)
+            if (chosen[at.row])
+                chosen[at.row] = rmap_registration_detected(self->scene, portion, &at);
+        at.first_segment += portion->ray.segment_count[at.ray];
+    }
+    return rmap_response_check(self->scene, portion, err);
+}
+
 enum rmap_status rmap_which_mark(const struct rmap_which *self, const struct rmap_portion *portion,
                                  uint8_t *chosen, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     if (portion->n_row[RMAP_TABLE_REGISTRATION] == 0)
         return RMAP_OK;
-    if (self->both[0])
-        return mark_both(self, portion, chosen, err);
-    return self->n_of > 0 ? mark_any(self, portion, chosen, err)
+    st = self->both[0]    ? mark_both(self, portion, chosen, err)
+         : self->n_of > 0 ? mark_any(self, portion, chosen, err)
                           : mark_tests(self, portion, chosen, err);
+    return st == RMAP_OK && self->detects ? keep_detected(self, portion, chosen, err) : st;
 }
 
 json_t *rmap_which_json(const struct rmap_which *self)

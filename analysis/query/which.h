@@ -27,6 +27,7 @@ struct rmap_which {
                            registrations; NULL: none */
     rmap_column_set columns; /* that choosing reads */
     bool chooses;            /* some registrations may not count */
+    bool detects;            /* on detectors that detect by chance, those alone that are detected */
     /* Of several criteria: each with what it chooses. */
     size_t n_of;
     struct rmap_which **of;
@@ -65,6 +66,11 @@ enum rmap_status rmap_which_create_any(const struct rmap_scene *scene,
 enum rmap_status rmap_which_create_with(const struct rmap_which *a, const struct rmap_which *b,
                                         bool b_counts, struct rmap_which **which_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
+/* From now on, of detectors that detect by chance what they detect counts, alone. detector: those
+ * asked about. */
+enum rmap_status rmap_which_detect(struct rmap_which *which, const struct rmap_index_set *detector,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 void rmap_which_destroy(struct rmap_which *which); /* NULL is fine */
 
 /* chosen: [rows of /registration] 1 for those that were registered and count, else 0. The portion

@@ -369,8 +369,10 @@ enum rmap_status rmap_map_offer_named_rays(struct rmap_map *map, struct rmap_err
     self->map = map;
     self->names = (struct rmap_ray_names){self, find};
     map->kept_rays = self;
-    for (size_t i = 0; i < map->spaces.n; i++)
+    for (size_t i = 0; i < map->spaces.n; i++) {
         map->scene[i]->ray_names = &self->names;
+        map->scene[i]->seed = map->summary.seed;
+    }
     return RMAP_OK;
 }
 

@@ -346,6 +346,22 @@ static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_nod
     return true;
 }
 
+/* Of a table over wavelength or angle. */
+static const struct rmap_range *first_range(const char *key)
+{
+    return strcmp(key, "angle") == 0 ? &rmap_range_polar : &rmap_range_wavelength;
+}
+
+void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *key, size_t *n_ret, double **column)
+{
+    size_t n = 0;
+    *n_ret = 0;
+    read_column(reader, node, key, first_range(key), &n, column);
+    if (n > 0 && is_increasing(reader, rmap_yaml_get(node, key), key, *column, n))
+        *n_ret = n;
+}
+
 void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const char *keys, size_t n_required, const struct rmap_range *range,
                        size_t *n_ret, double **column)
@@ -358,8 +374,7 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
         column[k] = NULL;
     if (!rmap_reader_check_keys(reader, node, "a table", key.word, key.n))
         return;
-    const struct rmap_range *first =
-        strcmp(key.word[0], "angle") == 0 ? &rmap_range_polar : &rmap_range_wavelength;
+    const struct rmap_range *first = first_range(key.word[0]);
     size_t n_row = 0;
     for (size_t k = 0; k < key.n; k++) {
         const struct rmap_yaml_node *list = rmap_yaml_get(node, key.word[k]);

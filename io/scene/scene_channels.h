@@ -24,6 +24,10 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
                        const char *keys, size_t n_required, const struct rmap_range *range,
                        size_t *n_ret, double **column);
 
+/* One such column, `wavelength` or `angle`; *n_ret 0 after a complaint. */
+void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *key, size_t *n_ret, double **column);
+
 /* A source's `spectrum`, or what else is one; absent: equal. */
 void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
                           const char *key, struct rmap_spectrum *spectrum);

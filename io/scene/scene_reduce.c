@@ -105,6 +105,7 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
         }
         rmap_free(detector.name);
         rmap_free(detector.face);
+        rmap_response_destroy(detector.response);
     }
     scene->n_detector = n;
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_image.h"
 #include "analysis/detector/far_field.h"
 #include "analysis/detector/spot.h"
@@ -401,17 +402,6 @@ out:
     return st;
 }
 
-/* A list of rays that each have a wavelength. */
-static bool has_own_wavelengths(const struct rmap_source *source)
-{
-    if (source->rays)
-        return source->rays->n_other == 0;
-    for (size_t i = 0; i < source->n_list; i++)
-        if (source->list[i].channel < 0)
-            return false;
-    return source->n_list > 0;
-}
-
 /* Whether lm are asked for of sources in W: V(lambda) makes them of what the scene says of their
  * spectra. */
 static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char *quantity,
@@ -420,7 +410,7 @@ static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char 
     *luminous_ret =
         quantity && scene->flux_unit == RMAP_FLUX_W && strcmp(quantity, "illuminance") == 0;
     for (size_t s = 0; *luminous_ret && s < scene->n_source; s++)
-        if (!scene->source[s].spectrum_given && !has_own_wavelengths(&scene->source[s]))
+        if (!rmap_source_has_spectrum(&scene->source[s]))
             return rmap_error_set(
                 err, RMAP_INPUT,
                 "--quantity %s: the flux of source '%.60s' is in W, and the scene "
@@ -428,6 +418,28 @@ static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char 
                 "trace anew; or ask for %s",
                 quantity, scene->source[s].name, *quantity == 'i' ? "irradiance" : "radiance");
     return RMAP_OK;
+}
+
+/* What the detector's response makes of it. */
+static enum rmap_status ask_weighed(const struct rmap_detector *detector,
+                                    const struct request *request, struct rmap_detector_ask *ask,
+                                    struct rmap_error *err)
+{
+    ask->weighed = rmap_detector_weighs(detector);
+    if (request->tally && detector->response)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--tally: the sums kept during the trace do not know the response of "
+                              "'%.60s': leave it out, and the rays are read",
+                              detector->name);
+    if (ask->weighed && detector->response->lumens)
+        ask->luminous = false;
+    return ask->weighed && ask->luminous
+               ? rmap_error_set(
+                     err, RMAP_USAGE,
+                     "--quantity illuminance: '%.60s' has a response of its own: give it "
+                     "'response: V', or ask for irradiance",
+                     detector->name)
+               : RMAP_OK;
 }
 
 /* For a lamp maker's file. */
@@ -472,6 +484,7 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
+    RMAP_TRY(ask_weighed(&scene->detector[ask->detector], request, ask, err));
     if (request->lamp_file)
         RMAP_TRY(ask_far_field(scene, ask, err));
     if (request->world && ask->bins.directions)
@@ -485,8 +498,7 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "the polar diagram is a picture: --plot OUT.svg or OUT.png; -o "
                               "OUT.csv has the numbers");
-    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity,
-                                  ask->luminous || scene->flux_unit == RMAP_FLUX_LM, request->unit,
+    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, rmap_detector_ask_lumens(ask), request->unit,
                                   &ask->unit, err));
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
         strcmp(request->bins.quantity, "luminance") == 0)

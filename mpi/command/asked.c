@@ -124,6 +124,8 @@ enum rmap_status rmap_asked_which(const struct rmap_context *context,
     enum rmap_status st =
         rmap_which_create(scene, detector, given ? rmap_argument(given, "which") : NULL,
                           asked->criteria, criterion, which_ret, err);
+    if (st == RMAP_OK && given)
+        st = rmap_which_detect(*which_ret, detector, err);
     if (st == RMAP_OK && (*which_ret)->remark && context->rank == 0 && !context->quiet)
         fprintf(stderr, "raymap: %s\n", (*which_ret)->remark);
     return st;

@@ -99,6 +99,7 @@ static void destroy_bodies(struct rmap_scene *scene)
     for (size_t i = 0; scene->detector && i < scene->n_detector; i++) {
         rmap_free(scene->detector[i].name);
         rmap_free(scene->detector[i].face);
+        rmap_response_destroy(scene->detector[i].response);
     }
     rmap_free(scene->detector);
     for (size_t i = 0; scene->camera && i < scene->n_camera; i++)
@@ -289,6 +290,16 @@ int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene)
         }
     rmap_free(count);
     return most;
+}
+
+bool rmap_source_has_spectrum(const struct rmap_source *source)
+{
+    bool all = source->n_list > 0;
+    if (source->rays && source->rays->n_other == 0)
+        return true;
+    for (size_t i = 0; i < source->n_list; i++)
+        all = all && source->list[i].channel >= 0;
+    return all || source->spectrum_given;
 }
 
 int rmap_detector_along(const struct rmap_detector *detector, int axis)

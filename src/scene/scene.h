@@ -25,6 +25,7 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/response.h"
 #include "scene/sky.h"
 #include "scene/species.h"
 #include "scene/steps.h"
@@ -177,6 +178,8 @@ struct rmap_detector {
     int32_t on_object;    /* object or -1; */
     int32_t on_group;     /* group or -1; both -1: free in space */
     uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
+    struct rmap_response
+        *response;        /* NULL: all that it registers counts alike; no ray knows of it */
     int32_t line, column; /* in the scene file */
 };
 
@@ -236,6 +239,7 @@ struct rmap_scene {
     double background[RMAP_CHANNEL_MAX]; /* radiance from outside the scene: flux unit / (m2 sr) */
 
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
+    uint64_t seed;                          /* of that map: of draws at detectors */
 
     /* Derived by rmap_scene_finish. */
     bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
@@ -358,6 +362,9 @@ struct rmap_vec3 rmap_source_place(const struct rmap_scene *scene,
 
 /* Of what sends light, about the origin of its frame; 0: a point, or a mesh. */
 struct rmap_vec3 rmap_source_half_size(const struct rmap_source *source);
+
+/* The scene says of which wavelengths its light is: its `spectrum`, or that of each listed ray. */
+bool rmap_source_has_spectrum(const struct rmap_source *source);
 
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a detector makes of light that it registered.
+ */
+#include "analysis/criterion/registration_response.h"
+
+#include "analysis/criterion/registration_angle.h"
+#include "base/rng.h"
+
+/* Luminance of a source's own light: what its lm are the measure of. */
+static double luminance_of(const struct rmap_scene *scene, const struct rmap_response *response,
+                           int32_t source)
+{
+    double sum = 0.0;
+    if (source < 0 || (size_t)source >= scene->n_source)
+        return 1.0;
+    for (int c = 0; c < response->n_channel; c++)
+        sum += response->value[c] * scene->source[source].colour[c];
+    return sum > 0.0 ? sum : 1.0;
+}
+
+/* share: of light with these, NULL: with those stored. */
+static double respond(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                      const struct rmap_registration_place *place, const uint16_t *share)
+{
+    const struct rmap_detector *detector =
+        &scene->detector[portion->registration.detector[place->row]];
+    const struct rmap_response *response = detector->response;
+    const uint32_t segment = portion->registration.segment[place->row];
+    if (!response)
+        return 1.0;
+    if (segment >= portion->ray.segment_count[place->ray] ||
+        portion->n_channel != response->n_channel)
+        return 0.0;
+    if (!share)
+        share = portion->colour + (place->first_segment + segment) * (size_t)portion->n_channel;
+    const double angle =
+        response->n_angle > 1
+            ? rmap_registration_angle(detector, portion->registration.direction + 3 * place->row)
+            : 0.0;
+    const double value = rmap_response_at(response, share, angle);
+    return response->luminance
+               ? value / luminance_of(scene, response, portion->ray.source[place->ray])
+               : value;
+}
+
+double rmap_registration_response(const struct rmap_scene *scene,
+                                  const struct rmap_portion *portion,
+                                  const struct rmap_registration_place *place)
+{
+    return respond(scene, portion, place, NULL);
+}
+
+double rmap_registration_response_to(const struct rmap_scene *scene,
+                                     const struct rmap_portion *portion,
+                                     const struct rmap_registration_place *place, int channel)
+{
+    uint16_t alone[RMAP_CHANNEL_MAX] = {0};
+    alone[channel] = UINT16_MAX;
+    return respond(scene, portion, place, alone);
+}
+
+bool rmap_registration_detected(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                                const struct rmap_registration_place *place)
+{
+    const int32_t detector = portion->registration.detector[place->row];
+    double u[4];
+    if (!rmap_detector_chances(&scene->detector[detector]))
+        return true;
+    rmap_rng(scene->seed, portion->ray.id[place->ray], portion->registration.segment[place->row],
+             (enum rmap_rng_slot)(RMAP_RNG_DETECT + detector), u);
+    return u[0] < rmap_registration_response(scene, portion, place);
+}
+
+enum rmap_status rmap_response_check(const struct rmap_scene *scene,
+                                     const struct rmap_portion *portion, struct rmap_error *err)
+{
+    if (portion->n_channel == scene->channels.n || !portion->colour)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "parts of this map were traced in other wavelengths: what is detected by "
+                          "chance can be asked of maps that have the same ones throughout");
+}
