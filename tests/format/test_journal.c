@@ -142,7 +142,7 @@ static void write_journal(struct scratch *s)
         uint64_t n_row[RMAP_STORED_TABLE_MAX] = {0};
         struct rmap_portion_info info = portion_of(k);
         memcpy(n_row, table_rows[k], sizeof table_rows[k]);
-        for (int stream = 0; stream < s->layout->n_stream; stream++)
+        for (int stream = 0; stream < s->layout->time_stream; stream++)
             add_stream(&batch, s->layout, stream, k);
         must(rmap_journal_add_portions(&batch, false, &info, 1, &err), &err);
         must(rmap_journal_commit(writer, &batch, n_row, (uint64_t)k, &err), &err);
@@ -155,7 +155,7 @@ static void write_journal(struct scratch *s)
 static void compare_tails(const struct rmap_map_content *content, const struct scratch *s, int k)
 {
     size_t at = 0;
-    for (int stream = 0; stream < s->layout->n_stream; stream++) {
+    for (int stream = 0; stream < s->layout->time_stream; stream++) {
         size_t row = rmap_stream_row_nbytes(&s->layout->stream[stream], N_CHANNEL);
         uint64_t n = table_rows[k][s->layout->stream[stream].table] % RMAP_CHUNK_ROWS;
         if (n == 0)
@@ -189,7 +189,7 @@ static void compare(const struct rmap_journal *journal, const struct scratch *s,
         assert_memory_equal(&got->digest, &want.digest, sizeof want.digest);
         assert_memory_equal(&got->summary, &want.summary, sizeof want.summary);
     }
-    for (int stream = 0; stream < s->layout->n_stream; stream++)
+    for (int stream = 0; stream < s->layout->time_stream; stream++)
         for (uint64_t i = 0; i < table_rows[k][s->layout->stream[stream].table] / RMAP_CHUNK_ROWS;
              i++) {
             struct rmap_chunk_entry want = chunk_of(stream, i);
@@ -376,7 +376,7 @@ static enum rmap_status tell(const struct scratch *s, const struct lie *lie, str
     static const uint8_t rows[100 * 64];
     info.stored_first[0] = lie->first_row;
     must(rmap_journal_create(s->path, &header, &writer, err), err);
-    for (int stream = 0; stream < s->layout->n_stream; stream++)
+    for (int stream = 0; stream < s->layout->time_stream; stream++)
         if (s->layout->stream[stream].table == RMAP_TABLE_RAY)
             must(rmap_journal_add_tail(
                      &batch, stream, lie->tail_first, lie->tail_rows,

@@ -17,7 +17,7 @@ from picture import luminance, render
 from raymap import Checks, columns, count, drop, many, run, trace
 
 checks = Checks()
-RAYS = many(200_000)
+RAYS = many(80_000)
 A, Q = 10.0, 5.0
 
 HEAD = """raymap: 1
@@ -186,7 +186,7 @@ def check_trace_and_render():
         (answer,) = count(target, "registered(sensor)")
         flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
         drop(target)
-        image, told = render("desk", scene, "--samples", 200)
+        image, told = render("desk", scene, "--samples", 80)
         n = image.shape[0] * image.shape[1]
         checks.z(f"{file}, {emitter}: lm on the desk", luminance(image).mean() * math.pi / 0.5, flux,
                  math.hypot(told["noise"] / math.sqrt(n) * math.pi / 0.5, error))
@@ -208,9 +208,9 @@ def check_seen():
         write(name, text)
         for c, gamma in ((20, 30), (130, 80), (250, 155)):
             d = lamp_files.c_plane(c, gamma)
-            image, _ = render("seen", HEAD % (name, "") + EYE % [away * x for x in d], "--samples", 100)
+            image, _ = render("seen", HEAD % (name, "") + EYE % [away * x for x in d], "--samples", 50)
             # Of a louvre's dark ends nothing is seen, and the rest is as bright as all of it would be together.
-            checks.close(f"{name} from C {c}, gamma {gamma}: cd", luminance(image).sum() * pixel, function(ANY, Q)(d), rel=0.01)
+            checks.close(f"{name} from C {c}, gamma {gamma}: cd", luminance(image).sum() * pixel, function(ANY, Q)(d), rel=0.02)
 
 
 def check_round_trip():
