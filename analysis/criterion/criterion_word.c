@@ -132,7 +132,7 @@ static const char *beginning_with(const char *word, const char *const *candidate
 }
 
 /* "unknown KIND 'word' (did you mean 'x'?)" */
-enum { KNOWN_NBYTES = 288 }; /* all words of the longest list */
+enum { KNOWN_NBYTES = 352 }; /* all words of the longest list */
 
 enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
@@ -247,7 +247,7 @@ static const struct rmap_word word_table[] = {
     {"at", rmap_parse_at, 15, 0, RMAP_OF_REGISTRATION},
     {"registered", rmap_parse_registered, .in_stats = 24},
     {"crossed", rmap_parse_crossed, .in_stats = 25},
-    {"detected", rmap_parse_detected, .in_stats = 34},
+    {"detected", rmap_parse_detected, .in_stats = 35},
     {"ended", parse_ended, .in_stats = 23},
     {"path", rmap_parse_path, 13, 26, RMAP_OF_STEPS},
     {"segments", .in_stats = 5, RAY(RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE)},
