@@ -36,6 +36,11 @@ static inline struct rmap_vec3 rmap_vec3(double x, double y, double z)
     return (struct rmap_vec3){x, y, z};
 }
 
+static inline struct rmap_vec3 rmap_vec3_of(const float v[3])
+{
+    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+}
+
 static inline struct rmap_vec3 rmap_add(struct rmap_vec3 a, struct rmap_vec3 b)
 {
     return rmap_vec3(a.x + b.x, a.y + b.y, a.z + b.z);

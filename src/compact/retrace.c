@@ -61,62 +61,6 @@ void rmap_crossing_find(const struct rmap_detector *detector,
 
 /* Where a ray starts: the source's random numbers drawn again. */
 
-static struct rmap_vec3 about_axis(const struct rmap_source *source,
-                                   const struct rmap_compact_source *own, const double u[4])
-{
-    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0);
-    switch (source->distribution) {
-    case RMAP_DISTRIBUTION_ISOTROPIC:
-        local = rmap_about_z(2.0 * u[0], u[1]);
-        break;
-    case RMAP_DISTRIBUTION_CONE:
-        local = rmap_about_z(u[0] * own->cone, u[1]);
-        break;
-    case RMAP_DISTRIBUTION_COSINE:
-        local = rmap_about_z(
-            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
-            u[1]);
-        break;
-    case RMAP_DISTRIBUTION_TABLE:
-        local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
-        break;
-    case RMAP_DISTRIBUTION_LAMP: /* by rmap_source_lamp */
-    case RMAP_DISTRIBUTION_STEPS:
-    case RMAP_DISTRIBUTION_SINE:
-    case RMAP_DISTRIBUTION_SKY: /* by rmap_sky_draw */
-        break;
-    }
-    return rmap_normalize(rmap_affine_vector(&source->frame, local));
-}
-
-static void from_list(const struct rmap_scene *scene, const struct rmap_source *source,
-                      uint64_t ray, struct rmap_departure *departure)
-{
-    uint64_t ordinal = 0;
-    struct rmap_list_ray row;
-    if ((source->n_list == 0 && !source->rays) || scene->schedule_len == 0)
-        return;
-    (void)rmap_scene_source_of(scene, ray, &ordinal);
-    rmap_source_row(scene, source, ordinal, &row);
-    departure->position = row.origin;
-    departure->direction = row.direction;
-    departure->channel = row.channel;
-    departure->delay_ns = scene->timed ? row.delay_ns : 0.0;
-}
-
-static void from_steps(const struct rmap_scene *scene, const struct rmap_source *source,
-                       uint64_t seed, uint64_t ray, struct rmap_departure *departure)
-{
-    struct rmap_photon photon;
-    if (scene->schedule_len == 0)
-        return;
-    rmap_source_photon(scene, source, seed, ray, &photon);
-    departure->position = photon.position;
-    departure->direction = photon.direction;
-    departure->channel = photon.channel;
-    departure->delay_ns = scene->timed ? photon.delay_ns : 0.0;
-}
-
 int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                            int32_t index, int channel)
 {
@@ -135,41 +79,18 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     const struct rmap_source *source = &model->scene->source[index];
     const struct rmap_compact_source *own = &model->source[index];
     departure->medium = source->medium;
-    if (source->type == RMAP_SOURCE_RAYS) {
-        from_list(model->scene, source, ray, departure);
-        return;
-    }
-    if (source->type == RMAP_SOURCE_STEPS) {
-        from_steps(model->scene, source, seed, ray, departure);
+    struct rmap_list_ray start;
+    if (rmap_source_start(model->scene, source, seed, ray, &start)) {
+        departure->position = start.origin;
+        departure->direction = start.direction;
+        departure->channel = start.channel;
+        departure->delay_ns = start.delay_ns;
         return;
     }
     double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
-    if (source->type == RMAP_SOURCE_VOLUME) {
-        departure->position = rmap_volume_draw(model->scene, source, seed, ray);
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        departure->direction = rmap_about_z(2.0 * way[0], way[1]);
-        return;
-    }
     struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
     if (source->shape != RMAP_EMITTER_POINT)
         rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
-    if (source->type == RMAP_SOURCE_LAMP) {
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        departure->direction =
-            rmap_source_lamp(model->scene, source, place, way, &departure->position);
-        return;
-    }
-    if (source->type == RMAP_SOURCE_BEAM) {
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
-        rmap_source_beam(source, place, &departure->position, &departure->direction);
-        return;
-    }
-    if (source->sky) {
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        departure->direction =
-            rmap_sky_draw(source, place, way, &departure->position, &departure->channel);
-        return;
-    }
     departure->position = source->shape == RMAP_EMITTER_MESH
                               ? rmap_source_point(model->scene, source, place, &normal)
                               : rmap_source_flat_point(source, place);
@@ -178,7 +99,8 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
         return;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
     if (source->type != RMAP_SOURCE_AREA) {
-        departure->direction = about_axis(source, own, way);
+        departure->direction =
+            rmap_normalize(rmap_affine_vector(&source->frame, rmap_source_about_z(source, way)));
         return;
     }
     departure->normal = normal;

@@ -11,93 +11,70 @@
 #include "base/search.h"
 #include "formula/emit.h"
 
-struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2])
+struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const double u[2])
 {
+    double c, s;
     switch (source->distribution) {
     case RMAP_DISTRIBUTION_ISOTROPIC:
         return rmap_about_z(2.0 * u[0], u[1]);
-    case RMAP_DISTRIBUTION_CONE: {
-        double half_sine = sin(0.5 * source->cone_rad);
-        return rmap_about_z(u[0] * 2.0 * half_sine * half_sine, u[1]);
-    }
+    case RMAP_DISTRIBUTION_CONE:
+        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
+        return rmap_about_z(2.0 * s * s * u[0], u[1]);
     case RMAP_DISTRIBUTION_COSINE:
-        return rmap_about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
+        return rmap_about_z(
+            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
+            u[1]);
     case RMAP_DISTRIBUTION_TABLE:
         return rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
     case RMAP_DISTRIBUTION_LAMP:
         return rmap_lamp_draw(source->lamp, u);
-    case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_photon */
-    case RMAP_DISTRIBUTION_SINE:
+    case RMAP_DISTRIBUTION_SINE: {
+        const double sine = source->aperture * sqrt(u[0]);
+        rmap_azimuth(u[1], &c, &s);
+        return rmap_vec3(sine * c, sine * s, sqrt((1.0 - sine) * (1.0 + sine)));
+    }
+    case RMAP_DISTRIBUTION_STEPS: /* by rmap_source_start */
     case RMAP_DISTRIBUTION_SKY:
         break;
     }
     return rmap_vec3(0.0, 0.0, 1.0);
 }
 
+struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2])
+{
+    if (source->distribution == RMAP_DISTRIBUTION_CONE) {
+        double half_sine = sin(0.5 * source->cone_rad);
+        return rmap_about_z(u[0] * 2.0 * half_sine * half_sine, u[1]);
+    }
+    if (source->distribution == RMAP_DISTRIBUTION_COSINE)
+        return rmap_about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
+    return rmap_source_about_z(source, u);
+}
+
 /* Each ray on a hyperboloid of one sheet, turning about the axis to one side or the other: the
  * radius of every share of the light grows as the beam's does. */
-void rmap_source_beam(const struct rmap_source *source, const double u[4],
-                      struct rmap_vec3 *position, struct rmap_vec3 *direction)
+static void start_beam(const struct rmap_source *source, const double u[4],
+                       struct rmap_list_ray *start)
 {
     double c, s;
     const double r = source->shape_size[0] * sqrt(-0.5 * rmap_portable_log(u[0])),
                  turn = (u[2] < 0.5 ? -1.0 : 1.0) / source->shape_size[1], z = -source->cone_rad;
     rmap_azimuth(u[1], &c, &s);
     const double x = r * c, y = r * s, dx = -turn * y, dy = turn * x;
-    *position = rmap_affine_point(&source->frame, rmap_vec3(x + z * dx, y + z * dy, 0.0));
-    *direction = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(dx, dy, 1.0)));
+    start->origin = rmap_affine_point(&source->frame, rmap_vec3(x + z * dx, y + z * dy, 0.0));
+    start->direction = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(dx, dy, 1.0)));
 }
 
 struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
                                       const double u[2])
 {
-    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0), x, y;
-    double c, s;
-    switch (source->distribution) {
-    case RMAP_DISTRIBUTION_ISOTROPIC:
-    case RMAP_DISTRIBUTION_SKY:
-    case RMAP_DISTRIBUTION_STEPS:
-        break;
-    case RMAP_DISTRIBUTION_CONE:
-        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
-        local = rmap_about_z(2.0 * s * s * u[0], u[1]);
-        break;
-    case RMAP_DISTRIBUTION_COSINE:
-        local = rmap_about_z(
-            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
-            u[1]);
-        break;
-    case RMAP_DISTRIBUTION_TABLE:
-        local = rmap_about_z(rmap_profile_draw(&source->profile, u[0]), u[1]);
-        break;
-    case RMAP_DISTRIBUTION_LAMP:
-        local = rmap_lamp_draw(source->lamp, u);
-        break;
-    case RMAP_DISTRIBUTION_SINE: {
-        const double sine = source->aperture * sqrt(u[0]);
-        rmap_azimuth(u[1], &c, &s);
-        local = rmap_vec3(sine * c, sine * s, sqrt((1.0 - sine) * (1.0 + sine)));
-        break;
-    }
-    }
+    const struct rmap_vec3 local = rmap_source_about_z(source, u);
+    struct rmap_vec3 x, y;
     if (source->shape != RMAP_EMITTER_MESH)
         return rmap_normalize(rmap_affine_vector(&source->frame, local));
     rmap_basis(normal, &x, &y);
     return rmap_normalize(
         rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
-}
-
-struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
-                                  const double place[4], const double way[2],
-                                  struct rmap_vec3 *position)
-{
-    const struct rmap_vec3 local = rmap_lamp_draw(source->lamp, way);
-    struct rmap_vec3 normal;
-    *position =
-        source->shape == RMAP_EMITTER_MESH
-            ? rmap_source_point(scene, source, place, &normal)
-            : rmap_affine_point(&source->frame, rmap_lamp_point(source->lamp, local, place));
-    return rmap_normalize(rmap_affine_vector(&source->frame, local));
 }
 
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
@@ -162,41 +139,26 @@ static int nearest_channel(const struct rmap_channels *channels, double nm)
     return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
 }
 
-void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
-                     uint64_t ordinal, struct rmap_list_ray *row)
+/* The scene of a map's decoder may have no rays. */
+static void start_row(const struct rmap_scene *scene, const struct rmap_source *source,
+                      uint64_t ordinal, struct rmap_list_ray *start)
 {
-    if (!source->rays) {
-        *row = source->list[ordinal % source->n_list];
+    const struct rmap_file_rays *rays = source->rays;
+    if (!rays) {
+        if (source->n_list > 0)
+            *start = source->list[ordinal % source->n_list];
         return;
     }
-    const size_t k = rmap_file_rays_row(source->rays, ordinal);
-    const double nm = rmap_file_rays_nm(source->rays, k);
+    const size_t k = rmap_file_rays_row(rays, ordinal);
+    const double nm = rmap_file_rays_nm(rays, k);
     struct rmap_vec3 p, d;
-    rmap_file_rays_get(source->rays, k, &p, &d);
-    row->origin = rmap_affine_point(&source->frame, p);
-    row->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
-    row->channel = nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL
-                       ? nearest_channel(&scene->channels, nm)
-                       : -1;
-    row->delay_ns = source->rays->delay_ns ? source->rays->delay_ns[k] : 0.0;
-}
-
-static void emit_list(const struct rmap_scene *scene, const struct rmap_source *source,
-                      uint64_t ordinal, struct rmap_colour *colour, struct rmap_emission *emission)
-{
-    struct rmap_list_ray row;
-    rmap_source_row(scene, source, ordinal, &row);
-    emission->position = row.origin;
-    emission->direction = row.direction;
-    if (scene->timed)
-        emission->delay_ns = row.delay_ns;
-    if (row.channel >= 0)
-        rmap_colour_collapse(colour, row.channel);
-    if (source->rays && source->rays->loose > 0.0) {
-        const struct rmap_vec3 from = rmap_sub(row.origin, source->frame.t);
-        emission->loose =
-            source->rays->loose * fmax(fabs(from.x), fmax(fabs(from.y), fabs(from.z)));
-    }
+    rmap_file_rays_get(rays, k, &p, &d);
+    start->origin = rmap_affine_point(&source->frame, p);
+    start->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
+    if (nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        start->channel = nearest_channel(&scene->channels, nm);
+    if (rays->delay_ns)
+        start->delay_ns = rays->delay_ns[k];
 }
 
 void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
@@ -211,16 +173,68 @@ void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source
     rmap_steps_draw(source->steps, &medium, ordinal, place, way, photon);
 }
 
-static void emit_photon(const struct rmap_scene *scene, const struct rmap_source *source,
-                        uint64_t seed, struct rmap_colour *colour, struct rmap_emission *emission)
+static void start_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
+                       const double place[4], const double way[4], struct rmap_list_ray *start)
 {
+    const struct rmap_vec3 local = rmap_lamp_draw(source->lamp, way);
+    struct rmap_vec3 normal;
+    start->origin =
+        source->shape == RMAP_EMITTER_MESH
+            ? rmap_source_point(scene, source, place, &normal)
+            : rmap_affine_point(&source->frame, rmap_lamp_point(source->lamp, local, place));
+    start->direction = rmap_normalize(rmap_affine_vector(&source->frame, local));
+}
+
+bool rmap_source_start(const struct rmap_scene *scene, const struct rmap_source *source,
+                       uint64_t seed, uint64_t ray, struct rmap_list_ray *start)
+{
+    const struct rmap_vec3 z = {0.0, 0.0, 1.0};
+    double place[4], way[4];
+    uint64_t ordinal = 0;
     struct rmap_photon photon;
-    rmap_source_photon(scene, source, seed, emission->ray, &photon);
-    emission->position = photon.position;
-    emission->direction = photon.direction;
-    if (scene->timed)
-        emission->delay_ns = photon.delay_ns;
-    rmap_colour_collapse(colour, photon.channel);
+    *start = (struct rmap_list_ray){.direction = z, .channel = -1};
+    switch (source->type) {
+    case RMAP_SOURCE_COLLIMATED:
+    case RMAP_SOURCE_POINT:
+    case RMAP_SOURCE_AREA:
+        return false;
+    case RMAP_SOURCE_RAYS:
+        if (scene->schedule_len == 0)
+            break;
+        (void)rmap_scene_source_of(scene, ray, &ordinal);
+        start_row(scene, source, ordinal, start);
+        break;
+    case RMAP_SOURCE_STEPS:
+        if (scene->schedule_len == 0)
+            break;
+        rmap_source_photon(scene, source, seed, ray, &photon);
+        *start = (struct rmap_list_ray){photon.position, photon.direction, photon.channel,
+                                        photon.delay_ns};
+        break;
+    case RMAP_SOURCE_VOLUME:
+        start->origin = rmap_volume_draw(scene, source, seed, ray);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        start->direction = rmap_about_z(2.0 * way[0], way[1]);
+        break;
+    case RMAP_SOURCE_LAMP:
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        start_lamp(scene, source, place, way, start);
+        break;
+    case RMAP_SOURCE_BEAM:
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        start_beam(source, place, start);
+        break;
+    case RMAP_SOURCE_SKY:
+    case RMAP_SOURCE_SUN:
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+        start->direction = rmap_sky_draw(source, place, way, &start->origin, &start->channel);
+        break;
+    }
+    if (!scene->timed)
+        start->delay_ns = 0.0;
+    return true;
 }
 
 int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
@@ -233,10 +247,19 @@ int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_
     return rmap_colour_pick(&colour, NULL, u[0]);
 }
 
+/* How far a start may be from where it is meant to be. */
+static double looseness(const struct rmap_source *source, struct rmap_vec3 start)
+{
+    const struct rmap_vec3 from = rmap_sub(start, source->frame.t);
+    return source->rays && source->rays->loose > 0.0
+               ? source->rays->loose * fmax(fabs(from.x), fmax(fabs(from.y), fabs(from.z)))
+               : 0.0;
+}
+
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission)
 {
-    uint64_t ordinal = 0;
+    uint64_t ordinal;
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
     rmap_colour_set(colour, source->colour, scene->channels.n);
@@ -249,40 +272,19 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .medium = source->medium,
                                        .colour = colour->share,
                                        .predicted = true};
-    if (source->type == RMAP_SOURCE_RAYS) {
-        emit_list(scene, source, ordinal, colour, emission);
-        return;
-    }
-    if (source->type == RMAP_SOURCE_STEPS) {
-        emit_photon(scene, source, seed, colour, emission);
+    struct rmap_list_ray start;
+    if (rmap_source_start(scene, source, seed, ray, &start)) {
+        emission->position = start.origin;
+        emission->direction = start.direction;
+        emission->delay_ns = start.delay_ns;
+        emission->loose = looseness(source, start.origin);
+        if (start.channel >= 0)
+            rmap_colour_collapse(colour, start.channel);
         return;
     }
     double place[4], way[4];
     struct rmap_vec3 normal;
-    if (source->type == RMAP_SOURCE_VOLUME) {
-        emission->position = rmap_volume_draw(scene, source, seed, ray);
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        emission->direction = rmap_about_z(2.0 * way[0], way[1]);
-        return;
-    }
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
-    if (source->type == RMAP_SOURCE_LAMP) {
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        emission->direction = rmap_source_lamp(scene, source, place, way, &emission->position);
-        return;
-    }
-    if (source->type == RMAP_SOURCE_BEAM) {
-        rmap_source_beam(source, place, &emission->position, &emission->direction);
-        return;
-    }
-    if (source->sky) {
-        int channel;
-        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
-        emission->direction = rmap_sky_draw(source, place, way, &emission->position, &channel);
-        if (channel >= 0)
-            rmap_colour_collapse(colour, channel);
-        return;
-    }
     emission->position = rmap_source_point(scene, source, place, &normal);
     emission->direction = normal;
     if (rmap_source_is_parallel(source))

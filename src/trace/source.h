@@ -22,9 +22,12 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
 int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
                         uint64_t ray);
 
-/* RAYS: its ordinal-th ray, in the world. */
-void rmap_source_row(const struct rmap_scene *scene, const struct rmap_source *source,
-                     uint64_t ordinal, struct rmap_list_ray *row);
+/* A ray as its source has it, by operations that are the same everywhere, so that the decoder of
+ * compact maps finds it, too: origin, direction and, where they are the source's to say, channel
+ * (else -1) and delay in a timed scene. False of POINT, COLLIMATED and AREA, which are drawn apart.
+ */
+bool rmap_source_start(const struct rmap_scene *scene, const struct rmap_source *source,
+                       uint64_t seed, uint64_t ray, struct rmap_list_ray *start);
 
 /* A point of the source's emitter, uniform over it, by three numbers in (0, 1); *normal: unit, of
  * the side that shines. */
@@ -42,24 +45,17 @@ static inline bool rmap_source_is_parallel(const struct rmap_source *source)
            source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
 }
 
-/* LAMP: a direction of its light, and the place that it leaves from, by numbers in (0, 1). */
-struct rmap_vec3 rmap_source_lamp(const struct rmap_scene *scene, const struct rmap_source *source,
-                                  const double place[4], const double way[2],
-                                  struct rmap_vec3 *position);
-
 /* STEPS: the photon that is this ray. */
 void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source *source,
                         uint64_t seed, uint64_t ray, struct rmap_photon *photon);
-
-/* BEAM: start and direction. Part of the compact encoding, as is the next. */
-void rmap_source_beam(const struct rmap_source *source, const double u[4],
-                      struct rmap_vec3 *position, struct rmap_vec3 *direction);
 
 /* AREA that rmap_source_is_directed: a direction of its light, from where `normal` is. */
 struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
                                       const double u[2]);
 
-/* A direction of its light in its frame, about z, by two numbers in (0, 1). */
+/* A direction of its light in its frame, about z, by two numbers in (0, 1): as the decoder has it,
+ * and as the tracer of POINT and COLLIMATED does, by the library's functions. */
+struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const double u[2]);
 struct rmap_vec3 rmap_source_about_axis(const struct rmap_source *source, const double u[2]);
 
 #endif
