@@ -257,23 +257,11 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
     const struct rmap_compare_field *self = state;
-    return rmap_compare_pack(self->value, self->plan->n_value, bytes_ret, nbytes_ret, err);
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    const struct rmap_compare_field_plan *plan = context;
-    if (nbytes != plan->n_value * sizeof(double))
-        return rmap_error_set(err, RMAP_INTERNAL, "sums of another rank have %zu bytes", nbytes);
-    enum rmap_status st = create(context, state_ret, err);
-    if (st == RMAP_OK)
-        memcpy(((struct rmap_compare_field *)*state_ret)->value, bytes, nbytes);
-    return st;
+    block[0] = (struct rmap_fold_block){self->value, self->plan->n_value * sizeof *self->value};
+    return 1;
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)
@@ -286,8 +274,7 @@ const struct rmap_fold_kind rmap_compare_field_kind = {.create = create,
                                                        .destroy = destroy,
                                                        .add = add,
                                                        .merge = merge,
-                                                       .pack = pack,
-                                                       .unpack = unpack,
+                                                       .blocks = blocks,
                                                        .may_count = may_count};
 
 /* The test of two distributions: Pearson's where each ray lies in one bin; else by the products of

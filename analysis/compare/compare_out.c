@@ -383,31 +383,15 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
     const struct rmap_compare_products *self = state;
-    return rmap_compare_pack(self->value, n_value(self->layout), bytes_ret, nbytes_ret, err);
+    block[0] = (struct rmap_fold_block){self->value, n_value(self->layout) * sizeof *self->value};
+    return 1;
 }
 
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    const struct rmap_compare_products_layout *layout = context;
-    if (nbytes != n_value(layout) * sizeof(double))
-        return rmap_error_set(err, RMAP_INTERNAL, "sums of another rank have %zu bytes", nbytes);
-    enum rmap_status st = create(context, state_ret, err);
-    if (st == RMAP_OK)
-        memcpy(((struct rmap_compare_products *)*state_ret)->value, bytes, nbytes);
-    return st;
-}
-
-const struct rmap_fold_kind rmap_compare_products_kind = {.create = create,
-                                                          .destroy = destroy,
-                                                          .add = add,
-                                                          .merge = merge,
-                                                          .pack = pack,
-                                                          .unpack = unpack};
+const struct rmap_fold_kind rmap_compare_products_kind = {
+    .create = create, .destroy = destroy, .add = add, .merge = merge, .blocks = blocks};
 
 enum rmap_status rmap_comparison_add_products(struct rmap_comparison *comparison,
                                               const struct rmap_compare_sums *both,

@@ -55,8 +55,4 @@ extern const struct rmap_fold_kind rmap_compare_sums_kind;
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) |       \
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
 
-/* n numbers as bytes (rmap_free). RMAP_SYSTEM. */
-enum rmap_status rmap_compare_pack(const double *value, size_t n, uint8_t **bytes_ret,
-                                   size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

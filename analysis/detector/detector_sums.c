@@ -10,7 +10,6 @@
 
 #include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_sums.h"
-#include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
 #include "optics/spectrum.h"
 #include "trace/tally.h"
@@ -63,15 +62,16 @@ static double response_most(const struct rmap_scene *scene, const struct rmap_re
 }
 
 /* The arrays of sums, for those who copy them as bytes. */
-enum { BLOCKS = 5 };
-static void blocks_of(const struct rmap_detector_sums *sums, struct rmap_fold_block block[BLOCKS])
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
+    const struct rmap_detector_sums *sums = state;
     block[0] = (struct rmap_fold_block){sums->weight, sums->n_weight * sizeof *sums->weight};
     block[1] = (struct rmap_fold_block){sums->total, 2 * sums->n_source * sizeof *sums->total};
     block[2] = (struct rmap_fold_block){sums->colour, sums->n_colour * sizeof *sums->colour};
     block[3] = (struct rmap_fold_block){sums->share, sums->n_share * sizeof *sums->share};
     block[4] = (struct rmap_fold_block){
         sums->centre, sums->centre ? 4 * sums->n_source * sizeof *sums->centre : 0};
+    return 5;
 }
 
 static enum rmap_status check_size(const struct rmap_detector_sums *sums, struct rmap_error *err)
@@ -206,25 +206,6 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    blocks_of(state, block);
-    return rmap_fold_pack(block, BLOCKS, bytes_ret, nbytes_ret, err);
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    enum rmap_status st = create(context, state_ret, err);
-    if (st != RMAP_OK)
-        return st;
-    blocks_of(*state_ret, block);
-    return rmap_fold_unpack(block, BLOCKS, bytes, nbytes, err);
-}
-
 static bool may_count(const void *context, const struct rmap_portion_info *portion)
 {
     const struct rmap_detector_ask *ask = context;
@@ -252,8 +233,7 @@ const struct rmap_fold_kind rmap_detector_sums_kind = {.create = create,
                                                        .destroy = destroy,
                                                        .add = detector_sums_add,
                                                        .merge = merge,
-                                                       .pack = pack,
-                                                       .unpack = unpack,
+                                                       .blocks = blocks,
                                                        .may_count = may_count};
 
 /* A portion's registrations added to a detector's sums, ray by ray. */

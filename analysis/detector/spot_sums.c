@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
 
 struct rmap_spot_point {
@@ -18,7 +17,7 @@ struct rmap_spot_point {
     uint32_t ring;
 };
 
-enum { SUMS = RMAP_SPOT_VECTOR + RMAP_SPOT_GRAM, BLOCKS = 3 };
+enum { SUMS = RMAP_SPOT_VECTOR + RMAP_SPOT_GRAM };
 
 static void destroy(void *state)
 {
@@ -241,31 +240,14 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 
 /* ---- as bytes ---- */
 
-static void blocks_of(const struct rmap_spot_sums *self, struct rmap_fold_block block[BLOCKS])
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
+    const struct rmap_spot_sums *self = state;
     block[0] = (struct rmap_fold_block){self->sum, self->n_source * SUMS * sizeof *self->sum};
     block[1] = (struct rmap_fold_block){self->ring,
                                         3 * self->n_source * RMAP_SPOT_RINGS * sizeof *self->ring};
     block[2] = (struct rmap_fold_block){self->wave, n_wave(self) * sizeof *self->wave};
-}
-
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    blocks_of(state, block);
-    return rmap_fold_pack(block, BLOCKS, bytes_ret, nbytes_ret, err);
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    enum rmap_status st = create(context, state_ret, err);
-    if (st != RMAP_OK)
-        return st;
-    blocks_of(*state_ret, block);
-    return rmap_fold_unpack(block, BLOCKS, bytes, nbytes, err);
+    return 3;
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)
@@ -287,6 +269,5 @@ const struct rmap_fold_kind rmap_spot_sums_kind = {.create = create,
                                                    .destroy = destroy,
                                                    .add = add,
                                                    .merge = merge,
-                                                   .pack = pack,
-                                                   .unpack = unpack,
+                                                   .blocks = blocks,
                                                    .may_count = may_count};

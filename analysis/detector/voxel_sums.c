@@ -51,35 +51,14 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 }
 
 enum { BLOCKS = RMAP_VOXEL_PARTS * RMAP_CELL_SUMS_BLOCKS };
+_Static_assert((int)BLOCKS <= RMAP_FOLD_BLOCKS_MAX, "arrays of a state");
 
-static void blocks_of(const struct rmap_voxel_sums *sums, struct rmap_fold_block block[BLOCKS])
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
+    const struct rmap_voxel_sums *sums = state;
     for (int k = 0; k < RMAP_VOXEL_PARTS; k++)
         rmap_cell_sums_blocks(&sums->part[k], block + (ptrdiff_t)k * RMAP_CELL_SUMS_BLOCKS);
-}
-
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    blocks_of(state, block);
-    return rmap_fold_pack(block, BLOCKS, bytes_ret, nbytes_ret, err);
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    struct rmap_fold_block block[BLOCKS];
-    enum rmap_status st = create(context, state_ret, err);
-    if (st != RMAP_OK)
-        return st;
-    blocks_of(*state_ret, block);
-    return rmap_fold_unpack(block, BLOCKS, bytes, nbytes, err);
-}
-
-static struct rmap_vec3 point_of(const float *p)
-{
-    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
+    return BLOCKS;
 }
 
 /* A ray's way: curved segments by their points, one that left the scene on to the box's end. */
@@ -89,7 +68,7 @@ static void add_way(struct rmap_voxel_sums *sums, const struct rmap_portion *por
     const struct rmap_voxel_grid *grid = &sums->ask->grid;
     struct rmap_cell_sums *passing = &sums->part[RMAP_VOXEL_PASSING];
     const double weight = portion->ray.weight[ray];
-    struct rmap_vec3 from = point_of(portion->ray.start + 3 * ray);
+    struct rmap_vec3 from = rmap_vec3_of(portion->ray.start + 3 * ray);
     size_t curve = 0, end = 0;
     if (portion->n_row[RMAP_TABLE_CURVE] > 0)
         end = rmap_portion_curve_of(portion, portion->ray.id[ray], &curve);
@@ -97,15 +76,15 @@ static void add_way(struct rmap_voxel_sums *sums, const struct rmap_portion *por
     for (uint32_t k = 0; k < portion->ray.segment_count[ray]; k++) {
         const size_t row = segment + k;
         const uint32_t event = portion->segment.event[row];
-        struct rmap_vec3 to = point_of(portion->segment.position + 3 * row);
+        struct rmap_vec3 to = rmap_vec3_of(portion->segment.position + 3 * row);
         for (; curve < end && portion->curve.segment[curve] == k; curve++) {
-            const struct rmap_vec3 between = point_of(portion->curve.position + 3 * curve);
+            const struct rmap_vec3 between = rmap_vec3_of(portion->curve.position + 3 * curve);
             rmap_voxel_grid_walk(grid, from, between, weight, passing);
             from = between;
         }
         if ((event & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
             to = rmap_axpy(rmap_voxel_grid_reach(grid, from),
-                           point_of(portion->ray.end_direction + 3 * ray), from);
+                           rmap_vec3_of(portion->ray.end_direction + 3 * ray), from);
         rmap_voxel_grid_walk(grid, from, to, weight, passing);
         from = to;
     }
@@ -117,9 +96,9 @@ static void add_end(struct rmap_voxel_sums *sums, const struct rmap_portion *por
     const uint32_t n = portion->ray.segment_count[ray];
     const size_t last = segment + n - 1;
     const bool surface = n > 0 && portion->segment.object[last] >= 0;
-    const size_t cell =
-        rmap_voxel_grid_cell(&sums->ask->grid, point_of(n > 0 ? portion->segment.position + 3 * last
-                                                              : portion->ray.start + 3 * ray));
+    const size_t cell = rmap_voxel_grid_cell(
+        &sums->ask->grid,
+        rmap_vec3_of(n > 0 ? portion->segment.position + 3 * last : portion->ray.start + 3 * ray));
     if (cell != SIZE_MAX && portion->ray.stop[ray] == RMAP_STOP_ABSORBED)
         rmap_cell_sums_add(&sums->part[surface ? RMAP_VOXEL_SURFACES : RMAP_VOXEL_ABSORBED], cell,
                            portion->ray.weight[ray]);
@@ -152,9 +131,5 @@ rmap_column_set rmap_voxel_columns(const struct rmap_scene *scene)
            (rmap_scene_is_curved(scene) ? RMAP_COLUMNS_CURVE : 0);
 }
 
-const struct rmap_fold_kind rmap_voxel_kind = {.create = create,
-                                               .destroy = destroy,
-                                               .add = add,
-                                               .merge = merge,
-                                               .pack = pack,
-                                               .unpack = unpack};
+const struct rmap_fold_kind rmap_voxel_kind = {
+    .create = create, .destroy = destroy, .add = add, .merge = merge, .blocks = blocks};

@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "analysis/paths/path_shares.h"
-#include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
 #include "portion/event.h"
 
@@ -274,24 +273,11 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
     const struct rmap_energy_sums *sums = state;
-    const struct rmap_fold_block block = {sums->value, sums->n_value * sizeof *sums->value};
-    return rmap_fold_pack(&block, 1, bytes_ret, nbytes_ret, err);
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    struct rmap_energy_sums *sums = NULL;
-    enum rmap_status st = rmap_energy_sums_create(context, &sums, err);
-    if (st != RMAP_OK)
-        return st;
-    const struct rmap_fold_block block = {sums->value, sums->n_value * sizeof *sums->value};
-    *state_ret = sums;
-    return rmap_fold_unpack(&block, 1, bytes, nbytes, err);
+    block[0] = (struct rmap_fold_block){sums->value, sums->n_value * sizeof *sums->value};
+    return 1;
 }
 
 /* Without ends or counts a portion counts where a detector saw something. */
@@ -301,8 +287,12 @@ static bool may_count(const void *context, const struct rmap_portion_info *porti
     return scope->ends || scope->counts || portion->n_row[RMAP_TABLE_REGISTRATION] > 0;
 }
 
-const struct rmap_fold_kind rmap_energy_kind = {create, destroy, add,      merge,
-                                                pack,   unpack,  may_count};
+const struct rmap_fold_kind rmap_energy_kind = {.create = create,
+                                                .destroy = destroy,
+                                                .add = add,
+                                                .merge = merge,
+                                                .blocks = blocks,
+                                                .may_count = may_count};
 
 static void take_images(struct rmap_energy_sums *sums, const struct rmap_tally *tally,
                         enum rmap_detector_type type)

@@ -13,6 +13,7 @@
 
 #include "analysis/criterion/criterion.h"
 #include "analysis/overlay/overlay.h"
+#include "analysis/query/fold_blocks.h"
 #include "analysis/query/which.h"
 #include "io/map/map_reader.h"
 
@@ -63,7 +64,9 @@ struct rmap_fold_kind {
     enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
     /* `from` may hand over what it holds: it can only be destroyed then. */
     enum rmap_status (*merge)(void *into, void *from, struct rmap_error *err);
-    /* As bytes for another rank (rmap_free), and from them. */
+    /* The arrays that a state is, as long as the context says: how many. NULL: instead, the state
+     * as bytes for another rank (rmap_free), and from them. */
+    size_t (*blocks)(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX]);
     enum rmap_status (*pack)(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err);
     enum rmap_status (*unpack)(const void *context, const uint8_t *bytes, size_t nbytes,

@@ -6,7 +6,6 @@
 
 #include <string.h>
 
-#include "analysis/query/fold_blocks.h"
 #include "base/alloc.h"
 
 struct rmap_group_counting rmap_group_counting(const struct rmap_scene *scene,
@@ -139,28 +138,12 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
     const struct rmap_group_counts *self = state;
-    const struct rmap_fold_block block = {self->value, self->n_value * sizeof *self->value};
-    return rmap_fold_pack(&block, 1, bytes_ret, nbytes_ret, err);
+    block[0] = (struct rmap_fold_block){self->value, self->n_value * sizeof *self->value};
+    return 1;
 }
 
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    enum rmap_status st = create(context, state_ret, err);
-    if (st != RMAP_OK)
-        return st;
-    const struct rmap_group_counts *self = *state_ret;
-    const struct rmap_fold_block block = {self->value, self->n_value * sizeof *self->value};
-    return rmap_fold_unpack(&block, 1, bytes, nbytes, err);
-}
-
-const struct rmap_fold_kind rmap_group_count_kind = {.create = create,
-                                                     .destroy = destroy,
-                                                     .add = add,
-                                                     .merge = merge,
-                                                     .pack = pack,
-                                                     .unpack = unpack};
+const struct rmap_fold_kind rmap_group_count_kind = {
+    .create = create, .destroy = destroy, .add = add, .merge = merge, .blocks = blocks};

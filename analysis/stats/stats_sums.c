@@ -192,55 +192,14 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     return RMAP_OK;
 }
 
-/* Copies every array to bytes, or from them; returns how many bytes they are. */
-static size_t copy(const struct rmap_stats_sums *self, uint8_t *to, const uint8_t *from)
+static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_BLOCKS_MAX])
 {
+    const struct rmap_stats_sums *self = state;
     const struct extent extent = extent_of(self->plan);
-    const struct {
-        void *data;
-        size_t nbytes;
-    } array[] = {
-        {self->moments, extent.moments * sizeof *self->moments},
-        {self->cell, extent.cell * sizeof *self->cell},
-        {self->fine, extent.fine * sizeof *self->fine},
-    };
-    size_t at = 0;
-    for (size_t i = 0; i < sizeof array / sizeof *array; at += array[i++].nbytes) {
-        if (to && array[i].nbytes > 0)
-            memcpy(to + at, array[i].data, array[i].nbytes);
-        if (from && array[i].nbytes > 0)
-            memcpy(array[i].data, from + at, array[i].nbytes);
-    }
-    return at;
-}
-
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
-{
-    *nbytes_ret = copy(state, NULL, NULL);
-    *bytes_ret = rmap_alloc_unset(*nbytes_ret, 1);
-    if (!*bytes_ret)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a histogram's sums");
-    (void)copy(state, *bytes_ret, NULL);
-    return RMAP_OK;
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    void *state = NULL;
-    RMAP_TRY(create(context, &state, err));
-    if (copy(state, NULL, NULL) != nbytes) {
-        st = rmap_error_set(err, RMAP_INTERNAL, "another rank's sums do not fit together");
-        goto out;
-    }
-    (void)copy(state, NULL, bytes);
-    *state_ret = state;
-    state = NULL;
-out:
-    destroy(state);
-    return st;
+    block[0] = (struct rmap_fold_block){self->moments, extent.moments * sizeof *self->moments};
+    block[1] = (struct rmap_fold_block){self->cell, extent.cell * sizeof *self->cell};
+    block[2] = (struct rmap_fold_block){self->fine, extent.fine * sizeof *self->fine};
+    return 3;
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)
@@ -253,6 +212,5 @@ const struct rmap_fold_kind rmap_stats_sums_kind = {.create = create,
                                                     .destroy = destroy,
                                                     .add = add,
                                                     .merge = merge,
-                                                    .pack = pack,
-                                                    .unpack = unpack,
+                                                    .blocks = blocks,
                                                     .may_count = may_count};

@@ -117,7 +117,7 @@ static enum rmap_status prepare(const struct rmap_context *context, const struct
     enum rmap_status st = RMAP_OK;
     uint64_t nbytes = 0;
     if (round->receiver >= 0) {
-        st = fold->kind->pack(state, &round->bytes, &round->nbytes, err);
+        st = rmap_fold_pack(fold, state, &round->bytes, &round->nbytes, err);
         nbytes = st == RMAP_OK ? round->nbytes : 0;
         enum rmap_status sent =
             RMAP_MPI(MPI_Send(&nbytes, 1, MPI_UINT64_T, round->receiver, 0, context->comm));
@@ -138,8 +138,7 @@ static enum rmap_status take_over(const struct rmap_fold *fold, void *state,
                                   const struct round *round, struct rmap_error *err)
 {
     void *other = NULL;
-    enum rmap_status st =
-        fold->kind->unpack(fold->context, round->bytes, round->nbytes, &other, err);
+    enum rmap_status st = rmap_fold_unpack(fold, round->bytes, round->nbytes, &other, err);
     if (st == RMAP_OK)
         st = fold->kind->merge(state, other, err);
     fold->kind->destroy(other);
