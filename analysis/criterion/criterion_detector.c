@@ -51,7 +51,7 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                        .next = -1,
                                        .begin = word->begin,
                                        .its_number =
-                                           rmap_word_its_number(row, parser->criterion->scene)};
+                                           rmap_time_in(parser->criterion->scene, row->its_number)};
     size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
     if (!rmap_parser_at_comparison(parser))
         return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",

@@ -128,7 +128,7 @@ static enum rmap_status parse_number(struct rmap_parser *parser, double factor,
         dimension = rmap_its_number_dimension(scene, word->its_number, &term.detector);
     }
     if (term.of_registration)
-        term.its_number = rmap_word_its_number(word, scene);
+        term.its_number = rmap_time_in(scene, word->its_number);
     st = add_term(parser, making, &token, &term, dimension);
 out:
     return st;

@@ -77,6 +77,14 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_DETECTED /* 1 or 0; of criteria alone, below `where` */
 };
 
+/* `time` is the time of arrival in timed scenes. */
+static inline enum rmap_registration_number rmap_time_in(const struct rmap_scene *scene,
+                                                         enum rmap_registration_number number)
+{
+    const bool arrives = scene->timed && number == RMAP_REGISTRATION_TIME;
+    return arrives ? RMAP_REGISTRATION_ARRIVAL : number;
+}
+
 /* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.
  */
 struct rmap_angle_ends {

@@ -30,14 +30,6 @@ struct rmap_word {
     enum rmap_registration_number its_number;
 };
 
-/* Of a word that has one: `time` is the time of arrival in timed scenes. */
-static inline enum rmap_registration_number rmap_word_its_number(const struct rmap_word *word,
-                                                                 const struct rmap_scene *scene)
-{
-    const bool arrives = scene->timed && word->its_number == RMAP_REGISTRATION_TIME;
-    return arrives ? RMAP_REGISTRATION_ARRIVAL : word->its_number;
-}
-
 /* The word that is next, or that a token is; NULL: none. */
 const struct rmap_word *rmap_word_next(const struct rmap_parser *parser);
 const struct rmap_word *rmap_word_at(const struct rmap_parser *parser,

@@ -9,11 +9,6 @@
 #include "base/vec.h"
 #include "portion/event.h"
 
-static struct rmap_vec3 point(const float *p)
-{
-    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
-}
-
 double rmap_path_length_in(const struct rmap_index_set *media, const struct rmap_portion *portion,
                            size_t row, size_t first)
 {
@@ -23,9 +18,9 @@ double rmap_path_length_in(const struct rmap_index_set *media, const struct rmap
     const size_t n = n_segment - (n_segment > 0 && ray->stop[row] == RMAP_STOP_LEFT);
     double straight[2] = {0.0, 0.0}; /* outside of the media, in them */
     size_t n_curved[2] = {0, 0};
-    struct rmap_vec3 from = point(ray->start + 3 * row);
+    struct rmap_vec3 from = rmap_vec3_of(ray->start + 3 * row);
     for (size_t k = first; k < first + n; k++) {
-        const struct rmap_vec3 to = point(segment->position + 3 * k);
+        const struct rmap_vec3 to = rmap_vec3_of(segment->position + 3 * k);
         const bool inside = rmap_index_set_has(media, segment->medium[k]);
         if (segment->event[k] & RMAP_EVENT_GRADIENT)
             n_curved[inside]++;

@@ -108,11 +108,6 @@ rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test)
     return columns;
 }
 
-static struct rmap_vec3 point(const float *p)
-{
-    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
-}
-
 /* The straight leg that ends in a row; NaN of a curved one. */
 static struct rmap_vec3 leg(const struct rmap_portion *portion, size_t row, size_t ray,
                             size_t ray_row)
@@ -120,7 +115,8 @@ static struct rmap_vec3 leg(const struct rmap_portion *portion, size_t row, size
     const float *to = portion->segment.position + 3 * row;
     if (portion->segment.event[row] & RMAP_EVENT_GRADIENT)
         return rmap_vec3((double)NAN, (double)NAN, (double)NAN);
-    return rmap_sub(point(to), point(row > ray_row ? to - 3 : portion->ray.start + 3 * ray));
+    return rmap_sub(rmap_vec3_of(to),
+                    rmap_vec3_of(row > ray_row ? to - 3 : portion->ray.start + 3 * ray));
 }
 
 static double leg_length(const struct rmap_portion *portion, size_t row, size_t ray, size_t ray_row)
@@ -167,7 +163,7 @@ static double number_at(const struct rmap_scene *scene, enum rmap_step_number nu
         return segment->object[row] < 0
                    ? (double)NAN
                    : coordinate(rmap_affine_point(&scene->object[segment->object[row]].to_local,
-                                                  point(segment->position + 3 * row)),
+                                                  rmap_vec3_of(segment->position + 3 * row)),
                                 (int)number - RMAP_STEP_X);
     case RMAP_STEP_WORLD_X:
     case RMAP_STEP_WORLD_Y:

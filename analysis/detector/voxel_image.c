@@ -97,7 +97,7 @@ static void indices(const struct rmap_voxel_grid *grid, size_t voxel, uint32_t a
     at[2] = (uint32_t)(voxel / grid->n[0] / grid->n[1]);
 }
 
-struct rmap_vec3 rmap_voxel_image_centre(const struct rmap_voxel_image *image, size_t voxel)
+static struct rmap_vec3 centre_of(const struct rmap_voxel_image *image, size_t voxel)
 {
     const struct rmap_voxel_grid *grid = &image->grid;
     uint32_t at[3];
@@ -148,17 +148,16 @@ enum rmap_status rmap_voxel_slice_init(const struct rmap_voxel_image *image,
     *slice = (struct rmap_voxel_slice){.detector = {.type = RMAP_DETECTOR_PLANE}};
     struct rmap_detector_image *flat = &slice->image;
     lay_plane(grid, axis, layer, slice);
-    (void)snprintf(slice->name, sizeof slice->name, "%c = %.6g %.20s", "xyz"[axis],
-                   grid -> low[axis] + (layer + 0.5) * grid -> step[axis], image -> scene -> unit);
+    const double where = grid->low[axis] + (layer + 0.5) * grid->step[axis];
+    static const char name[] = "xyz";
+    (void)snprintf(slice->name, sizeof slice->name, "%c = %.6g %.20s", name[axis], where,
+                   image->scene->unit);
     slice->detector.name = slice->name;
     flat->scene = image->scene;
     flat->detector = &slice->detector;
     flat->world = true;
     flat->quantity = title[what];
     flat->unit = part->unit;
-    flat->flux_unit = part->total_unit;
-    flat->flux = part->total;
-    flat->flux_error = part->total_error;
     const size_t n = (size_t)flat->n[0] * flat->n[1];
     flat->value = rmap_alloc(n, sizeof *flat->value);
     flat->standard_error = rmap_alloc(n, sizeof *flat->standard_error);
@@ -205,7 +204,7 @@ void rmap_voxel_image_csv(const struct rmap_voxel_image *image, FILE *out)
     fputc('\n', out);
     for (size_t c = 0; c < rmap_voxel_grid_n(grid); c++) {
         uint32_t at[3];
-        const struct rmap_vec3 p = rmap_voxel_image_centre(image, c);
+        const struct rmap_vec3 p = centre_of(image, c);
         indices(grid, c, at);
         fprintf(out, "%u,%u,%u,%.10g,%.10g,%.10g", at[0], at[1], at[2], p.x, p.y, p.z);
         for (int k = 0; k < RMAP_VOXEL_PARTS; k++)
@@ -234,7 +233,7 @@ void rmap_voxel_image_print(const struct rmap_voxel_image *image, FILE *out)
             fprintf(out, "%-14s %.6g +- %.2g %s", label[k], part->total, part->total_error,
                     part->total_unit);
         if (part->peak > 0.0) {
-            const struct rmap_vec3 p = rmap_voxel_image_centre(image, part->peak_voxel);
+            const struct rmap_vec3 p = centre_of(image, part->peak_voxel);
             fprintf(out, ", peak %.5g +- %.2g %s at (%.6g, %.6g, %.6g)", part->peak,
                     part->standard_error[part->peak_voxel], part->unit, p.x, p.y, p.z);
         }
@@ -252,7 +251,7 @@ static json_t *part_json(const struct rmap_voxel_image *image, const struct rmap
 {
     json_t *peak = json_null();
     if (part->peak > 0.0) {
-        const struct rmap_vec3 p = rmap_voxel_image_centre(image, part->peak_voxel);
+        const struct rmap_vec3 p = centre_of(image, part->peak_voxel);
         uint32_t at[3];
         indices(&image->grid, part->peak_voxel, at);
         peak =

@@ -36,9 +36,6 @@ enum rmap_status rmap_voxel_image_create(const struct rmap_voxel_sums *sums,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_voxel_image_destroy(struct rmap_voxel_image *image); /* NULL is fine */
 
-/* Centre of a voxel, in the scene's unit. */
-struct rmap_vec3 rmap_voxel_image_centre(const struct rmap_voxel_image *image, size_t voxel);
-
 /* One layer of voxels, across axis 0, 1 or 2, as the image of a plane that lies in their middle, in
  * the world's frame. `detector` and the image are the caller's: rmap_voxel_slice_fini. */
 struct rmap_voxel_slice {

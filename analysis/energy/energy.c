@@ -247,8 +247,10 @@ void rmap_energy_destroy(struct rmap_energy *energy)
 const char *rmap_energy_end_text(enum rmap_energy_end end)
 {
     static const char *const text[] = {
-        "absorbed by",         "absorbed in",    "left the scene", "stopped by a limit",
-        "stopped by an error", "turned to heat", "registered by"};
+        [RMAP_ENERGY_OBJECT] = "absorbed by",        [RMAP_ENERGY_MEDIUM] = "absorbed in",
+        [RMAP_ENERGY_LEFT] = "left the scene",       [RMAP_ENERGY_LIMIT] = "stopped by a limit",
+        [RMAP_ENERGY_ERROR] = "stopped by an error", [RMAP_ENERGY_HEAT] = "turned to heat",
+        [RMAP_ENERGY_DETECTOR] = "registered by"};
     return text[end];
 }
 
@@ -383,8 +385,11 @@ static void put_line(const struct rmap_energy_table *table, const char *what,
     fputc('\n', out);
 }
 
-static const char *const word[] = {"object", "medium", "left",    "limit",
-                                   "error",  "heat",   "detector"};
+static const char *const word[] = {
+    [RMAP_ENERGY_OBJECT] = "object",    [RMAP_ENERGY_MEDIUM] = "medium",
+    [RMAP_ENERGY_LEFT] = "left",        [RMAP_ENERGY_LIMIT] = "limit",
+    [RMAP_ENERGY_ERROR] = "error",      [RMAP_ENERGY_HEAT] = "heat",
+    [RMAP_ENERGY_DETECTOR] = "detector"};
 
 void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
 {

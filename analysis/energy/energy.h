@@ -76,7 +76,7 @@ const char *rmap_energy_end_text(enum rmap_energy_end end);
 #define RMAP_ENERGY_SHOWN 20
 struct rmap_energy_shown {
     size_t n;
-    struct rmap_energy_row row[2 * RMAP_ENERGY_SHOWN + 5];
+    struct rmap_energy_row row[2 * (RMAP_ENERGY_SHOWN + 1) + 4];
     char others[2][32]; /* names of rows */
 };
 void rmap_energy_show(const struct rmap_energy_table *table, struct rmap_energy_shown *shown);

@@ -296,11 +296,12 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";
     if (isfinite(image->flux_error))
         (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
-    int n = snprintf(line, sizeof line, "%s, %.4g%s %s%s",
-                     rmap_counted((uint64_t)llround(image->registrations), "registration").text,
-                     image->flux, error, image->flux_unit, none);
-    if (picture->options->sums)
-        n = snprintf(line, sizeof line, "%s", picture->options->sums);
+    int n =
+        picture->options->sums
+            ? snprintf(line, sizeof line, "%s", picture->options->sums)
+            : snprintf(line, sizeof line, "%s, %.4g%s %s%s",
+                       rmap_counted((uint64_t)llround(image->registrations), "registration").text,
+                       image->flux, error, image->flux_unit, none);
     if (picture->options->true_colour && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
                        picture->white, rmap_unit_text(image->unit).text,

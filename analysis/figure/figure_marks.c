@@ -114,7 +114,8 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
     }
     const struct rmap_vec3 half = rmap_source_half_size(source);
     const bool round = source->shape == RMAP_EMITTER_DISC || source->type == RMAP_SOURCE_BEAM ||
-                       (source->lamp && source->lamp->body != RMAP_LAMP_BOX && half.x == half.y);
+                       (source->shape == RMAP_EMITTER_BODY && source->lamp->body != RMAP_LAMP_BOX &&
+                        half.x == half.y);
     if (round && half.x > 0)
         draw_circle(frame, place, half.x, svg, &line);
     else if (half.x > 0 || half.y > 0)

@@ -166,11 +166,6 @@ static void finish_line(struct pen *pen)
     pen->down = false;
 }
 
-static struct rmap_vec3 place(const float v[3])
-{
-    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
-}
-
 /* A curved segment: its ends and the points between them. */
 struct curved_segment {
     struct rmap_vec3 from, to;
@@ -182,7 +177,7 @@ static struct rmap_vec3 node(const struct curved_segment *segment, size_t k)
 {
     return k == 0           ? segment->from
            : k > segment->n ? segment->to
-                            : place(segment->point + 3 * (k - 1));
+                            : rmap_vec3_of(segment->point + 3 * (k - 1));
 }
 
 /* Direction at a node, times so much: of the parabola through it and its neighbours, by length of
@@ -261,7 +256,7 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
     size_t n_channel = (size_t)rays->n_channel;
     const uint16_t *last = NULL;
     size_t point, n_point = rmap_portion_curve_of(rays, rays->ray.id[ray], &point);
-    struct rmap_vec3 from = place(rays->ray.start + 3 * ray);
+    struct rmap_vec3 from = rmap_vec3_of(rays->ray.start + 3 * ray);
     for (size_t i = first; i < first + rays->ray.segment_count[ray]; i++) {
         const uint16_t *colour = rays->colour + i * n_channel;
         if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
@@ -270,7 +265,7 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
             put_point(pen, from);
             last = colour;
         }
-        struct rmap_vec3 to = place(rays->segment.position + 3 * i);
+        struct rmap_vec3 to = rmap_vec3_of(rays->segment.position + 3 * i);
         struct curved_segment segment = {
             .from = from, .to = to, .point = rays->curve.position + 3 * point};
         while (segment.n < n_point && rays->curve.segment[point + segment.n] == i - first)
@@ -284,7 +279,7 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
             put_point(pen, from = to);
         if (event & RMAP_EVENT_LEFT)
             put_point(pen, beyond_edge(pen->lines->frame, from,
-                                       place(rays->ray.end_direction + 3 * ray)));
+                                       rmap_vec3_of(rays->ray.end_direction + 3 * ray)));
     }
     finish_line(pen);
 }

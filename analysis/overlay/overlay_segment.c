@@ -6,11 +6,6 @@
 
 #include "analysis/overlay/overlay_segment.h"
 
-static struct rmap_vec3 point_of(const float *p)
-{
-    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
-}
-
 /* The refractive index along a straight segment, n or n_group of its medium: of the mean over its
  * colour, as traced. */
 static double index_of(const struct rmap_overlay_ray *ray, size_t row, const double *index)
@@ -46,13 +41,13 @@ void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overla
     const struct rmap_portion *portion = ray->portion;
     size_t row = ray->segment + segment;
     const uint32_t event = portion->segment.event[row];
-    struct rmap_vec3 to = point_of(portion->segment.position + 3 * row);
+    struct rmap_vec3 to = rmap_vec3_of(portion->segment.position + 3 * row);
     *out = (struct rmap_segment){.from = from,
                                  .to = to,
                                  .optical_from = optical,
                                  .segment = segment,
                                  .clock = ray->scene->timed ? &ray->clock : NULL};
-    struct rmap_vec3 end = point_of(portion->ray.end_direction + 3 * ray->row);
+    struct rmap_vec3 end = rmap_vec3_of(portion->ray.end_direction + 3 * ray->row);
     bool leaves = event & RMAP_EVENT_LEFT && !(event & RMAP_EVENT_GRADIENT);
     if (leaves && rmap_dot(end, end) > 0.0) {
         out->direction = rmap_normalize(end);
@@ -197,7 +192,8 @@ void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray 
         ray->curve++;
     for (bool last = false; !last;) {
         last = ray->curve >= ray->curve_end || portion->curve.segment[ray->curve] != out->segment;
-        struct rmap_vec3 p = last ? out->to : point_of(portion->curve.position + 3 * ray->curve++);
+        struct rmap_vec3 p =
+            last ? out->to : rmap_vec3_of(portion->curve.position + 3 * ray->curve++);
         struct rmap_curve_state to = state_at(&path, p);
         struct rmap_curve_step step;
         if (!join(&path, &from, &to, &step))

@@ -507,7 +507,8 @@ static json_t *sources(const struct rmap_scene *scene)
     for (size_t i = 0; i < scene->n_source; i++) {
         const struct rmap_source *source = &scene->source[i];
         struct rmap_affine place = source->frame;
-        const double *size = source->lamp ? source->lamp->size : source->shape_size;
+        const double *size =
+            source->shape == RMAP_EMITTER_BODY ? source->lamp->size : source->shape_size;
         place.t = rmap_source_place(scene, source);
         json_array_append_new(list, json_pack("{s:o, s:s, s:[f, f], s:o, s:f}", "name",
                                               rmap_page_string(source->name), "shape",

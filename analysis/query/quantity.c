@@ -176,7 +176,7 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         st = rmap_parser_advance(parser);
     } else if (is_its) {
         quantity->kind = RMAP_QUANTITY_ITS_NUMBER;
-        quantity->its_number = rmap_word_its_number(word, making->self->scene);
+        quantity->its_number = rmap_time_in(making->self->scene, word->its_number);
         st = parse_its(making, quantity);
     } else if (own && is_order(own->kind)) {
         quantity->kind = own->kind;

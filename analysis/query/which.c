@@ -313,7 +313,7 @@ static enum rmap_status mark_one(const struct rmap_which *self, size_t k,
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_criterion_evaluate(self->rays[k], portion, self->flux_per_weight, match, err));
-    RMAP_TRY(mark_tests(self->of[k], portion, own, err));
+    RMAP_TRY(rmap_which_mark(self->of[k], portion, own, err));
     for (size_t i = 0, row = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         for (const size_t end = row + portion->ray.registration_count[i]; row < end; row++)
             chosen[row] |= own[row] & match[i];
@@ -359,7 +359,13 @@ enum rmap_status rmap_which_detect(struct rmap_which *self, const struct rmap_in
                                    struct rmap_error *err)
 {
     static const char behind[] = " and detected";
-    for (size_t d = 0; d < self->scene->n_detector; d++)
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < self->n_of; k++) {
+        RMAP_TRY(rmap_which_detect(self->of[k], detector, err));
+        self->chooses |= self->of[k]->chooses;
+        self->columns |= self->of[k]->columns;
+    }
+    for (size_t d = 0; self->n_of == 0 && d < self->scene->n_detector; d++)
         self->detects |= rmap_index_set_has(detector, (int32_t)d) &&
                          rmap_detector_chances(&self->scene->detector[d]);
     if (!self->detects)
@@ -374,7 +380,8 @@ enum rmap_status rmap_which_detect(struct rmap_which *self, const struct rmap_in
     self->text = text;
     self->chooses = true;
     self->columns |= always | RMAP_RESPONSE_COLUMNS;
-    return RMAP_OK;
+out:
+    return st;
 }
 
 static enum rmap_status keep_detected(const struct rmap_which *self,

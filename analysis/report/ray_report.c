@@ -68,11 +68,6 @@ static struct rmap_vec3 nowhere(void)
     return rmap_vec3((double)NAN, (double)NAN, (double)NAN);
 }
 
-static struct rmap_vec3 vector_of(const float v[3])
-{
-    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
-}
-
 static struct rmap_vec3 normal_of(const int16_t v[3])
 {
     struct rmap_vec3 normal = rmap_vec3(v[0] / 32767.0, v[1] / 32767.0, v[2] / 32767.0);
@@ -108,7 +103,7 @@ static void read_points(struct rmap_ray_report *report, const struct rmap_portio
     size_t next = 0;
     for (size_t i = 0; i < report->n_point; i++)
         report->point[i] = (struct rmap_report_point){
-            .position = vector_of(portion->curve.position + 3 * (first + i)),
+            .position = rmap_vec3_of(portion->curve.position + 3 * (first + i)),
             .direction = nowhere(),
             .length = (double)NAN,
             .optical_path = (double)NAN};
@@ -143,7 +138,7 @@ static void read_steps(struct rmap_ray_report *report, const struct rmap_portion
         step->face = face_of(report->scene, step->object, step->primitive);
         step->events = portion->segment.event[row];
         step->medium = portion->segment.medium[row];
-        step->position = vector_of(portion->segment.position + 3 * row);
+        step->position = rmap_vec3_of(portion->segment.position + 3 * row);
         step->normal = normal_of(portion->segment.normal + 3 * row);
         step->optical_path = (double)NAN;
         step->first_direction = nowhere();
@@ -152,7 +147,7 @@ static void read_steps(struct rmap_ray_report *report, const struct rmap_portion
         step->direction = rmap_dot(segment, segment) > 0.0 ? rmap_normalize(segment) : nowhere();
         if (step->events & RMAP_EVENT_LEFT) {
             step->length = 0.0;
-            step->direction = vector_of(portion->ray.end_direction + 3 * ray);
+            step->direction = rmap_vec3_of(portion->ray.end_direction + 3 * ray);
         }
         for (int c = 0; c < portion->n_channel && c < report->scene->channels.n; c++)
             report->colour[i * (size_t)report->scene->channels.n + (size_t)c] =
@@ -181,7 +176,7 @@ static void read_registrations(struct rmap_ray_report *report, const struct rmap
         const double relative[2] = {column->relative[2 * row] / 65535.0,
                                     column->relative[2 * row + 1] / 65535.0};
         rmap_detector_coordinates(detector, relative, &to->x, &to->y);
-        struct rmap_vec3 direction = vector_of(column->direction + 3 * row);
+        struct rmap_vec3 direction = rmap_vec3_of(column->direction + 3 * row);
         double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
         to->angle_deg = atan2(rmap_length(rmap_cross(direction, detector->axis)),
                               sign * rmap_dot(direction, detector->axis)) *
@@ -249,7 +244,7 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
     report->wavelength_nm = portion->ray.wavelength[row];
     report->path_length = portion->ray.path_length[row];
     report->optical_path = portion->ray.optical_path[row];
-    report->start = vector_of(portion->ray.start + 3 * row);
+    report->start = rmap_vec3_of(portion->ray.start + 3 * row);
     report->start_object = portion->ray.start_object[row];
     read_points(report, portion, first_point);
     read_steps(report, portion, row, segment);

@@ -88,17 +88,10 @@ static double reflectance(const struct at *at)
     return at->report->step[at->k].reflectance;
 }
 
-static enum rmap_registration_number number_of(const struct rmap_scene *scene,
-                                               const struct rmap_table_quantity *quantity)
-{
-    const bool arrives = scene->timed && quantity->number == RMAP_REGISTRATION_TIME;
-    return arrives ? RMAP_REGISTRATION_ARRIVAL : quantity->number;
-}
-
 static double registration_number(const struct at *at)
 {
     return rmap_registration_number(at->scene, at->ray->portion, at->ray->registration + at->k,
-                                    number_of(at->scene, at->quantity));
+                                    rmap_time_in(at->scene, at->quantity->number));
 }
 
 /* What rows are found by. */
@@ -324,7 +317,7 @@ static rmap_column_set columns_of(const struct rmap_scene *scene,
     else
         columns |= quantity->columns;
     if (quantity && quantity->read == registration_number)
-        columns |= rmap_registration_number_columns(number_of(scene, quantity));
+        columns |= rmap_registration_number_columns(rmap_time_in(scene, quantity->number));
     if (column->table == RMAP_TABLE_REGISTRATION && columns & COLOUR)
         columns |= of_segment;
     return columns;

@@ -369,9 +369,16 @@ void rmap_run_report_provenance(const struct rmap_run_report *report, FILE *out)
 
 static void put_sources(const struct rmap_scene *scene, FILE *out)
 {
-    static const char *const type[] = {
-        "collimated", "point", "area", "list of rays",  "lamp",
-        "volume",     "sky",   "sun",  "Gaussian beam", "steps of particles"};
+    static const char *const type[] = {[RMAP_SOURCE_COLLIMATED] = "collimated",
+                                       [RMAP_SOURCE_POINT] = "point",
+                                       [RMAP_SOURCE_AREA] = "area",
+                                       [RMAP_SOURCE_RAYS] = "list of rays",
+                                       [RMAP_SOURCE_LAMP] = "lamp",
+                                       [RMAP_SOURCE_VOLUME] = "volume",
+                                       [RMAP_SOURCE_SKY] = "sky",
+                                       [RMAP_SOURCE_SUN] = "sun",
+                                       [RMAP_SOURCE_BEAM] = "Gaussian beam",
+                                       [RMAP_SOURCE_STEPS] = "steps of particles (photons)"};
     const char *unit = scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
     fprintf(out,
             "<h3>Sources</h3>\n<div class=\"table\"><table>\n<tr><th>source</th><th>type</th><th "
@@ -400,9 +407,10 @@ static void put_media(const struct rmap_scene *scene, FILE *out)
         fputs("<tr>", out);
         run_report_name(out, medium->name);
         run_report_cell(out, medium->n[middle], 6);
-        fprintf(out, "<td>%s%s%s%s</td>", medium->field ? "gradient" : "uniform",
+        fprintf(out, "<td>%s%s%s%s%s</td>", medium->field ? "gradient" : "uniform",
                 medium->dispersive ? ", dispersive" : "", medium->absorbing ? ", absorbing" : "",
-                medium->scattering_at_all ? ", scattering" : "");
+                medium->scattering_at_all ? ", scattering" : "",
+                medium->n_species > 0 ? ", gives light back" : "");
         run_report_name(out, medium->description ? medium->description : "");
         fputs("</tr>\n", out);
     }

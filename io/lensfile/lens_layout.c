@@ -202,7 +202,7 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
     }
 }
 
-void rmap_lens_fit(struct rmap_lens_plan *plan)
+static void fit(struct rmap_lens_plan *plan)
 {
     for (size_t i = 1; i < plan->lens->n_surface; i++)
         if (plan->place[i].role == RMAP_ROLE_REFRACTS || plan->place[i].role == RMAP_ROLE_MIRROR)
@@ -239,7 +239,7 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
     set_holes(plan);
     set_image(plan);
     rmap_lens_elements(plan);
-    rmap_lens_fit(plan);
+    fit(plan);
     if (plan->n_element == 0)
         return rmap_error_set(err, RMAP_INPUT, "nothing in it refracts, mirrors or stops light");
     return RMAP_OK;

@@ -79,7 +79,6 @@ void rmap_lens_plan_fini(struct rmap_lens_plan *plan);
 void rmap_lens_first_order(struct rmap_lens_plan *plan);
 void rmap_lens_footprints(struct rmap_lens_plan *plan);
 void rmap_lens_elements(struct rmap_lens_plan *plan);
-void rmap_lens_fit(struct rmap_lens_plan *plan); /* apertures that shapes and neighbours allow */
 
 /* The ray that a field's beam is about: the object's angles (of a star) as tangents, or its place
  * beside the axis (of a near object), x and y. */

@@ -21,7 +21,6 @@ struct rmap_ray_file_out {
     struct rmap_whole_file whole;
     struct rmap_ray_writer *writer;
     int32_t detector; /* -1: rays as they end */
-    double unit_m;
     uint64_t n;
 };
 
@@ -56,7 +55,6 @@ enum rmap_status rmap_ray_file_out_begin(const struct rmap_map *map,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
     self->map = map;
-    self->unit_m = scene->unit_m;
     RMAP_TRY(find_detector(self, request->at, err));
     if (!rmap_ray_format_of(request->path, &format) || (format == RMAP_RAYS_MCPL && !coloured))
         RMAP_TRY(
@@ -92,16 +90,11 @@ static double wavelength(const struct rmap_ray_file_out *self, const struct rmap
     return (double)NAN;
 }
 
-static struct rmap_vec3 three(const float *v)
-{
-    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
-}
-
 static void add(struct rmap_ray_file_out *self, const struct rmap_streamed_ray *ray, size_t segment,
                 struct rmap_ray_written *row)
 {
     const struct rmap_ray_columns *of = &ray->portion->ray;
-    row->position = rmap_scale(row->position, self->unit_m);
+    row->position = rmap_scale(row->position, rmap_map_scene(self->map)->unit_m);
     row->flux = of->weight[ray->row] * rmap_map_flux_per_weight(self->map)[of->source[ray->row]];
     row->id = of->id[ray->row];
     if (rmap_map_scene(self->map)->channels.mode == RMAP_COLOUR_SPECTRAL)
@@ -116,12 +109,12 @@ static void add_end(struct rmap_ray_file_out *self, const struct rmap_streamed_r
     const size_t n = portion->ray.segment_count[ray->row], last = ray->segment + n - 1;
     if (n == 0)
         return;
-    const struct rmap_vec3 end = three(&portion->segment.position[3 * last]),
-                           start = n > 1 ? three(&portion->segment.position[3 * (last - 1)])
-                                         : three(&portion->ray.start[3 * ray->row]);
+    const struct rmap_vec3 end = rmap_vec3_of(&portion->segment.position[3 * last]),
+                           start = n > 1 ? rmap_vec3_of(&portion->segment.position[3 * (last - 1)])
+                                         : rmap_vec3_of(&portion->ray.start[3 * ray->row]);
     const bool left = portion->ray.stop[ray->row] == RMAP_STOP_LEFT;
     const struct rmap_vec3 way =
-        left ? three(&portion->ray.end_direction[3 * ray->row]) : rmap_sub(end, start);
+        left ? rmap_vec3_of(&portion->ray.end_direction[3 * ray->row]) : rmap_sub(end, start);
     const double length = rmap_length(way);
     if (!(length > 0.0))
         return;
@@ -139,8 +132,9 @@ static void add_registration(struct rmap_ray_file_out *self, const struct rmap_s
         .position = {rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_X),
                      rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_Y),
                      rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_Z)},
-        .direction = three(&portion->registration.direction[3 * k]),
-        .time_ns = 1e9 * rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_TIME)};
+        .direction = rmap_vec3_of(&portion->registration.direction[3 * k]),
+        .time_ns = 1e9 * rmap_registration_number(scene, portion, k,
+                                                  rmap_time_in(scene, RMAP_REGISTRATION_TIME))};
     add(self, ray, ray->segment + portion->registration.segment[k], &row);
 }
 

@@ -134,7 +134,7 @@ out:
 }
 
 /* Collective. Which rays the page is of. */
-static enum rmap_status compile(const struct rmap_context *context, const struct rmap_asked *asked,
+static enum rmap_status compile(const struct rmap_context *context, struct rmap_asked *asked,
                                 struct page *page, struct rmap_error *err)
 {
     const struct rmap_scene *scene = rmap_map_scene(page->map);

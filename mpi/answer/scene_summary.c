@@ -130,10 +130,11 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
 {
     for (size_t s = 0; s < scene->n_source; s++) {
         fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
-                rmap_flux_unit_text(scene), scene->medium[scene->source[s].medium].name);
+                scene->source[s].steps ? "photons" : rmap_flux_unit_text(scene),
+                scene->medium[scene->source[s].medium].name);
         if (scene->source[s].sky)
             print_sky(scene, &scene->source[s], out);
-        if (scene->source[s].lamp)
+        if (scene->source[s].type == RMAP_SOURCE_LAMP)
             print_lamp(scene, &scene->source[s], out);
         if (scene->source[s].steps)
             rmap_steps_print(scene->source[s].steps, out);

@@ -219,7 +219,7 @@ struct search {
     size_t n_top;
 };
 
-static enum rmap_status compile(const struct rmap_context *context, const struct request *request,
+static enum rmap_status compile(const struct rmap_context *context, struct request *request,
                                 struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;

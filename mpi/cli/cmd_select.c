@@ -112,9 +112,8 @@ static enum rmap_status keep(const struct request *request, const struct rmap_ma
 /* ---- all ranks ---- */
 
 /* Collective. */
-static enum rmap_status select_rays(const struct rmap_context *context,
-                                    const struct request *request, const struct rmap_map *map,
-                                    struct rmap_error *err)
+static enum rmap_status select_rays(const struct rmap_context *context, struct request *request,
+                                    const struct rmap_map *map, struct rmap_error *err)
 {
     struct rmap_criterion *criterion = NULL;
     void *set = NULL;

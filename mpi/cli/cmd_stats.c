@@ -139,23 +139,23 @@ out:
 }
 
 /* Which registrations count, where numbers are of registrations. */
-static enum rmap_status
-choose(const struct rmap_context *context, const struct rmap_arguments *arguments,
-       const struct rmap_asked *asked, const struct rmap_quantities *quantities,
-       const struct rmap_criterion *criterion, struct rmap_stats_criteria *criteria,
-       struct rmap_which **which_ret, struct rmap_error *err)
+static enum rmap_status choose(const struct rmap_context *context,
+                               const struct rmap_arguments *arguments, struct rmap_asked *asked,
+                               const struct rmap_quantities *quantities,
+                               const struct rmap_criterion *criterion,
+                               struct rmap_stats_criteria *criteria, struct rmap_which **which_ret,
+                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const char *which = rmap_argument(arguments, "which");
-    if (context->rank == 0 && !context->quiet && rmap_quantities_of_phase_time(quantities) &&
-        !(criterion && rmap_criterion_of_phase_time(criterion)))
-        fprintf(stderr, "raymap: " RMAP_PHASE_TIME_HINT "\n");
+    rmap_asked_tell_time(context, asked, rmap_quantities_of_phase_time(quantities));
     if (quantities->of_registrations && (criteria->n < 2 || which))
         return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
                                 criterion, which_ret, err);
     if (quantities->of_registrations) {
         RMAP_TRY(rmap_which_create_any(quantities->scene, &quantities->detector, criteria->of,
                                        criteria->n, criteria->flux_per_weight, which_ret, err));
+        RMAP_TRY(rmap_which_detect(*which_ret, &quantities->detector, err));
         criteria->which = (const struct rmap_which *const *)(*which_ret)->of;
     }
     if (which && !quantities->of_registrations)

@@ -86,21 +86,15 @@ out:
     return st;
 }
 
-/* Once, for the first of the criteria that names a time. */
-static void tell_time(const struct rmap_context *context, const struct rmap_asked *asked,
-                      size_t index, const struct rmap_criterion *criterion)
+void rmap_asked_tell_time(const struct rmap_context *context, struct rmap_asked *asked, bool of)
 {
-    if (context->rank > 0 || context->quiet || !rmap_criterion_of_phase_time(criterion))
-        return;
-    for (size_t i = 0; i < index; i++)
-        if (asked->whole_file || strstr(asked->text[i], "time"))
-            return;
-    fprintf(stderr, "raymap: " RMAP_PHASE_TIME_HINT "\n");
+    if (of && !asked->told_time && context->rank == 0 && !context->quiet)
+        fprintf(stderr, "raymap: " RMAP_PHASE_TIME_HINT "\n");
+    asked->told_time |= of;
 }
 
-enum rmap_status rmap_asked_compile(const struct rmap_context *context,
-                                    const struct rmap_asked *asked, size_t index,
-                                    const struct rmap_scene *scene,
+enum rmap_status rmap_asked_compile(const struct rmap_context *context, struct rmap_asked *asked,
+                                    size_t index, const struct rmap_scene *scene,
                                     struct rmap_criterion **criterion_ret, struct rmap_error *err)
 {
     if (!asked->whole_file && index >= asked->n_text)
@@ -110,7 +104,7 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context,
     enum rmap_status st =
         rmap_criterion_compile_with(text, asked->criteria, scene, criterion_ret, err);
     if (st == RMAP_OK)
-        tell_time(context, asked, index, *criterion_ret);
+        rmap_asked_tell_time(context, asked, rmap_criterion_of_phase_time(*criterion_ret));
     return st;
 }
 

@@ -32,6 +32,7 @@ struct rmap_asked {
     const char *const *text;        /* [n_text], borrowed */
     size_t n_text;
     bool whole_file;
+    bool told_time; /* that `time` is the phase path's here */
 };
 
 /* Collective. Rank 0 reads the file; all ranks get what it says. RMAP_INPUT with the file's line
@@ -53,11 +54,13 @@ enum rmap_status rmap_asked_load_where(const struct rmap_context *context,
 void rmap_asked_take_file(struct rmap_asked *asked);
 
 /* Criterion `index` in [0, n). Rank 0 prints the translation of a filter to stderr. */
-enum rmap_status rmap_asked_compile(const struct rmap_context *context,
-                                    const struct rmap_asked *asked, size_t index,
-                                    const struct rmap_scene *scene,
+enum rmap_status rmap_asked_compile(const struct rmap_context *context, struct rmap_asked *asked,
+                                    size_t index, const struct rmap_scene *scene,
                                     struct rmap_criterion **criterion_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rank 0 says once what `time` is in maps without times, where it is asked for (`of`). */
+void rmap_asked_tell_time(const struct rmap_context *context, struct rmap_asked *asked, bool of);
 
 /* Rank 0 says of a map of rays that a query picked that all registrations of those rays count,
  * where they do. */

@@ -32,8 +32,7 @@ out:
 }
 
 enum rmap_status rmap_asked_each_compile(const struct rmap_context *context,
-                                         const struct rmap_asked *asked,
-                                         const struct rmap_scene *scene,
+                                         struct rmap_asked *asked, const struct rmap_scene *scene,
                                          struct rmap_asked_each *each, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;

@@ -17,8 +17,7 @@ struct rmap_asked_each {
 /* Rank 0 prints the translation of a filter to stderr. RMAP_INPUT of the first that is wrong.
  * rmap_asked_each_fini whatever happened. */
 enum rmap_status rmap_asked_each_compile(const struct rmap_context *context,
-                                         const struct rmap_asked *asked,
-                                         const struct rmap_scene *scene,
+                                         struct rmap_asked *asked, const struct rmap_scene *scene,
                                          struct rmap_asked_each *each,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_asked_each_fini(struct rmap_asked_each *each);

@@ -166,13 +166,15 @@ json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
                                        scene->n_object, scene, object_name);
         json_t *media = named_counts(tally->absorbed_medium + s * scene->n_medium, scene->n_medium,
                                      scene, medium_name);
-        (void)json_array_append_new(
-            list,
+        json_t *one =
             json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
                       scene->source[s].name, "emitted", (json_int_t)tally->emitted[s], "flux",
                       flux_of(tally, flux, s), "unit", rmap_flux_unit_text(scene), "absorbed",
                       "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
-                      "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]));
+                      "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]);
+        if (rmap_scene_changes_weights(scene))
+            (void)json_object_set_new(one, "heat", rmap_json_number(converted(tally, s)));
+        (void)json_array_append_new(list, one);
     }
     return list;
 }
