@@ -28,10 +28,10 @@ said() { # KEY: the value that `info --json` gives
 }
 
 # The time limit ends a block; what it holds is the beginning of what is asked for.
-"$RAYMAP" trace slow.yaml -o whole.raymap -n 6 --quiet >whole.txt 2>&1 &
+"$RAYMAP" trace slow.yaml -o whole.raymap -n 4 --quiet >whole.txt 2>&1 &
 whole=$!
 SECONDS=0
-expect 6 'time limit.*the map holds them' "$RAYMAP" trace slow.yaml -o part.raymap -n 6 --time-limit 1s
+expect 6 'time limit.*the map holds them' "$RAYMAP" trace slow.yaml -o part.raymap -n 4 --time-limit 1s
 [ $SECONDS -le 20 ] || fail "the time limit of 1 s took $SECONDS s"
 expect 0 'NOT complete' "$RAYMAP" info part.raymap
 expect 0 '' "$RAYMAP" verify part.raymap

@@ -192,7 +192,7 @@ def trace(name, n, encoding, *more):
 def main():
     images = []
     for encoding in ("plain", "compact"):
-        file = trace("double-gauss", 20000, encoding)
+        file = trace("double-gauss", 8000, encoding)
         check_law(file, "sensor", ["ghost_order == 0", "angle < 12 and hit(lens.5) != 1"],
                   ["all", "source(star) or bounces > 20"], 2 if encoding == "plain" else 1)
         images.append(cells(file, "sensor", "--which", "ghost_order >= 1"))

@@ -14,15 +14,15 @@ OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 # Patterns of calls, what they suffer, whether from then on, and how many of them are tried in a
 # quick run and in a slow one (of each call and sort of file at least the first and the last).
 SORTS = [
-    ("*", "ENOSPC", 0, 40, 1000),
-    ("*", "ENOSPC", 1, 12, 300),
-    ("*", "EIO", 0, 12, 300),
-    ("write,pwrite", "short", 0, 10, 200),
-    ("read:*", "EIO", 0, 12, 400),
+    ("*", "ENOSPC", 0, 24, 1000),
+    ("*", "ENOSPC", 1, 8, 300),
+    ("*", "EIO", 0, 8, 300),
+    ("write,pwrite", "short", 0, 6, 200),
+    ("read:*", "EIO", 0, 8, 400),
     ("read:pread,read:read", "short", 0, 6, 200),
-    ("memory:*", "ENOMEM", 0, 20, 500),
-    ("H5*", "EIO", 0, 40, 800),
-    ("H5*", "EIO", 1, 12, 400),
+    ("memory:*", "ENOMEM", 0, 12, 500),
+    ("H5*", "EIO", 0, 24, 800),
+    ("H5*", "EIO", 1, 8, 400),
     ("H5Tget_size", "EIO", 0, 4, 40),  # 0, not negative, says that it failed
 ]
 

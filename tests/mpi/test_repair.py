@@ -127,7 +127,7 @@ assert 0 < said["lost"]["rays"] <= rays_of(piece)
 again()
 os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
 heal("cut", rays_of(piece))
-run("trace", SCENE, "-o", "long.raymap", "-n", 600000, "--encoding", "plain", "--quiet", "--threads", 1)
+run("trace", SCENE, "-o", "long.raymap", "-n", 300000, "--encoding", "plain", "--quiet", "--threads", 1)
 for share in (0.8, 0.95):
     shutil.rmtree("b.raymap")
     shutil.copytree("long.raymap", "b.raymap")
@@ -135,7 +135,7 @@ for share in (0.8, 0.95):
     before = rays_before(at(piece), length)
     os.truncate(at(piece), length)
     said = json.loads(run("repair", "b.raymap", "--json"))
-    assert 60000 < before == said["rays"] and said["lost"]["rays"] == 600000 - before, (share, before, said)
+    assert 30000 < before == said["rays"] and said["lost"]["rays"] == 300000 - before, (share, before, said)
     assert sum(1 for finding in said["found"] if finding["file"] == piece) == 1, said["found"]
 again()
 os.remove(at(piece))
@@ -272,22 +272,22 @@ def damage():
 
 hits = 0
 damage()
-for moment in moments(calls_of("repair", "b.raymap", "--quiet"), 7):
+for moment in moments(calls_of("repair", "b.raymap", "--quiet"), 5):
     damage()
     hits += killed(moment, "repair", "b.raymap")
     hits += killed(RANDOM.randint(1, moment), "repair", "b.raymap")
     heal(f"repair killed at call {moment}")
-assert hits >= 7, hits
+assert hits >= 5, hits
 shutil.rmtree("b.raymap")
 convert = ("convert", "a.raymap", "-o", "b.raymap", "--force", "--quiet")
-for moment in moments(calls_of(*convert), 4):
+for moment in moments(calls_of(*convert), 3):
     assert killed(moment, *convert)
     if os.path.exists("b.raymap/map.h5"):
         heal(f"convert killed at call {moment}")
     run("verify", "a.raymap", "--quiet")
 run("trace", SCENE, "-o", "c.raymap", "-n", 4096, "--first-ray", 49152, "--quiet")
 merge = ("merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force", "--quiet")
-for moment in moments(calls_of(*merge), 5):
+for moment in moments(calls_of(*merge), 3):
     assert killed(moment, *merge)
     run("verify", "a.raymap", "--quiet")
     run(*merge)

@@ -17,7 +17,7 @@ from picture import luminance, render
 from raymap import Checks, columns, count, drop, many, run, trace
 
 checks = Checks()
-RAYS = many(80_000)
+RAYS = many(50_000)
 A, Q = 10.0, 5.0
 
 HEAD = """raymap: 1

@@ -13,7 +13,7 @@ import numpy
 from raymap import Checks, count, drop, many, rays, trace
 
 checks = Checks()
-RAYS = many(1_000_000)
+RAYS = many(500_000)
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(8)
 

@@ -145,7 +145,7 @@ def check_trace_and_render():
         through, glass = "passing" in name or "glass" in name, "fresnel" in surface
         scene = SCREEN.format(surface=surface, back="glass" if glass else "air", z=-2 if through else 2,
                               dz=0.8 if through else -0.8, back_or_air="glass" if glass and through else "air")
-        target = trace("screen", scene, many(80_000))
+        target = trace("screen", scene, many(40_000))
         (answer,) = count(target, "registered(sensor)")
         flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
         drop(target)
@@ -180,11 +180,11 @@ cameras: [{name: eye, at: [0, 0, -0.5], look_at: [0, 0, -2], up: [0, 1, 0], fov:
 
 def check_two_ground_faces():
     """Facets of unified send light where they let none of it back from: a path from the eye meets such ways too."""
-    target = trace("slab", SLAB, many(300_000))
+    target = trace("slab", SLAB, many(150_000))
     (answer,) = count(target, "registered(sensor)")
     flux, error = answer["registered"][0]["flux"], answer["registered"][0]["standard_error"]
     drop(target)
-    image, told = render("slab", SLAB, "--samples", many(1000))
+    image, told = render("slab", SLAB, "--samples", many(500))
     n, area = image.shape[0] * image.shape[1], (0.5289809421253949e-3) ** 2
     seen = luminance(image).mean() * math.pi / 0.8 * area
     noise = told["noise"] / math.sqrt(n) * math.pi / 0.8 * area
