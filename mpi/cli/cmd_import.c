@@ -3,7 +3,9 @@
  * raymap import: a scene of what lens designers have.
  */
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -35,7 +37,15 @@ struct import {
     struct rmap_lens_plan plan;
     struct rmap_diagnostics findings;
     size_t n_beside;
+    char beside[BESIDE_MAX][NAME_MAX + 1]; /* glass catalogues in the lens file's folder */
 };
+
+/* How much of a path is its folder, with the slash; 0: no folder is named. */
+static int folder_length(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? (int)(slash - path) + 1 : 0;
+}
 
 static enum rmap_status read_glass(struct import *import, const char *path, struct rmap_error *err)
 {
@@ -50,33 +60,50 @@ static enum rmap_status read_glass(struct import *import, const char *path, stru
     return st;
 }
 
-/* A bad one beside the lens file is told and left out: nobody asked for it. */
 static enum rmap_status visit_beside(void *context, int directory, const char *name,
                                      struct rmap_error *err)
 {
     struct import *import = context;
-    char path[PATH];
     (void)directory;
-    const char *slash = strrchr(import->path, '/');
-    const int n_folder = slash ? (int)(slash - import->path) + 1 : 0;
-    if (!rmap_output_is(name, ".agf") || import->n_beside >= BESIDE_MAX ||
-        snprintf(path, sizeof path, "%.*s%s", n_folder, import->path, name) >= PATH)
-        return RMAP_OK;
-    import->n_beside++;
-    const enum rmap_status st = read_glass(import, path, err);
-    if (st == RMAP_INPUT)
+    (void)err;
+    if (rmap_output_is(name, ".agf") && import->n_beside < BESIDE_MAX &&
+        strlen(name) < sizeof import->beside[0])
+        (void)snprintf(import->beside[import->n_beside++], sizeof import->beside[0], "%s", name);
+    return RMAP_OK;
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(a, b);
+}
+
+/* A bad one beside the lens file is told and left out: nobody asked for it. */
+static enum rmap_status read_beside(struct import *import, struct rmap_error *err)
+{
+    char path[PATH];
+    const int n_folder = folder_length(import->path);
+    (void)snprintf(path, sizeof path, "%.*s", n_folder ? n_folder : 2,
+                   n_folder ? import->path : "./");
+    enum rmap_status st = rmap_directory_visit(path, visit_beside, import, err);
+    /* Of two glasses of a name the first counts: not the one that the file system lists first. */
+    qsort(import->beside, import->n_beside, sizeof import->beside[0], by_name);
+    for (size_t i = 0; i < import->n_beside && st == RMAP_OK; i++) {
+        if (snprintf(path, sizeof path, "%.*s%s", n_folder, import->path, import->beside[i]) >=
+            PATH)
+            continue;
+        st = read_glass(import, path, err);
+        if (st != RMAP_INPUT)
+            continue;
         rmap_diagnostics_add(&import->findings, RMAP_SEVERITY_WARNING, 0, 0, "%s", err->text);
-    return st == RMAP_INPUT ? RMAP_OK : st;
+        st = RMAP_OK;
+    }
+    return st;
 }
 
 static enum rmap_status read_glasses(struct import *import, const struct rmap_arguments *given,
                                      struct rmap_error *err)
 {
-    char folder[PATH];
-    const char *slash = strrchr(import->path, '/');
-    (void)snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - import->path) + 1 : 2,
-                   slash ? import->path : "./");
-    enum rmap_status st = rmap_directory_visit(folder, visit_beside, import, err);
+    enum rmap_status st = read_beside(import, err);
     for (size_t i = 0; i < given->n_value && st == RMAP_OK; i++)
         if (strcmp(given->value[i].option->name, "glass") == 0)
             st = read_glass(import, given->value[i].text, err);
@@ -131,9 +158,8 @@ static enum rmap_status make_folder(const char *folder, struct rmap_error *err)
 static enum rmap_status put_scene(const void *context, FILE *file, struct rmap_error *err)
 {
     const struct import *import = context;
-    const char *slash = strrchr(import->path, '/');
     (void)err;
-    rmap_lens_scene_write(&import->plan, slash ? slash + 1 : import->path, file);
+    rmap_lens_scene_write(&import->plan, import->path + folder_length(import->path), file);
     return RMAP_OK;
 }
 
