@@ -19,8 +19,12 @@ rmap_pkg(png libpng)
 rmap_pkg(edit libedit)
 rmap_pkg(assimp assimp)
 rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
-rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
 rmap_pkg(xml libxml-2.0)
+
+# Headers alone: io/export/raster.c loads it, with cairo that draws for it, where it is wanted.
+pkg_check_modules(rsvg REQUIRED librsvg-2.0)
+add_library(rmap::rsvg INTERFACE IMPORTED)
+target_include_directories(rmap::rsvg SYSTEM INTERFACE ${rsvg_INCLUDE_DIRS})
 
 # Of OpenEXR its C interface alone, since version 3.1; the rest is C++.
 pkg_check_modules(openexr REQUIRED OpenEXR>=3.1)

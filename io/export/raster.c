@@ -4,7 +4,9 @@
  */
 #include "io/export/raster.h"
 
+#include <dlfcn.h>
 #include <png.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -71,6 +73,54 @@ enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t hei
     return st;
 }
 
+/* What draws. librsvg comes with thirty libraries, 10 to 15 ms of a start of 50 to 65, on every
+ * rank: it is loaded when a picture of pixels is wanted. */
+#define DRAWING(X)                                                                                 \
+    X(cairo_image_surface_create)                                                                  \
+    X(cairo_create)                                                                                \
+    X(cairo_set_source_rgb)                                                                        \
+    X(cairo_paint)                                                                                 \
+    X(cairo_surface_flush)                                                                         \
+    X(cairo_surface_write_to_png_stream)                                                           \
+    X(cairo_status_to_string)                                                                      \
+    X(cairo_destroy)                                                                               \
+    X(cairo_surface_destroy)                                                                       \
+    X(rsvg_handle_new_from_data)                                                                   \
+    X(rsvg_handle_render_document)                                                                 \
+    X(g_clear_error)                                                                               \
+    X(g_object_unref)
+
+struct drawing {
+#define MEMBER(name) __typeof__(&(name)) name;
+    DRAWING(MEMBER)
+#undef MEMBER
+};
+
+static enum rmap_status load_drawing(struct drawing *drawing, struct rmap_error *err)
+{
+    static const struct {
+        const char *name;
+        size_t at;
+    } function[] = {
+#define ROW(name) {#name, offsetof(struct drawing, name)},
+        DRAWING(ROW)
+#undef ROW
+    };
+    void *library =
+        dlopen("librsvg-2.so.2", RTLD_LAZY | RTLD_LOCAL); /* stays: it has types of GLib */
+    for (size_t i = 0; library && i < sizeof function / sizeof *function; i++) {
+        void *symbol = dlsym(library, function[i].name);
+        if (!symbol)
+            library = NULL;
+        memcpy((char *)drawing + function[i].at, &symbol, sizeof symbol);
+    }
+    return library ? RMAP_OK
+                   : rmap_error_set(err, RMAP_SYSTEM,
+                                    "PNG pictures are drawn by librsvg, which cannot be loaded: "
+                                    "%s; .svg needs none",
+                                    dlerror());
+}
+
 static cairo_status_t keep_png(void *closure, const unsigned char *data, unsigned int length)
 {
     return append(closure, data, length) == RMAP_OK ? CAIRO_STATUS_SUCCESS
@@ -80,30 +130,34 @@ static cairo_status_t keep_png(void *closure, const unsigned char *data, unsigne
 static enum rmap_status rasterise(const char *text, size_t nbytes, int width, int height,
                                   struct bytes *png, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_SYSTEM;
+    struct drawing by;
+    enum rmap_status st = load_drawing(&by, err);
+    if (st != RMAP_OK)
+        return st;
     GError *failure = NULL;
-    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
-    cairo_t *cairo = cairo_create(surface);
-    RsvgHandle *handle = rsvg_handle_new_from_data((const guint8 *)text, nbytes, &failure);
+    cairo_surface_t *surface = by.cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
+    cairo_t *cairo = by.cairo_create(surface);
+    RsvgHandle *handle = by.rsvg_handle_new_from_data((const guint8 *)text, nbytes, &failure);
     RsvgRectangle viewport = {0, 0, width, height};
-    cairo_set_source_rgb(cairo, 1.0, 1.0, 1.0); /* what a size of half pixels leaves at the edges */
-    cairo_paint(cairo);
-    if (handle && rsvg_handle_render_document(handle, cairo, &viewport, &failure)) {
-        cairo_surface_flush(surface);
-        cairo_status_t drawn = cairo_surface_write_to_png_stream(surface, keep_png, png);
+    by.cairo_set_source_rgb(cairo, 1.0, 1.0,
+                            1.0); /* what a size of half pixels leaves at the edges */
+    by.cairo_paint(cairo);
+    if (handle && by.rsvg_handle_render_document(handle, cairo, &viewport, &failure)) {
+        by.cairo_surface_flush(surface);
+        cairo_status_t drawn = by.cairo_surface_write_to_png_stream(surface, keep_png, png);
         st = drawn == CAIRO_STATUS_SUCCESS
                  ? RMAP_OK
                  : rmap_error_set(err, RMAP_SYSTEM, "cannot draw a picture of %d x %d: %s", width,
-                                  height, cairo_status_to_string(drawn));
+                                  height, by.cairo_status_to_string(drawn));
     } else {
         st = rmap_error_set(err, RMAP_SYSTEM, "librsvg cannot draw the picture: %s",
                             failure ? failure->message : "no reason given");
     }
-    g_clear_error(&failure);
+    by.g_clear_error(&failure);
     if (handle)
-        g_object_unref(handle);
-    cairo_destroy(cairo);
-    cairo_surface_destroy(surface);
+        by.g_object_unref(handle);
+    by.cairo_destroy(cairo);
+    by.cairo_surface_destroy(surface);
     return st;
 }
 
