@@ -127,9 +127,9 @@ def check_contamination():
     for specular, diffuse in zip(heavy["sides"][0]["by_angle"]["reflect_specular"], heavy["sides"][0]["by_angle"]["reflect_diffuse"]):
         if specular < 0 or specular + diffuse > 0.9 + 1e-12:
             fail(f"more than the reflectance: {specular} + {diffuse}")
-    run("trace", both, "-o", "dust.raymap", "-n", 400000, "--quiet", "--force")
+    run("trace", both, "-o", "dust.raymap", "-n", 200000, "--quiet", "--force")
     answer = json.loads(run("query", "dust.raymap", "scatter(contamination)", "scatter(harvey)", "--count", "--json").stdout)
-    close("share of both", answer[0]["rays"]["matched"] / 400000, want, 4 * math.sqrt(want / 400000))
+    close("share of both", answer[0]["rays"]["matched"] / 200000, want, 4 * math.sqrt(want / 200000))
     if answer[0]["rays"]["matched"] != answer[1]["rays"]["matched"] or run("verify", "dust.raymap").returncode != 0:
         fail("a map of two models")
     shutil.rmtree("dust.raymap")
@@ -314,14 +314,14 @@ def check_klems():
     asked = [(j, front) for j in (0, 3, 9, 20) for front in (True, False)]
     sources = ", ".join(beam(k, at[j][1], at[j][2], front) for k, (j, front) in enumerate(asked))
     path = scene(surface, sources=sources)
-    run("trace", path, "-o", "klems.raymap", "-n", 400000, "--quiet", "--force")
+    run("trace", path, "-o", "klems.raymap", "-n", 200000, "--quiet", "--force")
     os.remove("matrix.xml")  # the map has it
     for k, (j, front) in enumerate(asked):
         side = "Back" if front else "Front"
         for way, event in (("Transmission", "transmit_diffuse"), ("Reflection", "reflect_diffuse")):
             want = sum(line[j] * a for line, (a, _, _) in zip(data[f"{way} {side}"], at))
             answer = json.loads(run("query", "klems.raymap", f"source(s{k}) and hit(plate, {event})", "--count", "--json").stdout)
-            got, n = answer["rays"]["matched"], 400000 / len(asked)
+            got, n = answer["rays"]["matched"], 200000 / len(asked)
             if abs(got - n * want) > 4 * math.sqrt(n * want * (1 - want)):
                 fail(f"{way} {side} of patch {j}: {got / n}, not {want}")
     if run("verify", "klems.raymap").returncode != 0:
@@ -378,11 +378,11 @@ def check_table():
         fail(f"asymmetry: {its['scatter']}")
     # light goes forward, whatever azimuth it comes from, and a quarter of a turn of the object changes nothing
     for phi in (0, 77):
-        run("trace", scene(surface, sources=beam(0, 60, phi)), "-o", "table.raymap", "-n", 200000, "--quiet", "--force")
+        run("trace", scene(surface, sources=beam(0, 60, phi)), "-o", "table.raymap", "-n", 100000, "--quiet", "--force")
         c, s = math.cos(math.radians(phi)), math.sin(math.radians(phi))
-        mean = json.loads(run("query", "table.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 200000
+        mean = json.loads(run("query", "table.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 100000
         k = its["sides"][0]["by_angle"]["angle"].index(60)
-        close(f"share from azimuth {phi}", mean, its["sides"][0]["by_angle"]["reflect_diffuse"][k], 4 * math.sqrt(mean / 200000))
+        close(f"share from azimuth {phi}", mean, its["sides"][0]["by_angle"]["reflect_diffuse"][k], 4 * math.sqrt(mean / 100000))
         run("verify", "table.raymap")
     shutil.rmtree("table.raymap")
     write("data.csv", table(lambda w, *at: forward(w, *at) * (1 if w < 600 else 0.5), nm=(500, 700)))
@@ -433,9 +433,9 @@ def check_zemax():
     bsdf = its["sides"][0]["bsdf"][1]  # from 30 degrees: between 20 and 40
     for angle, want in ((30, lobe(0, 0, 0)), (20, lobe(0, 0, 10)), (40, lobe(0, 180, 10)), (0, lobe(0, 0, 30)), (-30, lobe(0, 0, 60))):
         close(f"Zemax at {angle}", bsdf["reflected"][bsdf["angle"].index(angle)], want, 0.01 * want)
-    run("trace", scene(surface, sources=beam(0, 30, 50)), "-o", "zemax.raymap", "-n", 200000, "--quiet", "--force")
-    share = json.loads(run("query", "zemax.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 200000
-    close("Zemax share", share, its["sides"][0]["by_angle"]["reflect_diffuse"][6], 4 * math.sqrt(share / 200000))
+    run("trace", scene(surface, sources=beam(0, 30, 50)), "-o", "zemax.raymap", "-n", 100000, "--quiet", "--force")
+    share = json.loads(run("query", "zemax.raymap", "scatter(table)", "--count", "--json").stdout)["rays"]["matched"] / 100000
+    close("Zemax share", share, its["sides"][0]["by_angle"]["reflect_diffuse"][6], 4 * math.sqrt(share / 100000))
     if run("verify", "zemax.raymap").returncode != 0:
         fail("verify of a map with a tabular BSDF")
     shutil.rmtree("zemax.raymap")

@@ -105,9 +105,9 @@ def main():
     scene = harness.write_scene()
     undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
     cases = harness.Cases("power loss")
-    slow = 6 if harness.SLOW else 1
-    for ranks, encoding, n in ((1, "plain", 15 * slow), (1, "compact", 15 * slow),
-                               (2, "plain", 10 * slow), (2, "compact", 10 * slow)):
+    slow = 9 if harness.SLOW else 1
+    for ranks, encoding, n in ((1, "plain", 10 * slow), (1, "compact", 10 * slow),
+                               (2, "plain", 7 * slow), (2, "compact", 7 * slow)):
         recorded = record(undisturbed, ranks, encoding)
         found = list(states(recorded, n, cases.rng))
         print(f"{ranks} ranks, {encoding}: {len(recorded[1])} operations, {n} states, rays promised: "

@@ -18,9 +18,9 @@ rays() { # MAP FILE: all its rays, as JSON
 }
 
 # Two colour spaces, several shards.
-mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 40001 --threads 2 --piece-size 2Mi --encoding plain --quiet
-mpirun -np 3 "$RAYMAP" trace scene.yaml -o a.raymap -n 13000 --color rgb --append --threads 1 --quiet
-total=53001
+mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 20001 --threads 2 --piece-size 1Mi --encoding plain --quiet
+mpirun -np 3 "$RAYMAP" trace scene.yaml -o a.raymap -n 6500 --color rgb --append --threads 1 --quiet
+total=26501
 criterion='hit(screen, reflect_diffuse) and not ray in 9000..9100'
 
 # All of a map is the map.
@@ -52,8 +52,8 @@ rays local.raymap got.json
 same want.json got.json '--local'
 
 # Like any other map.
-"$RAYMAP" query a.raymap "$criterion and medium(glass) and ray < 20000" -o want.json --force --quiet
-"$RAYMAP" query q.raymap 'medium(glass) and ray < 20000' -o got.json --force --quiet
+"$RAYMAP" query a.raymap "$criterion and medium(glass) and ray < 12000" -o want.json --force --quiet
+"$RAYMAP" query q.raymap 'medium(glass) and ray < 12000' -o got.json --force --quiet
 same want.json got.json 'asked again'
 image() { # MAP CRITERION FILE: the numbers, without what was asked
     "$RAYMAP" detector "$1" sensor --where "$2" -o image.csv --quiet --force >/dev/null
@@ -112,14 +112,14 @@ for ranks in 1 3; do
     done
 done
 expect 0 'sample 777 seed 5' "$RAYMAP" info s.raymap
-expect 0 '' "$RAYMAP" query s.raymap 'ray < 20000' -o t.raymap --quiet
-expect 0 'and then from s.raymap: ray < 20000' "$RAYMAP" info t.raymap
+expect 0 '' "$RAYMAP" query s.raymap 'ray < 12000' -o t.raymap --quiet
+expect 0 'and then from s.raymap: ray < 12000' "$RAYMAP" info t.raymap
 expect 0 '' "$RAYMAP" query a.raymap 'hit(lens) and not hit(lens)' -o none.raymap --quiet
 expect 0 '0 rays' "$RAYMAP" info none.raymap
 expect 0 '0 findings' "$RAYMAP" verify none.raymap
 
 # The sample is the one that sorting all hashes gives: with a map of all rays, by its definition.
-"$RAYMAP" query a.raymap all --sample 53001 >got.txt
+"$RAYMAP" query a.raymap all --sample 26501 >got.txt
 [ "$(wc -l <got.txt)" -eq $total ] || fail 'a sample of all is not all'
 
 # No other rays, no harm.
@@ -164,7 +164,7 @@ f = h5py.File("s.raymap/map.h5")
 g = h5py.File("a.raymap/map.h5")
 assert (f["source/emitted"][:] == g["source/emitted"][:]).all()
 assert f.attrs["rays"] == 777 and f["tally/emitted"][:].sum() == 777
-assert f["selection"].attrs["rays"] == 53001 and f["selection/criterion"][0].startswith(b"hit(screen")
+assert f["selection"].attrs["rays"] == 26501 and f["selection/criterion"][0].startswith(b"hit(screen")
 flux = f["ray/weight"][:] * (f["source/flux"][:] / f["source/emitted"][:])[f["ray/source"][:]]
 out = json.loads(subprocess.run([raymap, "query", "s.raymap", "all", "--json"], capture_output=True, check=True).stdout)
 assert abs(flux.sum() - out["flux"]["matched"]) < 1e-12, (flux.sum(), out)

@@ -7,7 +7,7 @@
 command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 rm -rf ./*
 write_scene scene.yaml
-rays=60001 # several blocks, the last of them a short one
+rays=30001 # several blocks, the last of them a short one
 criterion='registered(sensor) and hit(*, transmit_specular) >= 2'
 
 trace() { # RANKS THREADS MAP
@@ -24,7 +24,7 @@ answer() { # RANKS THREADS MAP PREFIX: everything that can be asked, into PREFIX
     grep '"bytes_read"' stdout.txt >"$4.bytes"
     expect 0 '' "${run[@]}" query "$3" "$criterion" --limit 17 --threads "$2" --quiet
     cp stdout.txt "$4.limit"
-    expect 0 '' "${run[@]}" query "$3" 'event(reflect_diffuse) and ray < 30000' -o "$4.csv" --threads "$2" --quiet
+    expect 0 '' "${run[@]}" query "$3" 'event(reflect_diffuse) and ray < 15000' -o "$4.csv" --threads "$2" --quiet
     expect 0 '' "${run[@]}" query "$3" "$criterion and ray < 3000" -o "$4.json" --threads "$2" --quiet
     if "$RAYMAP" detector --help >/dev/null 2>&1; then
         expect 0 '' "${run[@]}" detector "$3" sensor -o "$4.sensor.csv" --threads "$2" --quiet
