@@ -292,7 +292,8 @@ static const struct word {
                   {"radiance", RMAP_PER_AREA_AND_ANGLE},
                   {"luminance", RMAP_PER_AREA_AND_ANGLE},
                   {"flux", RMAP_PER_CELL},
-                  {"spectral", RMAP_PER_AREA}};
+                  {"spectral", RMAP_PER_AREA},
+                  {"daylight_factor", RMAP_PER_AREA}};
 
 static enum rmap_status read_quantity(const struct rmap_detector_bins_asked *asked,
                                       struct rmap_detector_bins *bins, struct rmap_error *err)
@@ -305,7 +306,7 @@ static enum rmap_status read_quantity(const struct rmap_detector_bins_asked *ask
     if (asked->quantity && !found)
         return rmap_error_set(err, RMAP_USAGE,
                               "--quantity '%.40s': say irradiance (illuminance), intensity, "
-                              "radiance (luminance), flux or spectral",
+                              "radiance (luminance), flux, spectral or daylight_factor",
                               asked->quantity);
     if (asked->over && strcmp(asked->over, "area") != 0 && strcmp(asked->over, "direction") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--over '%.40s': say area or direction",

@@ -3,6 +3,7 @@
  * A detector's image in physical units, and what people ask of it: total, mean, peak, errors.
  */
 #include <math.h>
+#include <string.h>
 
 #include "analysis/detector/detector_image.h"
 #include "analysis/table/csv_field.h"
@@ -24,6 +25,8 @@ static void name_units(struct rmap_detector_image *image, const struct rmap_dete
     image->quantity = name[image->bins.quantity][lumens];
     image->unit =
         (ask->unit ? ask->unit : rmap_image_unit_usual(image->bins.quantity, lumens))->name;
+    if (strcmp(image->unit, "%") == 0)
+        image->quantity = "daylight factor";
 }
 
 /* Flux of one source's sums, and its part of the variance. */
@@ -220,6 +223,7 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
                               sums->n_cell);
     }
     name_units(image, &sums->ask);
+    rmap_map_dim_text(map, image->dimmed);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
     RMAP_TRY(fill_channels(image, map, sums, err));
@@ -304,6 +308,8 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
             image->world ? " in the world" : "", rmap_detector_image_coordinate_unit(image));
     fprintf(out, "# criterion: %s\n", criterion ? criterion : "all");
     rmap_which_csv(image->which, out);
+    if (image->dimmed[0])
+        fprintf(out, "# dimmed: %s\n", image->dimmed);
     fprintf(out, "# flux: %.17g %s\n", image->flux, image->flux_unit);
     fprintf(out, "i,j,%s,value,standard_error,rays",
             image->world ? "x,y,z"
@@ -383,6 +389,8 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
             image->n[1]);
     fprintf(out, "%-14s %s\n", "criterion", criterion ? criterion : "all");
     rmap_which_print(image->which, out);
+    if (image->dimmed[0])
+        fprintf(out, "%-14s %s\n", "dimmed", image->dimmed);
     fprintf(out, "%-14s %.17g\n", "registrations", image->registrations);
     print_sum("flux", image->flux, image->flux_error, image->flux_unit, out);
     fprintf(out, "%-14s %s\n", "quantity", image->quantity);

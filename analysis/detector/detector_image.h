@@ -15,6 +15,7 @@
 #include "analysis/detector/detector_sums.h"
 #include "analysis/detector/uniformity.h"
 #include "io/map/map_cut.h"
+#include "io/map/map_dim.h"
 
 struct rmap_detector_share {
     double registrations, flux, flux_error;
@@ -26,7 +27,8 @@ struct rmap_detector_image {
     const struct rmap_which *which;   /* registrations that were counted, borrowed; NULL: all */
     const struct rmap_map_part *part; /* what of the map was asked, borrowed; NULL: all of it */
     struct rmap_detector_bins bins;
-    bool world; /* places are told in the world; of planes alone */
+    bool world;                    /* places are told in the world; of planes alone */
+    char dimmed[RMAP_MAP_DIM_LEN]; /* for people; "": nothing is */
     uint32_t n[2];
     double *value;          /* [n[1]][n[0]], least y first */
     double *standard_error; /* same layout */

@@ -11,6 +11,7 @@
 #include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_sums.h"
 #include "base/alloc.h"
+#include "io/map/map_dim.h"
 #include "optics/spectrum.h"
 #include "trace/tally.h"
 
@@ -104,7 +105,7 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
     sums->n_share = 2 * sums->n_source * sums->n_channel * (sums->n_cell + 1);
     double flux = 0.0;
     for (size_t s = 0; s < scene->n_source; s++)
-        flux += scene->source[s].flux;
+        flux += scene->source[s].flux * rmap_map_dimmed(ask->map, s);
     sums->quantum = flux > 0.0 ? flux / QUANTA : 1.0;
     enum rmap_status st = check_size(sums, err);
     if (st != RMAP_OK)
@@ -134,13 +135,19 @@ void rmap_detector_sums_fini(struct rmap_detector_sums *sums)
     *sums = (struct rmap_detector_sums){0};
 }
 
+/* Of a source that was put out nothing is registered. */
+static bool is_off(const struct rmap_detector_sums *sums, size_t source)
+{
+    return !(rmap_map_dimmed(sums->ask.map, source) > 0.0);
+}
+
 void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct rmap_tally *tally)
 {
     for (size_t s = 0; s < sums->n_source; s++) {
         const double *image = rmap_tally_image(tally, (size_t)sums->ask.detector, s);
         const double *squared = tally->image_squared + (image - tally->image);
         double *weight = sums->weight + s * sums->n_cell;
-        for (size_t c = 0; c < sums->n_cell; c++) {
+        for (size_t c = 0; c < sums->n_cell && !is_off(sums, s); c++) {
             weight[c] += image[c];
             weight[c + sums->n_source * sums->n_cell] += squared[c];
             sums->total[s] += image[c];
@@ -395,7 +402,7 @@ static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rm
                 " is registered where there is no cell, or on segment %u, which it "
                 "has not",
                 portion->ray.id[ray], segment);
-        if (cell == SIZE_MAX)
+        if (cell == SIZE_MAX || is_off(sums, (size_t)portion->ray.source[ray]))
             continue;
         const struct rmap_registration_place place = {row, ray, first};
         RMAP_TRY(take_hit(sums, n_hit++, cell, &place, segment, err));

@@ -313,6 +313,8 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     rmap_map_part_text(image->part, part);
     if (part[0])
         len += (size_t)snprintf(line + len, sizeof line - len, "; %s", part);
+    if (image->dimmed[0])
+        (void)snprintf(line + len, sizeof line - len, "; %s", image->dimmed);
     if (picture->top < image->peak && !picture->options->true_colour && picture->n_panel == 0)
         (void)snprintf(line + len, sizeof line - len, "; cells of few rays go beyond the scale");
     len = strlen(line);
@@ -436,8 +438,11 @@ static enum rmap_status draw_plan(const struct picture *picture, struct rmap_svg
                               "or fewer",
                               image->n[0], image->n[1], most[plane ? 0 : 1], most[plane ? 1 : 0]);
     if (picture->options->isolines)
-        RMAP_TRY(
-            rmap_isolines_draw(svg, axes, &grid, &picture->bar, !picture->options->values, err));
+        RMAP_TRY(rmap_isolines_draw(svg, axes, &grid,
+                                    &(struct rmap_isolines){&picture->bar, picture->options->level,
+                                                            picture->options->n_level,
+                                                            !picture->options->values},
+                                    err));
     if (picture->options->values)
         rmap_cell_values_draw(svg, axes, &grid);
 out:

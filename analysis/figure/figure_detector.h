@@ -20,6 +20,8 @@ struct rmap_figure_detector {
     enum rmap_figure_scale scale;
     const char *sums;      /* what is said in place of registrations and flux; NULL: these */
     bool isolines, values; /* over the image; values: RMAP_USAGE where cells are too small */
+    const double *level;   /* [n_level] of the isolines; 0: round ones */
+    size_t n_level;
 };
 
 /* PNG pixels per SVG pixel that the image inside is made for. */

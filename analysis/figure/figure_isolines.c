@@ -9,7 +9,14 @@
 
 #include "base/alloc.h"
 
-enum { LEVELS = 9 };
+enum { LEVELS = 9, LABELS = 200, SAME_APART = 170, LABEL_WIDTH = 34, LABEL_HEIGHT = 18 };
+
+struct labels {
+    size_t n;
+    struct label {
+        double at[2], level;
+    } label[LABELS];
+};
 
 struct lines {
     const struct rmap_axes *axes;
@@ -72,45 +79,69 @@ out:
     return st;
 }
 
-static void label(struct rmap_svg *svg, const struct lines *lines, double level)
+/* Far from those of the same level, beside those of others. */
+static bool has_room(const struct labels *labels, double level, const double at[2])
 {
-    const double *at = lines->point[lines->n / 6 * 3]; /* of the piece in the middle */
+    for (size_t k = 0; k < labels->n; k++) {
+        const struct label *other = &labels->label[k];
+        const double x = fabs(other->at[0] - at[0]), y = fabs(other->at[1] - at[1]);
+        const bool same = !(other->level < level) && !(other->level > level);
+        if (same ? hypot(x, y) < SAME_APART : x < LABEL_WIDTH && y < LABEL_HEIGHT)
+            return false;
+    }
+    return true;
+}
+
+/* From the middle of its pieces on, wherever there is room, so that separate lines have theirs. */
+static void label(struct rmap_svg *svg, const struct lines *lines, double level,
+                  struct labels *labels)
+{
+    const size_t n_piece = lines->n / 3;
     char text[32];
     (void)snprintf(text, sizeof text, "%.4g", level);
-    rmap_svg_string(svg,
-                    &(struct rmap_svg_text){.x = at[0],
-                                            .y = at[1] + 4.0,
-                                            .size = RMAP_TICK_SIZE,
-                                            .anchor = RMAP_SVG_MIDDLE,
-                                            .halo = "#ffffff"},
-                    text);
+    for (size_t k = 0; k < n_piece && labels->n < LABELS; k++) {
+        const double *at = lines->point[(n_piece / 2 + k) % n_piece * 3];
+        if (!has_room(labels, level, at))
+            continue;
+        labels->label[labels->n++] = (struct label){{at[0], at[1]}, level};
+        rmap_svg_string(svg,
+                        &(struct rmap_svg_text){.x = at[0],
+                                                .y = at[1] + 4.0,
+                                                .size = RMAP_TICK_SIZE,
+                                                .anchor = RMAP_SVG_MIDDLE,
+                                                .halo = "#ffffff"},
+                        text);
+    }
 }
 
 enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
                                     const struct rmap_cell_grid *grid,
-                                    const struct rmap_colour_bar *bar, bool labelled,
-                                    struct rmap_error *err)
+                                    const struct rmap_isolines *which, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct lines lines = {.axes = axes, .grid = grid};
+    struct labels labels = {.n = 0};
     struct rmap_ticks ticks;
+    const struct rmap_colour_bar *bar = which->bar;
     if (bar->logarithmic)
         rmap_ticks_powers(bar->range[0], bar->range[1], LEVELS, &ticks);
     else
         rmap_ticks_linear(bar->range[0], bar->range[1], LEVELS, &ticks);
-    for (int k = 0; k < ticks.n; k++) {
+    const double *level = which->n_level > 0 ? which->level : ticks.value;
+    const size_t n_level = which->n_level > 0 ? which->n_level : (size_t)ticks.n;
+    for (size_t k = 0; k < n_level; k++) {
         lines.n = 0;
         for (uint32_t j = 0; j + 1 < grid->n[1]; j++)
             for (uint32_t i = 0; i + 1 < grid->n[0]; i++)
-                RMAP_TRY(add_square(&lines, i, j, ticks.value[k], err));
+                RMAP_TRY(add_square(&lines, i, j, level[k], err));
         if (lines.n == 0)
             continue;
         rmap_svg_path(svg, (const double(*)[2])lines.point, lines.n,
                       &(struct rmap_svg_style){.stroke = "#ffffff", .width = 2.4, .opacity = 0.6});
         rmap_svg_path(svg, (const double(*)[2])lines.point, lines.n,
                       &(struct rmap_svg_style){.stroke = "#000000", .width = 1.0});
-        if (labelled)
-            label(svg, &lines, ticks.value[k]);
+        if (which->labelled)
+            label(svg, &lines, level[k], &labels);
     }
 out:
     rmap_free(lines.point);

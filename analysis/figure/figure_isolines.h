@@ -14,11 +14,17 @@ struct rmap_cell_grid {
     const void *context;
 };
 
-/* At round values between those of the bar, each with its number where `labelled`; by linear
- * interpolation between the middles of four cells. RMAP_SYSTEM when memory is short. */
+struct rmap_isolines {
+    const struct rmap_colour_bar *bar;
+    const double *level; /* [n_level]; 0: round values between those of the bar */
+    size_t n_level;
+    bool labelled; /* each line with its value */
+};
+
+/* By linear interpolation between the middles of four cells. RMAP_SYSTEM when memory is short. */
 enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
                                     const struct rmap_cell_grid *grid,
-                                    const struct rmap_colour_bar *bar, bool labelled,
+                                    const struct rmap_isolines *which,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Pixels that a cell must be wide and high for its value to be read. */

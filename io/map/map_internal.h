@@ -50,6 +50,7 @@ struct rmap_map {
     struct rmap_tally *tally;
     struct rmap_selection *selection; /* or NULL */
     double *flux_per_weight;          /* [n_source] */
+    double *dim, maintenance;         /* map_dim.h: [n_source], NULL: nothing is dimmed */
     uint64_t *work;                   /* [n_portion + 1], running sum of segments and rays */
     uint64_t *reach;                  /* [n_portion + 1], largest end of the portions before */
 

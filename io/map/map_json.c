@@ -4,6 +4,7 @@
  */
 #include "io/map/map_json.h"
 
+#include "io/map/map_dim.h"
 #include "io/map/map_rays.h"
 
 json_t *rmap_json_of_map(json_t *document, const struct rmap_map *map)
@@ -18,6 +19,7 @@ json_t *rmap_json_of_map(json_t *document, const struct rmap_map *map)
         json_object_set_new(document, "rays_traced",
                             json_integer((json_int_t)summary.n_row[RMAP_TABLE_RAY])) == 0) {
         json_decref(n);
+        rmap_json_add_dim(document, map);
         return document;
     }
     json_decref(n);

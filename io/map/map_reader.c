@@ -11,6 +11,7 @@
 #include "compact/paths.h"
 #include "io/file/publish.h"
 #include "io/hdf5/h5_read.h"
+#include "io/map/map_dim.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
@@ -177,8 +178,9 @@ const double *rmap_map_flux_per_weight(const struct rmap_map *map)
 double rmap_map_flux(const struct rmap_map *map, size_t source, double weight)
 {
     const double n = rmap_map_emitted(map)[source];
-    return n > 0.0 && weight == n ? rmap_map_scene(map)->source[source].flux
-                                  : map->flux_per_weight[source] * weight;
+    return n > 0.0 && weight == n
+               ? rmap_map_scene(map)->source[source].flux * rmap_map_dimmed(map, source)
+               : map->flux_per_weight[source] * weight;
 }
 
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part)
@@ -399,7 +401,8 @@ void rmap_map_derive_flux(struct rmap_map *map)
     const struct rmap_scene *scene = map->scene[0];
     const double *emitted = rmap_map_emitted(map);
     for (size_t s = 0; s < scene->n_source; s++)
-        map->flux_per_weight[s] = emitted[s] > 0.0 ? scene->source[s].flux / emitted[s] : 0.0;
+        map->flux_per_weight[s] =
+            emitted[s] > 0.0 ? scene->source[s].flux * rmap_map_dimmed(map, s) / emitted[s] : 0.0;
 }
 
 /* How much of a map is opened. */
@@ -513,6 +516,7 @@ void rmap_map_close(struct rmap_map *map)
     rmap_bundle_destroy(map->bundle);
     rmap_map_content_fini(&map->content);
     rmap_free(map->flux_per_weight);
+    rmap_free(map->dim);
     rmap_free(map->work);
     rmap_free(map->reach);
     rmap_free(map->chunks);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "analysis/detector/far_field.h"
+#include "analysis/detector/lux_table.h"
 #include "analysis/figure/figure_polar.h"
 #include "analysis/figure/figure_spot.h"
 #include "base/alloc.h"
@@ -27,12 +28,14 @@ bool rmap_detector_is_lamp_file(const char *path)
 }
 
 static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
+                                  void (*put)(const struct rmap_detector_image *image,
+                                              const char *criterion, FILE *out),
                                   const char *path, struct rmap_error *err)
 {
     struct rmap_whole_file whole = {0};
     enum rmap_status st = rmap_whole_file_open(&whole, path, err);
     if (st == RMAP_OK) {
-        rmap_detector_image_csv(image, criterion, whole.file);
+        put(image, criterion, whole.file);
         st = rmap_whole_file_finish(&whole, err);
     }
     rmap_whole_file_fini(&whole);
@@ -206,7 +209,7 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
     if (rmap_output_is(path, ".csv"))
-        return write_csv(image, figure->criterion, path, err);
+        return write_csv(image, figure->criterion, rmap_detector_image_csv, path, err);
     if (rmap_output_is(path, ".exr"))
         return write_exr(image, figure->criterion, path, err);
     if (rmap_detector_is_lamp_file(path))
@@ -218,6 +221,13 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
 out:
     rmap_svg_destroy(svg);
     return st;
+}
+
+enum rmap_status rmap_lux_table_write(const struct rmap_detector_image *image,
+                                      const char *criterion, const char *path,
+                                      struct rmap_error *err)
+{
+    return write_csv(image, criterion, rmap_lux_table_csv, path, err);
 }
 
 enum rmap_status rmap_polar_write(const struct rmap_detector_image *image, const char *criterion,

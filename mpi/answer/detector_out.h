@@ -21,6 +21,11 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
                                      const struct rmap_figure_detector *figure, const char *path,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+/* The table of its values (lux_table.h): .csv. */
+enum rmap_status rmap_lux_table_write(const struct rmap_detector_image *image,
+                                      const char *criterion, const char *path,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Of directions, the polar diagram: .png or .svg. */
 enum rmap_status rmap_polar_write(const struct rmap_detector_image *image, const char *criterion,
                                   const char *path, struct rmap_error *err) RMAP_MUST_USE;

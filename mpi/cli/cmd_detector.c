@@ -10,13 +10,16 @@
 #include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_image.h"
 #include "analysis/detector/far_field.h"
+#include "analysis/detector/lux_table.h"
 #include "analysis/detector/spot.h"
 #include "analysis/table/figure_axes.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/detector_out.h"
+#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
+#include "mpi/command/dim.h"
 #include "mpi/command/find_detector.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
@@ -36,13 +39,14 @@ static const struct rmap_option options[] = {
     RMAP_RECEIVERS_OPTION,
     {"cells", 0, "NXxNY",
      "other cells than the detector's own, as 400x300 or 500; auto: fewer, so that those with "
-     "light hold about 25 registrations",
-     .words = "auto"},
+     "light hold about 25 registrations; en12464: the grid of that standard",
+     .words = "auto en12464"},
     {"region", 0, "X0,Y0,X1,Y1",
      "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},
     {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
-    {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral",
-     .words = "irradiance illuminance intensity radiance luminance flux spectral"},
+    {"quantity", 0, "Q",
+     "irradiance, intensity, radiance (or luminance ...), flux, spectral, daylight_factor",
+     .words = "irradiance illuminance intensity radiance luminance flux spectral daylight_factor"},
     {"unit", 0, "U", "of the values, as mW/cm2, klx, fc, mcd"},
     {"frame", 0, "WHERE", "of coordinates: detector (default), or world",
      .words = "detector world"},
@@ -57,6 +61,9 @@ static const struct rmap_option options[] = {
      "OUT.png or .svg"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"by", 0, "source", "registrations and flux of each source", .words = "source"},
+    RMAP_DIM_OPTIONS,
+    {"table", 0, NULL,
+     "the values as a table, as lighting programs print them: also in JSON, and in OUT.csv"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour; .ies, .ldt: "
      "a lamp maker's file of an intensity grid; again for more"},
@@ -66,6 +73,7 @@ static const struct rmap_option options[] = {
      "output"},
     {"linear", 0, NULL, "linear scale in the picture", "output"},
     {"isolines", 0, NULL, "lines of equal value in the picture", "output"},
+    {"levels", 0, "LIST", "at these values, as 100,200,300,500 (default: round ones)", "isolines"},
     {"values", 0, NULL, "each cell's value in the picture", "output"},
     {"force", 'f', NULL, "replace OUT", "output plot"},
     {NULL}};
@@ -76,10 +84,13 @@ struct request {
     size_t n_output;
     struct rmap_detector_bins_asked bins;
     bool tally, channels, force, by_source, world, auto_cells, lamp_file;
+    bool grid, table, daylight;     /* EN 12464-1's cells; values as a table; against the sky */
+    struct rmap_image_unit percent; /* of the horizontal illuminance by the sky */
     bool spot, mtf;
     struct rmap_until until;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
+    double *level;         /* of isolines, or NULL */
     struct rmap_figure_detector figure;
 };
 
@@ -95,9 +106,11 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     bins->over = rmap_argument(given, "over");
     bins->rotate_deg = (double)NAN;
     request->channels = bins->quantity && strcmp(bins->quantity, "spectral") == 0;
+    request->daylight = bins->quantity && strcmp(bins->quantity, "daylight_factor") == 0;
     request->auto_cells = cells && strcmp(cells, "auto") == 0;
-    if (cells && !request->auto_cells)
-        RMAP_TRY(rmap_read_cells(cells, ", or auto", bins->cells, err));
+    request->grid = cells && strcmp(cells, "en12464") == 0;
+    if (cells && !request->auto_cells && !request->grid)
+        RMAP_TRY(rmap_read_cells(cells, ", auto or en12464", bins->cells, err));
     if (rotate) {
         char *end = NULL;
         bins->rotate_deg = strtod(rotate, &end);
@@ -182,6 +195,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .tally = rmap_argument(given, "tally") != NULL,
         .force = rmap_argument(given, "force") != NULL,
         .by_source = by != NULL,
+        .table = rmap_argument(given, "table") != NULL,
         .world = frame && strcmp(frame, "world") == 0,
     };
     request->figure = (struct rmap_figure_detector){
@@ -214,6 +228,9 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         st = rmap_output_check(request->output[i], rmap_detector_suffixes, request->force, err);
     if (st == RMAP_OK)
         st = read_lamp_files(given, request, err);
+    if (st == RMAP_OK)
+        st = rmap_argument_numbers(given, "levels", &request->level, &request->figure.n_level, err);
+    request->figure.level = request->level;
     return st;
 }
 
@@ -252,7 +269,9 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     enum rmap_status st = RMAP_OK;
     const struct rmap_detector_image *image = answer->image;
     for (size_t i = 0; i < request->n_output; i++)
-        RMAP_TRY(rmap_detector_write(image, &request->figure, request->output[i], err));
+        RMAP_TRY(request->table && rmap_output_is(request->output[i], ".csv")
+                     ? rmap_lux_table_write(image, request->where, request->output[i], err)
+                     : rmap_detector_write(image, &request->figure, request->output[i], err));
     if (request->plot_path && !answer->spot)
         RMAP_TRY(rmap_polar_write(image, request->where, request->plot_path, err));
     if (request->plot_path && answer->spot)
@@ -262,6 +281,8 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         json_t *document = rmap_detector_image_json(image, request->where);
         if (document && answer->spot)
             rmap_spot_json(answer->spot, document);
+        if (document && request->table)
+            rmap_lux_table_json(image, document);
         rmap_json_add_part(document, image->part);
         return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
@@ -273,6 +294,8 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     tell_sparse(context, request, answer);
     if (request->by_source)
         RMAP_TRY(rmap_detector_image_print_sources(image, stdout, err));
+    if (request->table)
+        RMAP_TRY(rmap_lux_table_print(image, stdout, err));
     if (answer->spot)
         rmap_spot_print(answer->spot, stdout);
 out:
@@ -420,6 +443,19 @@ static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char 
     return RMAP_OK;
 }
 
+/* In per cent of what the open ground has by the sky. */
+static enum rmap_status ask_daylight(struct rmap_map *map, struct request *request,
+                                     struct rmap_error *err)
+{
+    double horizontal = 0.0;
+    enum rmap_status st = rmap_dim_to_daylight(map, &horizontal, err);
+    if (st == RMAP_OK && request->unit)
+        st = rmap_error_set(err, RMAP_USAGE, "the daylight factor is in %%: leave --unit out");
+    request->percent = (struct rmap_image_unit){
+        .quantity = RMAP_PER_AREA, .lumens = true, .name = "%", .size = 0.01 * horizontal};
+    return st;
+}
+
 /* What the detector's response makes of it. */
 static enum rmap_status ask_weighed(const struct rmap_detector *detector,
                                     const struct request *request, struct rmap_detector_ask *ask,
@@ -485,6 +521,12 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
     RMAP_TRY(ask_weighed(&scene->detector[ask->detector], request, ask, err));
+    if ((request->grid || request->table) && ask->bins.directions)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s: of directions; a table of values is of the area of a plane",
+                              request->table ? "--table" : "--cells en12464");
+    if (request->grid)
+        rmap_lux_grid_bins(&ask->bins);
     if (request->lamp_file)
         RMAP_TRY(ask_far_field(scene, ask, err));
     if (request->world && ask->bins.directions)
@@ -500,6 +542,8 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
                               "OUT.csv has the numbers");
     RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, rmap_detector_ask_lumens(ask), request->unit,
                                   &ask->unit, err));
+    if (request->daylight)
+        ask->unit = &request->percent;
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
         strcmp(request->bins.quantity, "luminance") == 0)
         fputs("raymap: --quantity luminance: the sources are in W: this is the radiance\n", stderr);
@@ -633,6 +677,10 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &selected.asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
+    st = rmap_dim_read(given, map, err);
+    if (st == RMAP_OK && request.daylight)
+        st = ask_daylight(map, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     st = choose(context, &request, map, overlay, &ask, err);
     if (st == RMAP_OK)
         st = select(context, given, &request, &ask, &selected, err);
@@ -656,6 +704,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
 out:
     rmap_until_fini(&request.until);
     rmap_free(request.output);
+    rmap_free(request.level);
     rmap_spot_destroy(answer.spot);
     rmap_detector_image_destroy(answer.image);
     rmap_which_destroy(selected.which);

@@ -10,6 +10,7 @@
 #include "mpi/answer/stats_options.h"
 #include "mpi/answer/stats_out.h"
 #include "mpi/command/asked_each.h"
+#include "mpi/command/dim.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -33,6 +34,7 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
+    RMAP_DIM_OPTIONS,
     {"detector", 0, "NAME", "a value for each registration there, instead of each ray",
      .words = "@detectors"},
     {"unit", 0, "U...", "of the values, as ns, um or mrad; given twice: of both numbers"},
@@ -66,6 +68,8 @@ static enum rmap_status show(const struct rmap_context *context,
         st = rmap_json_print(rmap_stats_json(stats, labels), stdout, err);
     else
         st = rmap_stats_print(stats, labels, stdout, err);
+    if (!context->json)
+        rmap_dim_print(stats->setup->quantities->map);
 out:
     return st;
 }
@@ -242,6 +246,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     RMAP_TRY(ask(context, arguments, &given, &asked, err));
     RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
     RMAP_TRY(rmap_overlay_load(context, arguments, map, &overlay, err));
+    RMAP_TRY(rmap_agree(context, rmap_dim_read(arguments, map, err), err));
     st = rmap_asked_each_compile(context, &asked, rmap_scene_with(map, overlay), &each, err);
     const struct rmap_criterion *criterion = each.n > 0 ? each.any : NULL;
     criteria.of = (const struct rmap_criterion *const *)each.of;

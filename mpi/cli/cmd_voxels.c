@@ -16,6 +16,7 @@
 #include "io/map/map_json.h"
 #include "mpi/answer/grid_out.h"
 #include "mpi/command/asked.h"
+#include "mpi/command/dim.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -28,6 +29,7 @@ static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'source(sun)'"},
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
+    RMAP_DIM_OPTIONS,
     {"cells", 0, "NXxNYxNZ", "into so many voxels, as 40x40x80 or 50 (default 32x32x32)"},
     {"region", 0, "BOX",
      "x0,y0,z0,x1,y1,z1, as -1,-1,0,1,1,5 cm (default: the box about the scene's objects)"},
@@ -200,6 +202,7 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     if (context->json)
         return rmap_json_print(rmap_json_of_map(rmap_voxel_image_json(image), map), stdout, err);
     rmap_voxel_image_print(image, stdout);
+    rmap_dim_print(map);
 out:
     return st;
 }
@@ -230,6 +233,7 @@ static enum rmap_status run_voxels(const struct rmap_context *context,
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
+    RMAP_TRY(rmap_agree(context, rmap_dim_read(given, map, err), err));
     const struct rmap_scene *scene = rmap_scene_with(map, overlay);
     struct rmap_voxel_ask ask = {.map = map};
     st = rmap_voxel_grid_read(scene, request.cells, request.region, &ask.grid, err);

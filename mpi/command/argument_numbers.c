@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/alloc.h"
+
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 struct suffix {
@@ -177,4 +179,28 @@ enum rmap_status rmap_argument_seconds(const struct rmap_arguments *arguments, c
                               name, text);
     *value = seconds;
     return RMAP_OK;
+}
+
+enum rmap_status rmap_argument_numbers(const struct rmap_arguments *arguments, const char *name,
+                                       double **list_ret, size_t *n_ret, struct rmap_error *err)
+{
+    char **text = NULL;
+    size_t n = 0;
+    double *list = NULL;
+    enum rmap_status st = rmap_argument_list(arguments, name, &text, &n, err);
+    if (st == RMAP_OK && n > 0 && !(list = rmap_alloc(n, sizeof *list)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for --%s", name);
+    for (size_t i = 0; i < n && st == RMAP_OK; i++)
+        if (!read_number(text[i], no_suffix, COUNT(no_suffix), &list[i]))
+            st = rmap_error_set(err, RMAP_USAGE,
+                                "--%s '%.40s': say numbers with commas between, as 0,30,90", name,
+                                text[i]);
+    for (size_t i = 0; i < n; i++)
+        rmap_free(text[i]);
+    rmap_free(text);
+    *list_ret = st == RMAP_OK ? list : NULL;
+    *n_ret = st == RMAP_OK ? n : 0;
+    if (st != RMAP_OK)
+        rmap_free(list);
+    return st;
 }

@@ -14,6 +14,10 @@ enum rmap_status rmap_argument_count(const struct rmap_arguments *arguments, con
                                      uint64_t *value, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_argument_number(const struct rmap_arguments *arguments, const char *name,
                                       double *value, struct rmap_error *err) RMAP_MUST_USE;
+/* "0, 30,90"; *list_ret: rmap_free; NULL and 0 when the option was not given. */
+enum rmap_status rmap_argument_numbers(const struct rmap_arguments *arguments, const char *name,
+                                       double **list_ret, size_t *n_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_argument_seconds(const struct rmap_arguments *arguments, const char *name,
                                        double *value, struct rmap_error *err) RMAP_MUST_USE;
 
