@@ -40,11 +40,9 @@ void rmap_sky_fini(struct rmap_sky *sky)
 void rmap_sky_even_rows(struct rmap_sky *sky, size_t first, double from_deg, size_t last,
                         double to_deg)
 {
-    double cosine, sine;
     for (size_t r = first; r <= last; r++) {
         const double part = (double)(r - first) / (double)(last - first);
-        rmap_azimuth((from_deg + part * (to_deg - from_deg)) / 720.0, &cosine, &sine);
-        sky->edge[r] = 2.0 * sine * sine;
+        sky->edge[r] = rmap_one_minus_cos((from_deg + part * (to_deg - from_deg)) / 360.0);
     }
 }
 

@@ -244,6 +244,5 @@ void rmap_steps_draw(const struct rmap_steps *steps, const struct rmap_steps_med
     const double cosine = 1.0 / (medium->n[photon->channel] * step->beta);
     const struct rmap_vec3 local = rmap_about_z(1.0 - rmap_min(cosine, 1.0), way[1]);
     rmap_basis(step->direction, &x, &y);
-    photon->direction = rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(step->direction, local.z))));
+    photon->direction = rmap_in_frame(local, x, y, step->direction);
 }

@@ -73,8 +73,7 @@ struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct r
     if (source->shape != RMAP_EMITTER_MESH)
         return rmap_normalize(rmap_affine_vector(&source->frame, local));
     rmap_basis(normal, &x, &y);
-    return rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
+    return rmap_in_frame(local, x, y, normal);
 }
 
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
