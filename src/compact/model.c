@@ -5,12 +5,11 @@
 #include "compact/model.h"
 
 #include "base/alloc.h"
-#include "base/portable.h"
 #include "compact/batch.h"
-#include "formula/azimuth.h"
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
+#include "trace/source.h"
 #include "trace/turbid.h"
 
 /* A map that keeps lengths, so that normals stay unit vectors. */
@@ -169,12 +168,9 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
 static void set_source(const struct rmap_compact_model *model, const struct rmap_source *from,
                        struct rmap_compact_source *source)
 {
-    double cosine, half_sine;
     source->axis = rmap_normalize(rmap_affine_vector(&from->frame, rmap_vec3(0.0, 0.0, 1.0)));
     rmap_basis(source->axis, &source->tangent[0], &source->tangent[1]);
-    double turns = from->cone_rad / (4.0 * RMAP_PI);
-    rmap_azimuth(turns >= 0.0 && turns <= 1.0 ? turns : 0.0, &cosine, &half_sine);
-    source->cone = 2.0 * half_sine * half_sine;
+    source->cone = rmap_source_cone(from);
     rmap_colour_quantise(from->colour, model->n_channel, source->colour);
 }
 

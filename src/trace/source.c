@@ -11,6 +11,12 @@
 #include "base/search.h"
 #include "formula/emit.h"
 
+double rmap_source_cone(const struct rmap_source *source)
+{
+    const double turns = source->cone_rad / (2.0 * RMAP_PI);
+    return rmap_one_minus_cos(turns >= 0.0 && turns <= 2.0 ? turns : 0.0);
+}
+
 struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const double u[2])
 {
     double c, s;
@@ -18,8 +24,7 @@ struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const dou
     case RMAP_DISTRIBUTION_ISOTROPIC:
         return rmap_about_z(2.0 * u[0], u[1]);
     case RMAP_DISTRIBUTION_CONE:
-        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
-        return rmap_about_z(2.0 * s * s * u[0], u[1]);
+        return rmap_about_z(rmap_source_cone(source) * u[0], u[1]);
     case RMAP_DISTRIBUTION_COSINE:
         return rmap_about_z(
             rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),

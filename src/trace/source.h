@@ -53,6 +53,10 @@ void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source
 struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
                                       const double u[2]);
 
+/* CONE: 1 - cos of its half opening, by operations that are the same everywhere; 0 where that is no
+ * angle, as in a damaged map. */
+double rmap_source_cone(const struct rmap_source *source);
+
 /* A direction of its light in its frame, about z, by two numbers in (0, 1): as the decoder has it,
  * and as the tracer of POINT and COLLIMATED does, by the library's functions. */
 struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const double u[2]);

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "base/count.h"
 #include "formula/azimuth.h"
 #include "hand_scene.h"
 #include "near.h"
@@ -109,6 +110,21 @@ static void cone(void **state)
 }
 
 /* I ~ cos^p over the hemisphere: <cos> = (p + 1) / (p + 2), <cos^2> = (p + 1) / (p + 3). */
+/* Of a damaged map. */
+static void cone_of_no_angle(void **state)
+{
+    (void)state;
+    static const double angle[] = {-1.0, 14.0, 1e300, HUGE_VAL, (double)NAN};
+    static const double u[2] = {0.9, 0.3};
+    struct rmap_source source = {.distribution = RMAP_DISTRIBUTION_CONE, .cone_rad = 1.0};
+    assert_near(rmap_source_cone(&source), 1.0 - cos(1.0), 1e-15);
+    for (size_t i = 0; i < RMAP_COUNT(angle); i++) {
+        source.cone_rad = angle[i];
+        assert_true(rmap_source_cone(&source) == 0.0);
+        assert_true(rmap_source_about_z(&source, u).z == 1.0);
+    }
+}
+
 static void cosine_power(void **state)
 {
     (void)state;
@@ -285,6 +301,7 @@ int main(void)
         cmocka_unit_test(azimuth),
         cmocka_unit_test(isotropic),
         cmocka_unit_test(cone),
+        cmocka_unit_test(cone_of_no_angle),
         cmocka_unit_test(cosine_power),
         cmocka_unit_test(table),
         cmocka_unit_test(angular_diameter),
