@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "base/count.h"
 #include "hand_scene.h"
 #include "near.h"
 #include "optics/cherenkov.h"
@@ -287,6 +288,15 @@ static void counted(void **state)
         assert_near(times[k], share[k], 4 * sqrt(share[k]) + 1);
         before = source->steps->photons[k];
     }
+    assert_int_equal(rmap_scene_n_photon(scene), (int)source->flux);
+    static const double damaged[] = {-5, 0.5, 1e16, 0x1p64, 1e300, (double)NAN};
+    for (size_t i = 0; i < RMAP_COUNT(damaged); i++) {
+        struct rmap_photon photon;
+        source->steps->photons[5] = damaged[i];
+        assert_int_equal(rmap_scene_n_photon(scene), 0);
+        rmap_source_photon(scene, source, 8, 12345, &photon);
+        assert_true(photon.step < 3);
+    }
     rmap_scene_destroy(scene);
 }
 
@@ -310,6 +320,10 @@ static void refused(void **state)
     assert_int_equal(rmap_scene_finish(scene, &err), RMAP_INPUT);
     scene->source[0].steps->range_nm[0] = 300;
     finish(scene);
+    scene->source[0].steps->counted = true;
+    scintillate(scene)->per_mev = 1e30; /* not drawn one by one */
+    assert_int_equal(rmap_scene_finish(scene, &err), RMAP_INPUT);
+    assert_non_null(strstr(err.text, "9e+15"));
     rmap_scene_destroy(scene);
 }
 
