@@ -266,6 +266,32 @@ static void area_mesh(void **state)
 }
 
 /* Row k of the list for the source's k-th ray, whatever other sources there are. */
+/* Shares of bands are float: what they leave out of 1 is nobody's. */
+static void sky_channel(void **state)
+{
+    (void)state;
+    static float band[2][3] = {{0.5F, 0.49999997F, 0.0F}, {0.5F, 0.49999994F, 3e-8F}};
+    double edge[2] = {0, 1}, radiance = 1, below = 1, way[4] = {0.5, 0.5, 0.5, 1 - 0x1p-33};
+    static const double place[4] = {0.5, 0.5, 0.5, 0.5};
+    struct rmap_sky sky = {
+        .n_row = 1, .n_around = 1, .edge = edge, .radiance = &radiance, .below = &below};
+    struct rmap_source source = {.type = RMAP_SOURCE_SKY,
+                                 .sky = &sky,
+                                 .shape_size = {1, 0},
+                                 .frame = rmap_affine_identity()};
+    for (int c = 0; c < RMAP_CHANNEL_MAX; c++) {
+        sky.mix[0][c] = sky.mix[1][c] = c < 2 ? 0.5 * c : 1.0;
+        sky.mix[2][c] = c < 2 ? 0.0 : 1.0;
+    }
+    for (int k = 0; k < 2; k++) {
+        struct rmap_vec3 position;
+        int channel;
+        sky.band = band[k];
+        (void)rmap_sky_draw(&source, place, way, &position, &channel);
+        assert_int_equal(channel, 2);
+    }
+}
+
 static void list_of_rays(void **state)
 {
     (void)state;
@@ -308,6 +334,7 @@ int main(void)
         cmocka_unit_test(collimated_disc),
         cmocka_unit_test(area_rectangle),
         cmocka_unit_test(area_mesh),
+        cmocka_unit_test(sky_channel),
         cmocka_unit_test(list_of_rays),
     };
     return cmocka_run_group_tests_name("source", test, NULL, NULL);
