@@ -487,7 +487,7 @@ static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t 
             .normal = from->type == RMAP_SOURCE_AREA ? r->model->source[source].axis
                                                      : rmap_vec3(0.0, 0.0, 0.0),
             .medium = from->medium,
-            .channel = -1};
+            .channel = rmap_source_channel(r->model->scene, from, r->seed, id[i], -1)};
 }
 
 void rmap_batch_depart(const struct rmap_retrace *r, size_t first, size_t end,

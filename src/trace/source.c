@@ -241,12 +241,14 @@ bool rmap_source_start(const struct rmap_scene *scene, const struct rmap_source 
     return true;
 }
 
-int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
-                        uint64_t ray)
+int rmap_source_channel(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, int own)
 {
     struct rmap_colour colour;
     double u[4];
-    rmap_colour_set(&colour, source->colour, n_channel);
+    if (own >= 0 || !rmap_scene_draws_wavelength(scene))
+        return own;
+    rmap_colour_set(&colour, source->colour, scene->channels.n);
     rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
     return rmap_colour_pick(&colour, NULL, u[0]);
 }
@@ -266,9 +268,12 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     uint64_t ordinal;
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
+    struct rmap_list_ray start;
+    const bool started = rmap_source_start(scene, source, seed, ray, &start);
+    const int channel = rmap_source_channel(scene, source, seed, ray, start.channel);
     rmap_colour_set(colour, source->colour, scene->channels.n);
-    if (rmap_scene_draws_wavelength(scene))
-        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
+    if (channel >= 0)
+        rmap_colour_collapse(colour, channel);
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
@@ -276,14 +281,11 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .medium = source->medium,
                                        .colour = colour->share,
                                        .predicted = true};
-    struct rmap_list_ray start;
-    if (rmap_source_start(scene, source, seed, ray, &start)) {
+    if (started) {
         emission->position = start.origin;
         emission->direction = start.direction;
         emission->delay_ns = start.delay_ns;
         emission->loose = looseness(source, start.origin);
-        if (start.channel >= 0)
-            rmap_colour_collapse(colour, start.channel);
         return;
     }
     double place[4], way[4];

@@ -18,9 +18,10 @@
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
-/* Channel of a ray of a scene whose rays have one each: drawn from the source's colour. */
-int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
-                        uint64_t ray);
+/* The channel that a ray starts with: its own, where its source says it (else -1); in a scene whose
+ * rays have one each one drawn from the source's colour; -1: all of the colour. */
+int rmap_source_channel(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, int own);
 
 /* A ray as its source has it, by operations that are the same everywhere, so that the decoder of
  * compact maps finds it, too: origin, direction and, where they are the source's to say, channel
