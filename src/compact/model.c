@@ -184,10 +184,17 @@ static void set_media(struct rmap_compact_model *model)
         *index++ = 1.0;
     }
     double *group = model->group;
+    bool alike = true;
     for (int c = 0; c < model->n_channel && group; c++) {
-        for (size_t i = 0; i < model->n_medium; i++)
+        for (size_t i = 0; i < model->n_medium; i++) {
+            alike = alike && medium[i].n_group[c] == medium[i].n[c];
             *group++ = medium[i].n_group[c];
+        }
         *group++ = 1.0;
+    }
+    if (alike) { /* as in RGB */
+        rmap_free(model->group);
+        model->group = NULL;
     }
     for (size_t i = 0; i < model->n_medium; i++)
         model->tint[i] =

@@ -86,7 +86,7 @@ struct rmap_compact_model {
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
-    double *group;  /* the same of group indices, of a timed scene; else NULL */
+    double *group;  /* the same of group indices, of a timed scene where they differ; else NULL */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };

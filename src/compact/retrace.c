@@ -385,7 +385,8 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour) {
         segment.index = index_of(medium, &walk->light.colour, medium->n);
-        segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
+        if (r->model->scene->timed)
+            segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
     }
     bool single = rmap_colour_single(&walk->light.colour);
     if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&

@@ -175,6 +175,8 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         return;
     walk->path_length += segment->length;
     walk->optical_path += segment->index * segment->length;
+    if (!segment->clock)
+        return;
     walk->clock.group_path += walk->clock.group_index * segment->length;
     walk->clock.group_index = 0.0;
 }
