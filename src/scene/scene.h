@@ -349,6 +349,20 @@ static inline bool rmap_source_is_apodised(const struct rmap_source *source)
     return source->type == RMAP_SOURCE_COLLIMATED && source->profile.n > 0;
 }
 
+/* A point, disc or rectangle that shines in one direction, in all, evenly within a cone or by
+ * Lambert's law. */
+static inline bool rmap_source_is_simple(const struct rmap_source *source)
+{
+    if (source->shape == RMAP_EMITTER_MESH)
+        return false;
+    if (source->type == RMAP_SOURCE_AREA)
+        return !rmap_source_is_directed(source);
+    return (source->type == RMAP_SOURCE_COLLIMATED || source->type == RMAP_SOURCE_POINT) &&
+           !rmap_source_is_apodised(source) &&
+           (source->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
+            source->distribution == RMAP_DISTRIBUTION_CONE);
+}
+
 /* Pictures do not know its light. */
 static inline bool rmap_source_is_unseen(const struct rmap_source *source)
 {

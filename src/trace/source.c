@@ -136,13 +136,6 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
     return rmap_source_flat_point(source, u);
 }
 
-static int nearest_channel(const struct rmap_channels *channels, double nm)
-{
-    const double *at = channels->wavelength_nm;
-    const int i = (int)rmap_first_above(at, (size_t)channels->n, nm);
-    return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
-}
-
 /* The scene of a map's decoder may have no rays. */
 static void start_row(const struct rmap_scene *scene, const struct rmap_source *source,
                       uint64_t ordinal, struct rmap_list_ray *start)
@@ -160,7 +153,7 @@ static void start_row(const struct rmap_scene *scene, const struct rmap_source *
     start->origin = rmap_affine_point(&source->frame, p);
     start->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
     if (nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL)
-        start->channel = nearest_channel(&scene->channels, nm);
+        start->channel = rmap_channel_nearest(&scene->channels, nm);
     if (rays->delay_ns)
         start->delay_ns = rays->delay_ns[k];
 }
