@@ -110,7 +110,7 @@ void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_
 
 void rmap_batch_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide)
 {
-    guide->batch = model->absorbing ? RMAP_BATCH_ALONE : RMAP_BATCH_NOTHING;
+    guide->batch = model->participating ? RMAP_BATCH_ALONE : RMAP_BATCH_NOTHING;
     guide->n_primitive = SIZE_MAX;
     guide->corner = (const float *)(const void *)model->object;
     set_steps(guide);

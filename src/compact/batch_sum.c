@@ -87,7 +87,7 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && rmap_medium_is_turbid(medium) && segment->way.length > 0.0 &&
+    if (medium && rmap_medium_participates(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
         (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
                                                       .turbid = r->turbid,

@@ -197,8 +197,9 @@ static void set_media(struct rmap_compact_model *model)
         model->group = NULL;
     }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] =
-            medium[i].dispersive || rmap_medium_is_turbid(&medium[i]) ? RMAP_BATCH_TINTS << 8 : 0;
+        model->tint[i] = medium[i].dispersive || rmap_medium_participates(&medium[i])
+                             ? RMAP_BATCH_TINTS << 8
+                             : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */
@@ -235,7 +236,7 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
     model->predicts = names_channels(scene);
     model->turbid = rmap_scene_is_turbid(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
-        model->absorbing = model->absorbing || rmap_medium_is_turbid(&scene->medium[i]);
+        model->participating = model->participating || rmap_medium_participates(&scene->medium[i]);
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);

@@ -79,7 +79,7 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is, or it scatters */
+    bool participating;      /* some medium absorbs or scatters */
     bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */

@@ -389,7 +389,7 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
             segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
     }
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
+    if (medium && rmap_medium_participates(medium) && segment.length > 0.0 &&
         (inside.event || !single)) {
         inside.length = segment.length;
         const double travelled = rmap_light_travel(&inside, &walk->light);

@@ -265,7 +265,6 @@ void rmap_source_fini(struct rmap_source *source);
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
-void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */

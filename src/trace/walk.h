@@ -154,7 +154,7 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         segment->clock = &walk->clock;
         walk->clock.group_index = rmap_walk_index(walk, medium, medium->n_group);
     }
-    if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
+    if (rmap_medium_participates(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
