@@ -272,12 +272,14 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
 #define RMAP_SCENE_REACH_MAX    1e37
 
 /* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
- * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
- * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short.
+ * schedule, lists of detectors, area tables, photons of steps, parts of bodies. RMAP_INPUT for a
+ * singular transform, a scene that reaches to infinity or too far to be traced or stored, steps
+ * that make no light, a body that is not there; RMAP_SYSTEM when memory is short.
  *
  * A finished scene may be edited and finished again: places, surfaces and media of objects, shapes,
  * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
- * by an object that moves: its `to_world` is to be moved with it. */
+ * by an object that moves: its `to_world` is to be moved with it; nor what a sky is about: its
+ * sphere, and rmap_sky_gather. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Rays' weights change on their way: light is given back at other wavelengths, and its energy is

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Emission: where a ray begins, in which direction, of which colour.
+ * Emission: where a ray begins, in which direction, of which colour, and when.
  */
 #include "trace/source.h"
 

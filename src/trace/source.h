@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Emission: where a ray begins, in which direction, of which colour.
+ * Emission: where a ray begins, in which direction, of which colour, and when.
  */
 #ifndef RMAP_SOURCE_H
 #define RMAP_SOURCE_H
@@ -11,10 +11,11 @@
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
  * A list of rays gives its row (running number of the source's ray modulo the list's length), a
- * file of them as rmap_file_rays_row says, steps of particles a photon of theirs. Point sources are
- * isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones
- * parallel to it or uniform in a cone, their angular diameter; area sources are Lambertian on the
- * side of their normal, uniform over their area. */
+ * file of them as rmap_file_rays_row says, steps of particles a photon of theirs, a volume any
+ * direction from a place of it; lamps and skies as their headers say. Point sources are isotropic,
+ * uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones parallel to it
+ * or uniform in a cone, their angular diameter; area sources shine on the side of their normal,
+ * uniformly over their area, by Lambert's law unless rmap_source_is_directed. */
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
