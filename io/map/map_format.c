@@ -4,9 +4,8 @@
  */
 #include "io/map/map_format.h"
 
+#include "base/count.h"
 #include "compact/path_sum.h"
-
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 #define CHUNK(name, element, text)                                                                 \
     {                                                                                              \
@@ -106,12 +105,12 @@ static const struct rmap_h5_field run_field[] = {
 
 struct rmap_field_table rmap_run_fields(void)
 {
-    return (struct rmap_field_table){run_field, COUNT(run_field)};
+    return (struct rmap_field_table){run_field, RMAP_COUNT(run_field)};
 }
 
 struct rmap_field_table rmap_chunk_fields(void)
 {
-    return (struct rmap_field_table){chunk_field, COUNT(chunk_field)};
+    return (struct rmap_field_table){chunk_field, RMAP_COUNT(chunk_field)};
 }
 
 struct rmap_field_table rmap_portion_fields_piece(bool curved)
@@ -123,12 +122,12 @@ struct rmap_field_table rmap_portion_fields_piece(bool curved)
 struct rmap_field_table rmap_portion_fields_index(bool curved)
 {
     return (struct rmap_field_table){curved ? curved_portion_field : portion_field,
-                                     COUNT(portion_field)};
+                                     RMAP_COUNT(portion_field)};
 }
 
 struct rmap_field_table rmap_portion_fields_picked(void)
 {
-    return (struct rmap_field_table){picked_field, COUNT(picked_field)};
+    return (struct rmap_field_table){picked_field, RMAP_COUNT(picked_field)};
 }
 
 #define PATH_SUM(name, member, element, width, text)                                               \
@@ -146,12 +145,13 @@ static const struct rmap_h5_field path_sum_field[] = {
 
 struct rmap_field_table rmap_path_sum_fields(void)
 {
-    return (struct rmap_field_table){path_sum_field, COUNT(path_sum_field)};
+    return (struct rmap_field_table){path_sum_field, RMAP_COUNT(path_sum_field)};
 }
 
 struct rmap_field_table rmap_piece_fields(bool curved)
 {
-    return (struct rmap_field_table){curved ? curved_piece_field : piece_field, COUNT(piece_field)};
+    return (struct rmap_field_table){curved ? curved_piece_field : piece_field,
+                                     RMAP_COUNT(piece_field)};
 }
 
 size_t rmap_format_n_table(bool curved)

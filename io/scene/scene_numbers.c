@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "io/hdf5/h5_read.h"
 #include "io/hdf5/h5_write.h"
 
@@ -87,6 +88,15 @@ static const struct rmap_h5_field medium_field[] = {
     NUMBER("medium", rmap_medium, absorption, F64, 0, "per length unit and channel"),
     NUMBER("medium", rmap_medium, dispersive, U8, 1, "1: n differs between channels"),
     NUMBER("medium", rmap_medium, absorbing, U8, 1, "1: some absorption"),
+};
+
+static const struct rmap_h5_field times_field[] = {
+    NUMBER("times", rmap_medium, n_group, F64, 0, "group index per channel"),
+};
+
+static const struct rmap_h5_field turbid_field[] = {
+    NUMBER("turbid", rmap_medium, scattering, F64, 0, "per length unit and channel"),
+    NUMBER("turbid", rmap_medium, scattering_g, F64, 1, "mean cosine (Henyey and Greenstein)"),
 };
 
 static const struct rmap_h5_field source_field[] = {
@@ -227,9 +237,10 @@ struct table {
     void *row;
     size_t n, row_nbytes;
     bool optional; /* not in maps where it has no rows */
+    bool late;     /* nor in those of earlier programs, which are read with the scene's own */
 };
 
-enum { N_TABLE = 16, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 18, FIELD_MAX = 12, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -388,15 +399,13 @@ static void copies_back(const struct copies *copies, struct rmap_scene *scene)
     }
 }
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
 /* The scene is changed through the tables by rmap_scene_numbers_read alone, whose own it is. */
 static void list_tables(struct rmap_scene *scene, const struct copies *copies,
                         struct table table[N_TABLE])
 {
 #define ROWS(name, row, n)                                                                         \
     {                                                                                              \
-#name, name##_field, COUNT(name##_field), row, n, sizeof *(row)                            \
+#name, name##_field, RMAP_COUNT(name##_field), row, n, sizeof *(row)                       \
     }
     const struct table all[N_TABLE] = {
         ROWS(object, scene->object, scene->n_object),
@@ -409,17 +418,23 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
         ROWS(list, copies->list, copies->n_list),
         {"triangle_cdf", cdf_field, 1, copies->cdf, copies->n_cdf, sizeof *copies->cdf},
         {"schedule", turn_field, 2, copies->turn, scene->schedule_len, sizeof *copies->turn},
-        {"profile", profile_field, COUNT(profile_field), copies->knot, copies->n_knot,
+        {"profile", profile_field, RMAP_COUNT(profile_field), copies->knot, copies->n_knot,
          sizeof *copies->knot, .optional = true},
-        {"film", film_field, COUNT(film_field), copies->layer, copies->n_layer,
+        {"times", times_field, RMAP_COUNT(times_field), scene->medium,
+         scene->timed ? scene->n_medium : 0, sizeof *scene->medium, .optional = true, .late = true},
+        {"turbid", turbid_field, RMAP_COUNT(turbid_field), scene->medium,
+         rmap_scene_is_turbid(scene) ? scene->n_medium : 0, sizeof *scene->medium, .optional = true,
+         .late = true},
+        {"film", film_field, RMAP_COUNT(film_field), copies->layer, copies->n_layer,
          sizeof *copies->layer, .optional = true},
-        {"scatter", scatter_field, COUNT(scatter_field), scene->scatter, scene->n_scatter,
+        {"scatter", scatter_field, RMAP_COUNT(scatter_field), scene->scatter, scene->n_scatter,
          sizeof *scene->scatter, .optional = true},
-        {"step", step_field, COUNT(step_field), copies->step, copies->n_step, sizeof *copies->step,
+        {"step", step_field, RMAP_COUNT(step_field), copies->step, copies->n_step,
+         sizeof *copies->step, .optional = true},
+        {"scintillation", scintillation_field, RMAP_COUNT(scintillation_field),
+         copies->scintillation, copies->n_scintillation, sizeof *copies->scintillation,
          .optional = true},
-        {"scintillation", scintillation_field, COUNT(scintillation_field), copies->scintillation,
-         copies->n_scintillation, sizeof *copies->scintillation, .optional = true},
-        {"portal", portal_field, COUNT(portal_field), copies->portal, copies->n_portal,
+        {"portal", portal_field, RMAP_COUNT(portal_field), copies->portal, copies->n_portal,
          sizeof *copies->portal, .optional = true},
     };
 #undef ROWS
@@ -521,6 +536,8 @@ enum rmap_status rmap_scene_numbers_read(struct rmap_h5 *h5, struct rmap_scene *
         if (table[k].optional && table[k].n == 0)
             continue;
         name_fields(&table[k], space, scene->channels.n, &fields);
+        if (table[k].late && !rmap_h5_has(h5, fields.group))
+            continue;
         RMAP_TRY(read_table(h5, &table[k], &fields, err));
     }
     copies_back(&copies, scene);

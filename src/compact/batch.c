@@ -110,7 +110,7 @@ void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_
 
 void rmap_batch_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide)
 {
-    guide->batch = model->absorbing ? RMAP_BATCH_ALONE : RMAP_BATCH_NOTHING;
+    guide->batch = model->participating ? RMAP_BATCH_ALONE : RMAP_BATCH_NOTHING;
     guide->n_primitive = SIZE_MAX;
     guide->corner = (const float *)(const void *)model->object;
     set_steps(guide);
@@ -176,8 +176,6 @@ static void batch_cross(struct rmap_batch_run *run, struct rmap_batch_ray *ray, 
             out->optical_path[row] = crossing.optical_path;
         if (out->group_path)
             out->group_path[row] = crossing.optical_path;
-        if (out->delay)
-            out->delay[row] = 0.0;
     }
 }
 
@@ -340,6 +338,16 @@ static inline uint32_t n_waiting(const struct rmap_batch_queues *queue, size_t w
     return queue->end[which] - queue->first[which];
 }
 
+/* On the way none is added: rays with light given back are followed by themselves. */
+static void set_delays(struct rmap_batch_run *run, const struct rmap_batch_ray *ray, double delay)
+{
+    const struct rmap_portion *out = run->out;
+    if (out->ray.delay)
+        out->ray.delay[ray->index] = delay;
+    for (size_t k = ray->crossing; out->registration.delay && k < ray->crossing_end; k++)
+        out->registration.delay[k] = delay;
+}
+
 static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 {
     const struct rmap_retrace *r = run->r;
@@ -368,12 +376,8 @@ static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
     ray->id = r->id[i];
     ray->index = (uint32_t)i;
     ray->step = 0;
-    ray->departs = (int16_t)rmap_departure_channel(r->model, r->seed, r->id[i], r->source[i],
-                                                   departure->channel);
-    if (run->out->ray.delay)
-        run->out->ray.delay[i] = 0.0;
-    if (departure->delay_ns != 0.0)
-        run->batch->careful[i] = 1;
+    ray->departs = (int16_t)departure->channel;
+    set_delays(run, ray, rmap_step_double(departure->delay_ns));
     ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
     run->row = ray->end;
     run->segment += r->segment_count[i];

@@ -460,12 +460,7 @@ static bool plain(const struct rmap_compact_model *model, int32_t source)
 {
     if (source < 0 || (size_t)source >= model->n_source)
         return false;
-    const struct rmap_source *s = &model->scene->source[source];
-    return s->type <= RMAP_SOURCE_LAMP && s->type != RMAP_SOURCE_RAYS &&
-           !rmap_source_is_directed(s) && !rmap_source_is_apodised(s) &&
-           s->shape != RMAP_EMITTER_MESH &&
-           (s->type == RMAP_SOURCE_AREA || s->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
-            s->distribution == RMAP_DISTRIBUTION_CONE);
+    return rmap_source_is_simple(&model->scene->source[source]);
 }
 
 static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t n,
@@ -487,7 +482,7 @@ static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t 
             .normal = from->type == RMAP_SOURCE_AREA ? r->model->source[source].axis
                                                      : rmap_vec3(0.0, 0.0, 0.0),
             .medium = from->medium,
-            .channel = -1};
+            .channel = rmap_source_channel(r->model->scene, from, r->seed, id[i], -1)};
 }
 
 void rmap_batch_depart(const struct rmap_retrace *r, size_t first, size_t end,

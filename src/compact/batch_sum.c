@@ -67,11 +67,11 @@ static inline void note_colour(const struct rmap_compact_light *light, size_t n,
 
 /* Registrations of a ray that has been summed up: their optical paths are distances from their
  * segments' starts yet. */
-static void sum_crossings(const struct sum *sum, size_t crossing, size_t crossing_end)
+static void sum_crossings(const struct sum *sum, size_t crossing, size_t crossing_end,
+                          double *optical_path)
 {
     const struct rmap_batch_start *start = sum->run->batch->start;
     const uint32_t *crossed = sum->run->r->crossing_segment;
-    double *optical_path = sum->run->out->registration.optical_path;
     size_t segment = 0;
     for (; crossing < crossing_end; crossing++) {
         segment = crossed[crossing] > segment ? crossed[crossing] : segment;
@@ -87,7 +87,7 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     const struct rmap_batch_segment *segment = &sum->segment[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, segment->medium);
     double index = index_of(light, medium);
-    if (medium && rmap_medium_is_turbid(medium) && segment->way.length > 0.0 &&
+    if (medium && rmap_medium_participates(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
         (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
                                                       .turbid = r->turbid,
@@ -178,16 +178,15 @@ static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_l
     return sum_steady(sum, row, light, n, colour);
 }
 
-/* Group paths of a ray that has been summed up, and has one channel; those of its registrations are
- * distances yet. */
-static void sum_group(const struct sum *sum, size_t crossing, size_t crossing_end)
+/* Of a ray that has one channel, where groups have indices of their own. */
+static double sum_own_group(const struct sum *sum, size_t crossing, size_t crossing_end, double *at)
 {
     const struct rmap_batch_run *run = sum->run;
     const struct rmap_compact_model *model = run->r->model;
     const uint32_t *crossed = run->r->crossing_segment;
     const double *index = model->group + (model->n_medium + 1) * (size_t)run->light.colour.begin;
-    double *at = run->out->registration.group_path, group_path = 0.0;
     const size_t n = sum->end - sum->first;
+    double group_path = 0.0;
     for (size_t k = 0; k < n; k++) {
         const struct rmap_batch_segment *segment = &sum->segment[k];
         const double n_group = index[segment->medium];
@@ -196,8 +195,20 @@ static void sum_group(const struct sum *sum, size_t crossing, size_t crossing_en
         if (!(segment->flags & RMAP_BATCH_LEFT))
             group_path += n_group * segment->way.length;
     }
-    if (run->out->ray.group_path)
-        run->out->ray.group_path[sum->index] = rmap_step_double(group_path);
+    return group_path;
+}
+
+/* Group paths of a ray that has been summed up; those of its registrations are distances yet. */
+static void sum_group(const struct sum *sum, size_t crossing, size_t crossing_end)
+{
+    struct rmap_portion *out = sum->run->out;
+    double *at = out->registration.group_path, group_path = sum->optical_path;
+    if (sum->run->r->model->group)
+        group_path = sum_own_group(sum, crossing, crossing_end, at);
+    else if (at)
+        sum_crossings(sum, crossing, crossing_end, at);
+    if (out->ray.group_path)
+        out->ray.group_path[sum->index] = rmap_step_double(group_path);
 }
 
 /* As it leaves the source. */
@@ -218,7 +229,8 @@ void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray
     const struct rmap_retrace *r = run->r;
     const struct rmap_ray_columns *out = &run->out->ray;
     size_t i = ray->index;
-    bool crossings = run->out->registration.optical_path && r->crossing_segment;
+    const size_t crossing =
+        ray->crossing_end - (r->crossing_segment ? r->registration_count[i] : 0);
     int channel = r->channel[i] <= r->model->n_channel ? (int)r->channel[i] - 1 : -1;
     struct sum sum = {.run = run,
                       .index = i,
@@ -233,15 +245,14 @@ void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray
             break;
         sum_segment(&sum, row, &run->light);
     }
-    if (crossings)
-        sum_crossings(&sum, ray->crossing_end - r->registration_count[i], ray->crossing);
+    if (run->out->registration.optical_path)
+        sum_crossings(&sum, crossing, ray->crossing, run->out->registration.optical_path);
     if (ray->crossing < ray->crossing_end)
         run->batch->careful[i] = 1;
     if (r->model->group && !rmap_colour_single(&run->light.colour))
-        run->batch->careful[i] = 1; /* several channels: one by one */
+        run->batch->careful[i] = 1; /* of no map that this program writes */
     else if (out->group_path || run->out->registration.group_path)
-        sum_group(&sum, ray->crossing_end - (r->crossing_segment ? r->registration_count[i] : 0),
-                  ray->crossing);
+        sum_group(&sum, crossing, ray->crossing);
     if (out->path_length)
         out->path_length[i] = rmap_step_double(sum.path_length);
     if (out->optical_path)

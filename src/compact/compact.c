@@ -385,7 +385,7 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                             rows->data[RMAP_STREAM_ray_channel], decoder->lane);
     if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
-    r.colour = (traced & COLOUR_COLUMNS) || decoder->model->absorbing;
+    r.colour = (traced & COLOUR_COLUMNS) || decoder->model->participating;
     struct rmap_portion made = *out; /* columns that are there stay */
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (rmap_compact_traced(header->placed) & ~traced & RMAP_COLUMN_BIT(c))

@@ -5,12 +5,11 @@
 #include "compact/model.h"
 
 #include "base/alloc.h"
-#include "base/portable.h"
 #include "compact/batch.h"
-#include "formula/azimuth.h"
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
+#include "trace/source.h"
 #include "trace/turbid.h"
 
 /* A map that keeps lengths, so that normals stay unit vectors. */
@@ -169,12 +168,9 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
 static void set_source(const struct rmap_compact_model *model, const struct rmap_source *from,
                        struct rmap_compact_source *source)
 {
-    double cosine, half_sine;
     source->axis = rmap_normalize(rmap_affine_vector(&from->frame, rmap_vec3(0.0, 0.0, 1.0)));
     rmap_basis(source->axis, &source->tangent[0], &source->tangent[1]);
-    double turns = from->cone_rad / (4.0 * RMAP_PI);
-    rmap_azimuth(turns >= 0.0 && turns <= 1.0 ? turns : 0.0, &cosine, &half_sine);
-    source->cone = 2.0 * half_sine * half_sine;
+    source->cone = rmap_source_cone(from);
     rmap_colour_quantise(from->colour, model->n_channel, source->colour);
 }
 
@@ -188,14 +184,22 @@ static void set_media(struct rmap_compact_model *model)
         *index++ = 1.0;
     }
     double *group = model->group;
+    bool alike = true;
     for (int c = 0; c < model->n_channel && group; c++) {
-        for (size_t i = 0; i < model->n_medium; i++)
+        for (size_t i = 0; i < model->n_medium; i++) {
+            alike = alike && medium[i].n_group[c] == medium[i].n[c];
             *group++ = medium[i].n_group[c];
+        }
         *group++ = 1.0;
     }
+    if (alike) { /* as in RGB */
+        rmap_free(model->group);
+        model->group = NULL;
+    }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] =
-            medium[i].dispersive || rmap_medium_is_turbid(&medium[i]) ? RMAP_BATCH_TINTS << 8 : 0;
+        model->tint[i] = medium[i].dispersive || rmap_medium_participates(&medium[i])
+                             ? RMAP_BATCH_TINTS << 8
+                             : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */
@@ -232,7 +236,7 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
     model->predicts = names_channels(scene);
     model->turbid = rmap_scene_is_turbid(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
-        model->absorbing = model->absorbing || rmap_medium_is_turbid(&scene->medium[i]);
+        model->participating = model->participating || rmap_medium_participates(&scene->medium[i]);
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);

@@ -79,14 +79,14 @@ struct rmap_compact_model {
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
-    bool absorbing;          /* some medium is, or it scatters */
+    bool participating;      /* some medium absorbs or scatters */
     bool turbid;             /* some medium scatters, or gives light back */
     bool meshes;             /* some object is one */
     bool is_complete;        /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
-    double *group;  /* the same of group indices, of a timed scene; else NULL */
+    double *group;  /* the same of group indices, of a timed scene where they differ; else NULL */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of segments through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };

@@ -61,15 +61,6 @@ void rmap_crossing_find(const struct rmap_detector *detector,
 
 /* Where a ray starts: the source's random numbers drawn again. */
 
-int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
-                           int32_t index, int channel)
-{
-    const bool known = index >= 0 && (size_t)index < model->n_source;
-    return channel < 0 && known && rmap_scene_draws_wavelength(model->scene)
-               ? rmap_source_channel(&model->scene->source[index], model->n_channel, seed, ray)
-               : channel;
-}
-
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t index, struct rmap_departure *departure)
 {
@@ -80,10 +71,11 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
     const struct rmap_compact_source *own = &model->source[index];
     departure->medium = source->medium;
     struct rmap_list_ray start;
-    if (rmap_source_start(model->scene, source, seed, ray, &start)) {
+    const bool started = rmap_source_start(model->scene, source, seed, ray, &start);
+    departure->channel = rmap_source_channel(model->scene, source, seed, ray, start.channel);
+    if (started) {
         departure->position = start.origin;
         departure->direction = start.direction;
-        departure->channel = start.channel;
         departure->delay_ns = start.delay_ns;
         return;
     }
@@ -393,10 +385,11 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour) {
         segment.index = index_of(medium, &walk->light.colour, medium->n);
-        segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
+        if (r->model->scene->timed)
+            segment.group_index = index_of(medium, &walk->light.colour, medium->n_group);
     }
     bool single = rmap_colour_single(&walk->light.colour);
-    if (medium && rmap_medium_is_turbid(medium) && segment.length > 0.0 &&
+    if (medium && rmap_medium_participates(medium) && segment.length > 0.0 &&
         (inside.event || !single)) {
         inside.length = segment.length;
         const double travelled = rmap_light_travel(&inside, &walk->light);
@@ -436,8 +429,6 @@ static void begin(struct walk *walk)
     const struct rmap_retrace *r = walk->r;
     struct rmap_departure departure;
     rmap_departure_find(r->model, r->seed, r->id[walk->ray], r->source[walk->ray], &departure);
-    departure.channel = rmap_departure_channel(r->model, r->seed, r->id[walk->ray],
-                                               r->source[walk->ray], departure.channel);
     (void)offer_point(r, &r->lane[RMAP_LANE_RAY_start], walk->ray, &departure.position);
     offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;

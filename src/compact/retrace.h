@@ -27,11 +27,6 @@ void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_s
 void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
                          int32_t source, struct rmap_departure *departure);
 
-/* Channel of a ray that departs: its list's, or drawn where the scene's rays have one each; -1: the
- * source's colour. */
-int rmap_departure_channel(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
-                           int32_t source, int channel);
-
 void rmap_crossing_find(const struct rmap_detector *detector,
                         const struct rmap_compact_segment *segment, struct rmap_crossing *crossing);
 

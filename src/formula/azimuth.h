@@ -28,4 +28,12 @@ static inline void rmap_azimuth(double turns, double *cosine, double *sine)
     *sine = quarter & 2 ? -across : across;
 }
 
+/* 1 - cos of an angle, which keeps its digits where that is small. turns in [0, 2]. */
+static inline double rmap_one_minus_cos(double turns)
+{
+    double cosine, sine;
+    rmap_azimuth(0.5 * turns, &cosine, &sine);
+    return 2.0 * sine * sine;
+}
+
 #endif

@@ -29,13 +29,18 @@ static inline struct rmap_vec3 rmap_about_z(double one_minus_cos, double azimuth
     return rmap_vec3(sine * x, sine * y, 1.0 - one_minus_cos);
 }
 
+/* A direction about +z as one about the unit vector z, x and y across that; unit. */
+static inline struct rmap_vec3 rmap_in_frame(struct rmap_vec3 local, struct rmap_vec3 x,
+                                             struct rmap_vec3 y, struct rmap_vec3 z)
+{
+    return rmap_normalize(rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(z, local.z))));
+}
+
 /* x, y: two unit vectors across the normal. */
 static inline struct rmap_vec3 rmap_lambertian(struct rmap_vec3 normal, struct rmap_vec3 x,
                                                struct rmap_vec3 y, double u, double v)
 {
-    struct rmap_vec3 local = rmap_about_z(1.0 - sqrt(u), v);
-    return rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
+    return rmap_in_frame(rmap_about_z(1.0 - sqrt(u), v), x, y, normal);
 }
 
 #endif

@@ -12,8 +12,3 @@ double rmap_cherenkov_band(const double band_nm[2])
 {
     return 2.0 * RMAP_PI * FINE_STRUCTURE * (1e9 / band_nm[0] - 1e9 / band_nm[1]);
 }
-
-double rmap_cherenkov_yield(double n, double beta, double charge, const double band_nm[2])
-{
-    return rmap_cherenkov_strength(n, beta, charge) * rmap_cherenkov_band(band_nm);
-}

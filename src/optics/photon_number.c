@@ -10,6 +10,8 @@
 
 /* Of a mean that a uniform number of 32 bits reaches the tails of. */
 #define PART_MEAN 16.0
+/* And beyond which both distributions are as good as one. */
+#define POISSON_MAX 1e9
 
 static uint64_t invert(double mean, double u)
 {
@@ -53,6 +55,7 @@ uint64_t rmap_photon_number(double mean, double resolution, uint64_t seed, uint6
 {
     if (!(mean > 0.0))
         return 0;
-    return resolution == 1.0 || mean <= 10.0 ? poisson(mean, seed, which)
-                                             : normal(mean, resolution, seed, which);
+    return (resolution == 1.0 && mean <= POISSON_MAX) || mean <= 10.0
+               ? poisson(mean, seed, which)
+               : normal(mean, resolution, seed, which);
 }

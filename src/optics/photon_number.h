@@ -7,10 +7,11 @@
 
 #include <stdint.h>
 
-/* Of this mean, by the seed and which number it is; 0 of mean 0.
+/* Of this mean, below 2^53, by the seed and which number it is; 0 of mean 0.
  * resolution: standard deviation over the root of the mean; 1 is Poisson's distribution, any other
  * one normal, where the mean is above 10 (as Geant4 has it: Physics Reference Manual 11.2,
- * "Scintillation"). By portable operations; the time it takes is as the mean. */
+ * "Scintillation"). By portable operations; the time it takes is as the mean, up to 1e9, whence all
+ * are normal. */
 uint64_t rmap_photon_number(double mean, double resolution, uint64_t seed, uint64_t which);
 
 #endif

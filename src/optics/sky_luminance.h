@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * How bright the sky is over direction, by +, -, x, / and square roots alone, as src/compact finds
- * rays of it again.
+ * How bright the sky is over direction, by +, -, x, / and square roots alone but for Perez's five
+ * numbers: src/compact finds rays of it again, whose directions are those of cells that brightness
+ * alone does not move.
  */
 #ifndef RMAP_SKY_LUMINANCE_H
 #define RMAP_SKY_LUMINANCE_H

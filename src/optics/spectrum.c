@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "base/search.h"
 #include "optics/spectrum.h"
 
 /* Tables of the CIE: colour matching functions of the 1931 standard observer (ISO/CIE 11664-1,
@@ -349,14 +350,11 @@ static double band_width(const struct rmap_channels *channels, int i)
     return 0.5 * (below + above);
 }
 
-static int nearest_channel(const struct rmap_channels *channels, double wavelength_nm)
+int rmap_channel_nearest(const struct rmap_channels *channels, double wavelength_nm)
 {
-    int best = 0;
-    for (int i = 1; i < channels->n; i++)
-        if (fabs(channels->wavelength_nm[i] - wavelength_nm) <
-            fabs(channels->wavelength_nm[best] - wavelength_nm))
-            best = i;
-    return best;
+    const double *at = channels->wavelength_nm;
+    const int i = (int)rmap_first_above(at, (size_t)channels->n, wavelength_nm);
+    return i > 0 && wavelength_nm - at[i - 1] <= at[i] - wavelength_nm ? i - 1 : i;
 }
 
 static void watts_spectral(const struct rmap_spectrum *spectrum,
@@ -373,7 +371,7 @@ static void watts_spectral(const struct rmap_spectrum *spectrum,
     if (spectrum->kind != RMAP_SPECTRUM_LINES)
         return;
     for (size_t k = 0; k < spectrum->table.n; k++)
-        watt[nearest_channel(channels, spectrum->table.wavelength_nm[k])] +=
+        watt[rmap_channel_nearest(channels, spectrum->table.wavelength_nm[k])] +=
             spectrum->table.value[k];
 }
 

@@ -36,6 +36,9 @@ void rmap_channel_steps(const struct rmap_channels *channels, int i, double *bel
 /* Its band, from and to; of red, green, blue in RGB mode. */
 void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2]);
 
+/* Of spectral channels, the one whose wavelength is nearest; of two as near the shorter. */
+int rmap_channel_nearest(const struct rmap_channels *channels, double wavelength_nm);
+
 double rmap_table1_at(const struct rmap_table1 *table, double wavelength_nm);
 
 /* Derivative of an index, per nm, by the cubic spline through the rows over 1 / wavelength^2, where

@@ -7,6 +7,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/count.h"
+
 static const struct {
     uint32_t bit;
     char letter;
@@ -26,11 +28,9 @@ static const struct {
 #undef ROW
 };
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
 const char *rmap_event_word(uint32_t bit)
 {
-    for (size_t i = 0; i < COUNT(event_row); i++)
+    for (size_t i = 0; i < RMAP_COUNT(event_row); i++)
         if (event_row[i].bit == bit)
             return event_row[i].word;
     return NULL;
@@ -38,10 +38,10 @@ const char *rmap_event_word(uint32_t bit)
 
 uint32_t rmap_event_mask(const char *word)
 {
-    for (size_t i = 0; i < COUNT(event_row); i++)
+    for (size_t i = 0; i < RMAP_COUNT(event_row); i++)
         if (strcmp(event_row[i].word, word) == 0)
             return event_row[i].bit;
-    for (size_t i = 0; i < COUNT(union_row); i++)
+    for (size_t i = 0; i < RMAP_COUNT(union_row); i++)
         if (strcmp(union_row[i].word, word) == 0)
             return union_row[i].mask;
     return 0;
@@ -50,7 +50,7 @@ uint32_t rmap_event_mask(const char *word)
 char rmap_event_letter(uint32_t events)
 {
     for (const char *letter = "EKOFSIRTDdAX"; *letter; letter++)
-        for (size_t i = 0; i < COUNT(event_row); i++)
+        for (size_t i = 0; i < RMAP_COUNT(event_row); i++)
             if (event_row[i].letter == *letter && (events & event_row[i].bit))
                 return *letter;
     return 0;
@@ -72,5 +72,5 @@ const char *rmap_stop_word(int stop)
         RMAP_STOP_TABLE(ROW)
 #undef ROW
     };
-    return stop >= 0 && (size_t)stop < COUNT(word) ? word[stop] : NULL;
+    return stop >= 0 && (size_t)stop < RMAP_COUNT(word) ? word[stop] : NULL;
 }

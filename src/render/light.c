@@ -201,12 +201,12 @@ static bool see_lamp(const struct rmap_lights *lights, struct rmap_vec3 from, co
     sample->direction = rmap_scale(away, 1.0 / sample->distance);
     const struct rmap_vec3 way =
         rmap_affine_vector(&light->to_local, rmap_scale(sample->direction, -1.0));
-    if (source->shape == RMAP_EMITTER_BODY && rmap_lamp_seen_area(source->lamp, way) > 0.0)
-        sample->irradiance = rmap_light_radiance(lights, light, sample->direction) *
-                             fmax(rmap_dot(facing, way), 0.0) / square;
-    else
-        sample->irradiance =
-            light->strength * rmap_lamp_intensity(source->lamp, way) / (square * lights->unit_m2);
+    const double intensity = light->strength * rmap_lamp_intensity(source->lamp, way),
+                 area = source->shape == RMAP_EMITTER_BODY ? rmap_lamp_seen_area(source->lamp, way)
+                                                           : 0.0;
+    sample->irradiance = area > 0.0 ? intensity / (area * lights->unit_m2) *
+                                          fmax(rmap_dot(facing, way), 0.0) / square
+                                    : intensity / (square * lights->unit_m2);
     return sample->irradiance > 0.0;
 }
 
@@ -261,13 +261,12 @@ static bool see_area(const struct rmap_lights *lights, struct rmap_vec3 from, co
 static bool see_sky(const struct rmap_lights *lights, struct rmap_vec3 from, const double u[4],
                     struct rmap_light_sample *sample)
 {
-    const struct rmap_source *source = sample->light->source;
     struct rmap_sky_look look;
-    rmap_sky_look(source, from, u, lights->scene->channels.n, sample->own, &look);
+    rmap_sky_look(sample->light->source, from, u, lights->scene->channels.n, sample->own, &look);
     sample->direction = look.towards;
     sample->distance = look.distance;
     sample->irradiance = look.irradiance;
-    sample->colour = source->sky->band ? sample->own : source->colour;
+    sample->colour = sample->own;
     return look.irradiance > 0.0;
 }
 

@@ -30,8 +30,8 @@ struct rmap_lights {
     size_t n_area;     /* the first ones have an area: those that a segment can meet */
     size_t n_bent;     /* of them in gradient media: curved segments meet no others */
     size_t n_sky;      /* SKY and SUN, somewhere among the others */
-    size_t n_unseen;   /* lists of rays, which no point can look at */
-    bool four_numbers; /* a draw takes more than two: there is a choice, or a mesh */
+    size_t n_unseen;   /* rmap_source_is_unseen */
+    bool four_numbers; /* a draw takes more than two: a choice, a mesh, a lamp or a sky */
     double unit_m2;    /* a square of the scene's unit */
 };
 
@@ -47,7 +47,7 @@ struct rmap_light_sample {
     double distance;
     double irradiance;            /* flux unit / m2 */
     const double *colour;         /* the source's, or its own */
-    double own[RMAP_CHANNEL_MAX]; /* of a sky that differs over direction */
+    double own[RMAP_CHANNEL_MAX]; /* of a sky, as it is in this direction */
 };
 
 int rmap_lights_n_draw(const struct rmap_lights *lights);

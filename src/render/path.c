@@ -203,7 +203,7 @@ static inline void search(struct path *path, const struct rmap_vec3 *to)
 {
     const struct rmap_walk *walk = &path->walk;
     if (rmap_lights_aside(path->renderer->lights, path->point, *to) &&
-        !rmap_medium_is_turbid(&walk->scene->medium[walk->ray.medium]))
+        !rmap_medium_participates(&walk->scene->medium[walk->ray.medium]))
         path->point = *to;
     else
         search_near(path, *to);

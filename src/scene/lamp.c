@@ -22,13 +22,6 @@ static size_t steps_of(const double *polar_deg, size_t i)
     return steps > 1.0 ? (size_t)steps : 1;
 }
 
-static double one_minus_cos(double degrees)
-{
-    double cosine, sine;
-    rmap_azimuth(degrees / 720.0, &cosine, &sine);
-    return 2.0 * sine * sine;
-}
-
 /* Integral over the turns up to each azimuth, and around. */
 static void add_up_row(const struct rmap_lamp *lamp, size_t row)
 {
@@ -53,8 +46,9 @@ static void add_row(const double *candela, size_t n_polar, size_t i, double part
             (part > 0.0 ? value[0] + part * (value[-1] - value[0]) : value[0]) / most;
     }
     add_up_row(lamp, row);
-    lamp->mean.knot[row] = (struct rmap_profile_knot){.one_minus_cos = one_minus_cos(degrees),
-                                                      .intensity = lamp->below[row * (n + 1) + n]};
+    lamp->mean.knot[row] =
+        (struct rmap_profile_knot){.one_minus_cos = rmap_one_minus_cos(degrees / 360.0),
+                                   .intensity = lamp->below[row * (n + 1) + n]};
 }
 
 enum rmap_status rmap_lamp_init(const double *around_deg, size_t n_around, const double *polar_deg,

@@ -19,17 +19,10 @@ void rmap_phase_fini(struct rmap_phase *phase)
     *phase = (struct rmap_phase){.kind = RMAP_PHASE_HENYEY};
 }
 
-static double one_minus_cos(double radians)
-{
-    double cosine, sine;
-    rmap_azimuth(radians / (4.0 * RMAP_PI), &cosine, &sine);
-    return 2.0 * sine * sine;
-}
-
 /* The knot that follows; equal ones would make nothing of what lies between them. */
 static void add_knot(struct rmap_profile *profile, double radians, double intensity)
 {
-    const double at = radians >= RMAP_PI ? 2.0 : one_minus_cos(radians);
+    const double at = radians >= RMAP_PI ? 2.0 : rmap_one_minus_cos(radians / (2.0 * RMAP_PI));
     if (profile->n == 0 || at > profile->knot[profile->n - 1].one_minus_cos)
         profile->knot[profile->n++] =
             (struct rmap_profile_knot){.one_minus_cos = at, .intensity = intensity};

@@ -241,7 +241,7 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene)
 uint64_t rmap_scene_n_photon(const struct rmap_scene *scene)
 {
     const struct rmap_steps *steps = scene->n_source == 1 ? scene->source[0].steps : NULL;
-    return steps && steps->counted ? (uint64_t)rmap_steps_photons(steps) : 0;
+    return steps ? rmap_steps_n_counted(steps) : 0;
 }
 
 struct rmap_steps_medium rmap_source_steps_medium(const struct rmap_scene *scene,

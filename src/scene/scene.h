@@ -265,7 +265,6 @@ void rmap_source_fini(struct rmap_source *source);
 enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
-void rmap_source_fini(struct rmap_source *source);
 
 /* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
  * products of their sides. Sources and detectors may lie as far away as stored positions go. */
@@ -273,12 +272,14 @@ void rmap_source_fini(struct rmap_source *source);
 #define RMAP_SCENE_REACH_MAX    1e37
 
 /* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
- * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
- * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short.
+ * schedule, lists of detectors, area tables, photons of steps, parts of bodies. RMAP_INPUT for a
+ * singular transform, a scene that reaches to infinity or too far to be traced or stored, steps
+ * that make no light, a body that is not there; RMAP_SYSTEM when memory is short.
  *
  * A finished scene may be edited and finished again: places, surfaces and media of objects, shapes,
  * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
- * by an object that moves: its `to_world` is to be moved with it. */
+ * by an object that moves: its `to_world` is to be moved with it; nor what a sky is about: its
+ * sphere, and rmap_sky_gather. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Rays' weights change on their way: light is given back at other wavelengths, and its energy is
@@ -347,6 +348,20 @@ static inline bool rmap_source_is_directed(const struct rmap_source *source)
 static inline bool rmap_source_is_apodised(const struct rmap_source *source)
 {
     return source->type == RMAP_SOURCE_COLLIMATED && source->profile.n > 0;
+}
+
+/* A point, disc or rectangle that shines in one direction, in all, evenly within a cone or by
+ * Lambert's law. */
+static inline bool rmap_source_is_simple(const struct rmap_source *source)
+{
+    if (source->shape == RMAP_EMITTER_MESH)
+        return false;
+    if (source->type == RMAP_SOURCE_AREA)
+        return !rmap_source_is_directed(source);
+    return (source->type == RMAP_SOURCE_COLLIMATED || source->type == RMAP_SOURCE_POINT) &&
+           !rmap_source_is_apodised(source) &&
+           (source->distribution == RMAP_DISTRIBUTION_ISOTROPIC ||
+            source->distribution == RMAP_DISTRIBUTION_CONE);
 }
 
 /* Pictures do not know its light. */

@@ -40,11 +40,9 @@ void rmap_sky_fini(struct rmap_sky *sky)
 void rmap_sky_even_rows(struct rmap_sky *sky, size_t first, double from_deg, size_t last,
                         double to_deg)
 {
-    double cosine, sine;
     for (size_t r = first; r <= last; r++) {
         const double part = (double)(r - first) / (double)(last - first);
-        rmap_azimuth((from_deg + part * (to_deg - from_deg)) / 720.0, &cosine, &sine);
-        sky->edge[r] = 2.0 * sine * sine;
+        sky->edge[r] = rmap_one_minus_cos((from_deg + part * (to_deg - from_deg)) / 360.0);
     }
 }
 
@@ -210,13 +208,18 @@ static size_t pick_portal(const struct rmap_sky *sky, struct rmap_vec3 direction
     return p;
 }
 
+/* Bands are float: a number near 1 may lie beyond them all, and belongs to the last that has light.
+ */
 static int pick_channel(const struct rmap_sky *sky, size_t cell, double u)
 {
+    static const double below_1 = 1.0 - 0x1p-53;
     const float *band = sky->band + 3 * cell;
     int b = 0, c = 0;
     for (; b < 2 && u >= (double)band[b]; b++)
         u -= (double)band[b];
-    u = band[b] > 0.0F ? u / (double)band[b] : 0.0;
+    u = u < (double)band[b] ? u / (double)band[b] : below_1;
+    while (b > 0 && !(band[b] > 0.0F))
+        b--;
     while (c + 1 < RMAP_CHANNEL_MAX && !(sky->mix[b][c] > u))
         c++;
     return c;

@@ -42,6 +42,8 @@ void rmap_steps_destroy(struct rmap_steps *steps)
 
 /* ---- how many photons ---- */
 
+#define PHOTONS_MAX 9e15 /* whole numbers that are added exactly */
+
 /* What is wrong with a step; NULL: nothing. */
 static const char *trouble_of(const struct rmap_track_step *step)
 {
@@ -149,7 +151,7 @@ static void count_photons(struct rmap_steps *steps, const struct rmap_steps_medi
             const double resolution = kind == RMAP_PHOTON_SCINTILLATION && medium->scintillation
                                           ? medium->scintillation->resolution
                                           : 1.0;
-            before += steps->counted
+            before += steps->counted && mean < PHOTONS_MAX
                           ? (double)rmap_photon_number(mean, resolution, steps->seed,
                                                        i * RMAP_PHOTON_KINDS + (uint64_t)kind)
                           : mean;
@@ -177,11 +179,10 @@ enum rmap_status rmap_steps_prepare(struct rmap_steps *steps,
         all += sum[i];
     if (!(all > 0.0) || !(rmap_steps_photons(steps) > 0.0))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "its steps make no light in this medium"));
-    if (!(rmap_steps_photons(steps) < 9e15))
+    if (!(rmap_steps_photons(steps) < PHOTONS_MAX))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "its steps make %g photons: at most 9e15 are "
-                                "counted",
-                                rmap_steps_photons(steps)));
+                                "its steps make %g photons: at most %g are counted",
+                                rmap_steps_photons(steps), PHOTONS_MAX));
     for (int i = 0; i < medium->channels->n; i++)
         share[i] = sum[i] / all;
 out:
@@ -193,14 +194,20 @@ double rmap_steps_photons(const struct rmap_steps *steps)
     return steps->n > 0 ? steps->photons[steps->n * RMAP_PHOTON_KINDS - 1] : 0.0;
 }
 
+uint64_t rmap_steps_n_counted(const struct rmap_steps *steps)
+{
+    const double all = rmap_steps_photons(steps);
+    return steps->counted && all >= 1.0 && all < PHOTONS_MAX ? (uint64_t)all : 0;
+}
+
 /* ---- which one a ray is ---- */
 
 size_t rmap_steps_find(const struct rmap_steps *steps, uint64_t ordinal, double u,
                        enum rmap_photon_kind *kind_ret)
 {
-    const double all = rmap_steps_photons(steps);
-    const double value = !steps->counted ? u * all
-                         : all >= 1.0    ? (double)(ordinal % (uint64_t)all)
+    const uint64_t n = rmap_steps_n_counted(steps);
+    const double value = !steps->counted ? u * rmap_steps_photons(steps)
+                         : n > 0         ? (double)(ordinal % n)
                                          : 0.0;
     const size_t at = rmap_first_above(steps->photons, steps->n * RMAP_PHOTON_KINDS, value);
     *kind_ret = (enum rmap_photon_kind)(at % RMAP_PHOTON_KINDS);
@@ -244,6 +251,5 @@ void rmap_steps_draw(const struct rmap_steps *steps, const struct rmap_steps_med
     const double cosine = 1.0 / (medium->n[photon->channel] * step->beta);
     const struct rmap_vec3 local = rmap_about_z(1.0 - rmap_min(cosine, 1.0), way[1]);
     rmap_basis(step->direction, &x, &y);
-    photon->direction = rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(step->direction, local.z))));
+    photon->direction = rmap_in_frame(local, x, y, step->direction);
 }

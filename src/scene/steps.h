@@ -62,6 +62,10 @@ enum rmap_status rmap_steps_prepare(struct rmap_steps *steps,
 /* Of all: expected, or drawn. */
 double rmap_steps_photons(const struct rmap_steps *steps);
 
+/* How many photons there are of those `counted`; 0 of others, and where a damaged map says what is
+ * no number of them. */
+uint64_t rmap_steps_n_counted(const struct rmap_steps *steps);
+
 /* Which step the ordinal-th ray is of, and of which kind its light: photon `ordinal` of those
  * counted; else by u in (0, 1). */
 size_t rmap_steps_find(const struct rmap_steps *steps, uint64_t ordinal, double u,

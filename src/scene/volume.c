@@ -156,6 +156,20 @@ static bool is_inside(const struct rmap_scene *scene, const struct rmap_volume *
 
 /* ---- the body ---- */
 
+/* Is the object a part of it? */
+static bool closes(const struct rmap_scene *scene, const struct rmap_volume *volume, int32_t object)
+{
+    return object == volume->on_object ||
+           (volume->on_group >= 0 && rmap_scene_in_group(scene, object, volume->on_group));
+}
+
+/* A face of a lens. */
+static bool is_cap(const struct rmap_scene *scene, int32_t object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    return geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type == RMAP_SHAPE_CONIC;
+}
+
 static enum rmap_status find_parts(const struct rmap_scene *scene, struct rmap_volume *volume,
                                    struct rmap_error *err)
 {
@@ -165,14 +179,11 @@ static enum rmap_status find_parts(const struct rmap_scene *scene, struct rmap_v
     volume->part = rmap_alloc(scene->n_object + 1, sizeof *volume->part);
     if (!volume->part)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a body");
-    for (size_t i = 0; i < scene->n_object; i++) {
-        const struct rmap_geometry *geometry = &scene->geometry[scene->object[i].geometry];
-        if ((int32_t)i != volume->on_object &&
-            (volume->on_group < 0 || !rmap_scene_in_group(scene, (int32_t)i, volume->on_group)))
+    for (int32_t i = 0; i < (int32_t)scene->n_object; i++) {
+        if (!closes(scene, volume, i))
             continue;
-        volume->part[volume->n_part++] = (int32_t)i;
-        if (geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type == RMAP_SHAPE_CONIC)
-            volume->is_lens = true;
+        volume->part[volume->n_part++] = i;
+        volume->is_lens = volume->is_lens || is_cap(scene, i);
     }
     return RMAP_OK;
 }
@@ -262,14 +273,11 @@ enum rmap_status rmap_volume_finish(const struct rmap_scene *scene, struct rmap_
 int32_t rmap_volume_medium(const struct rmap_scene *scene, const struct rmap_volume *volume)
 {
     int32_t medium = -1;
-    for (size_t i = 0; i < scene->n_object; i++) {
+    for (int32_t i = 0; i < (int32_t)scene->n_object; i++) {
         const struct rmap_object *object = &scene->object[i];
-        const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
-        if ((int32_t)i != volume->on_object &&
-            (volume->on_group < 0 || !rmap_scene_in_group(scene, (int32_t)i, volume->on_group)))
+        const bool cap = is_cap(scene, i);
+        if (!closes(scene, volume, i))
             continue;
-        const bool cap =
-            geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type == RMAP_SHAPE_CONIC;
         const int32_t side[2] = {object->medium_back, cap ? object->medium_front : -1};
         for (int k = 0; k < 2; k++) {
             if (side[k] < 0 || (cap && side[k] == object->medium_outside) || side[k] == medium)

@@ -45,7 +45,8 @@ enum rmap_status rmap_volume_take_grid(struct rmap_volume *volume, struct rmap_g
 enum rmap_status rmap_volume_finish(const struct rmap_scene *scene, struct rmap_source *source,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
-/* The medium inside a body's first part, and its place of a gradient medium; -1: not one. */
+/* The medium inside a body, on whose inner sides all of its parts have the same; -1: they have
+ * none, or several. */
 int32_t rmap_volume_medium(const struct rmap_scene *scene, const struct rmap_volume *volume);
 
 /* Where ray `ray` starts, in the world. Part of the compact encoding: of +, -, x, / and square

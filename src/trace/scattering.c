@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "base/portable.h"
+#include "formula/emit.h"
 #include "formula/turn.h"
 #include "scatter/dust.h"
 #include "trace/interact.h"
@@ -256,8 +257,7 @@ void rmap_facet_meet(const struct rmap_scatter_side *side, struct rmap_vec3 dire
 
 static struct rmap_vec3 to_world(const struct rmap_scatter_side *side, struct rmap_vec3 v)
 {
-    return rmap_normalize(
-        rmap_axpy(v.x, side->x, rmap_axpy(v.y, side->y, rmap_scale(side->normal, v.z))));
+    return rmap_in_frame(v, side->x, side->y, side->normal);
 }
 
 double rmap_facet_leave(const struct rmap_scatter_side *side, const struct rmap_facet *facet,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Emission: where a ray begins, in which direction, of which colour.
+ * Emission: where a ray begins, in which direction, of which colour, and when.
  */
 #include "trace/source.h"
 
@@ -11,6 +11,12 @@
 #include "base/search.h"
 #include "formula/emit.h"
 
+double rmap_source_cone(const struct rmap_source *source)
+{
+    const double turns = source->cone_rad / (2.0 * RMAP_PI);
+    return rmap_one_minus_cos(turns >= 0.0 && turns <= 2.0 ? turns : 0.0);
+}
+
 struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const double u[2])
 {
     double c, s;
@@ -18,8 +24,7 @@ struct rmap_vec3 rmap_source_about_z(const struct rmap_source *source, const dou
     case RMAP_DISTRIBUTION_ISOTROPIC:
         return rmap_about_z(2.0 * u[0], u[1]);
     case RMAP_DISTRIBUTION_CONE:
-        rmap_azimuth(source->cone_rad / (4.0 * RMAP_PI), &c, &s);
-        return rmap_about_z(2.0 * s * s * u[0], u[1]);
+        return rmap_about_z(rmap_source_cone(source) * u[0], u[1]);
     case RMAP_DISTRIBUTION_COSINE:
         return rmap_about_z(
             rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
@@ -73,8 +78,7 @@ struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct r
     if (source->shape != RMAP_EMITTER_MESH)
         return rmap_normalize(rmap_affine_vector(&source->frame, local));
     rmap_basis(normal, &x, &y);
-    return rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
+    return rmap_in_frame(local, x, y, normal);
 }
 
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
@@ -132,13 +136,6 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
     return rmap_source_flat_point(source, u);
 }
 
-static int nearest_channel(const struct rmap_channels *channels, double nm)
-{
-    const double *at = channels->wavelength_nm;
-    const int i = (int)rmap_first_above(at, (size_t)channels->n, nm);
-    return i > 0 && nm - at[i - 1] <= at[i] - nm ? i - 1 : i;
-}
-
 /* The scene of a map's decoder may have no rays. */
 static void start_row(const struct rmap_scene *scene, const struct rmap_source *source,
                       uint64_t ordinal, struct rmap_list_ray *start)
@@ -156,7 +153,7 @@ static void start_row(const struct rmap_scene *scene, const struct rmap_source *
     start->origin = rmap_affine_point(&source->frame, p);
     start->direction = rmap_normalize(rmap_affine_vector(&source->frame, d));
     if (nm > 0.0 && scene->channels.mode == RMAP_COLOUR_SPECTRAL)
-        start->channel = nearest_channel(&scene->channels, nm);
+        start->channel = rmap_channel_nearest(&scene->channels, nm);
     if (rays->delay_ns)
         start->delay_ns = rays->delay_ns[k];
 }
@@ -237,12 +234,14 @@ bool rmap_source_start(const struct rmap_scene *scene, const struct rmap_source 
     return true;
 }
 
-int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
-                        uint64_t ray)
+int rmap_source_channel(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, int own)
 {
     struct rmap_colour colour;
     double u[4];
-    rmap_colour_set(&colour, source->colour, n_channel);
+    if (own >= 0 || !rmap_scene_draws_wavelength(scene))
+        return own;
+    rmap_colour_set(&colour, source->colour, scene->channels.n);
     rmap_rng(seed, ray, 0, RMAP_RNG_WAVELENGTH, u);
     return rmap_colour_pick(&colour, NULL, u[0]);
 }
@@ -262,9 +261,12 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     uint64_t ordinal;
     int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
     const struct rmap_source *source = &scene->source[index];
+    struct rmap_list_ray start;
+    const bool started = rmap_source_start(scene, source, seed, ray, &start);
+    const int channel = rmap_source_channel(scene, source, seed, ray, start.channel);
     rmap_colour_set(colour, source->colour, scene->channels.n);
-    if (rmap_scene_draws_wavelength(scene))
-        rmap_colour_collapse(colour, rmap_source_channel(source, scene->channels.n, seed, ray));
+    if (channel >= 0)
+        rmap_colour_collapse(colour, channel);
     *emission = (struct rmap_emission){.ray = ray,
                                        .source = index,
                                        .object = -1,
@@ -272,14 +274,11 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .medium = source->medium,
                                        .colour = colour->share,
                                        .predicted = true};
-    struct rmap_list_ray start;
-    if (rmap_source_start(scene, source, seed, ray, &start)) {
+    if (started) {
         emission->position = start.origin;
         emission->direction = start.direction;
         emission->delay_ns = start.delay_ns;
         emission->loose = looseness(source, start.origin);
-        if (start.channel >= 0)
-            rmap_colour_collapse(colour, start.channel);
         return;
     }
     double place[4], way[4];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Emission: where a ray begins, in which direction, of which colour.
+ * Emission: where a ray begins, in which direction, of which colour, and when.
  */
 #ifndef RMAP_SOURCE_H
 #define RMAP_SOURCE_H
@@ -11,16 +11,18 @@
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
  * A list of rays gives its row (running number of the source's ray modulo the list's length), a
- * file of them as rmap_file_rays_row says, steps of particles a photon of theirs. Point sources are
- * isotropic, uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones
- * parallel to it or uniform in a cone, their angular diameter; area sources are Lambertian on the
- * side of their normal, uniform over their area. */
+ * file of them as rmap_file_rays_row says, steps of particles a photon of theirs, a volume any
+ * direction from a place of it; lamps and skies as their headers say. Point sources are isotropic,
+ * uniform in a cone, ~ cos^power or by a table about the frame's z, collimated ones parallel to it
+ * or uniform in a cone, their angular diameter; area sources shine on the side of their normal,
+ * uniformly over their area, by Lambert's law unless rmap_source_is_directed. */
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
-/* Channel of a ray of a scene whose rays have one each: drawn from the source's colour. */
-int rmap_source_channel(const struct rmap_source *source, int n_channel, uint64_t seed,
-                        uint64_t ray);
+/* The channel that a ray starts with: its own, where its source says it (else -1); in a scene whose
+ * rays have one each one drawn from the source's colour; -1: all of the colour. */
+int rmap_source_channel(const struct rmap_scene *scene, const struct rmap_source *source,
+                        uint64_t seed, uint64_t ray, int own);
 
 /* A ray as its source has it, by operations that are the same everywhere, so that the decoder of
  * compact maps finds it, too: origin, direction and, where they are the source's to say, channel
@@ -52,6 +54,10 @@ void rmap_source_photon(const struct rmap_scene *scene, const struct rmap_source
 /* AREA that rmap_source_is_directed: a direction of its light, from where `normal` is. */
 struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct rmap_vec3 normal,
                                       const double u[2]);
+
+/* CONE: 1 - cos of its half opening, by operations that are the same everywhere; 0 where that is no
+ * angle, as in a damaged map. */
+double rmap_source_cone(const struct rmap_source *source);
 
 /* A direction of its light in its frame, about z, by two numbers in (0, 1): as the decoder has it,
  * and as the tracer of POINT and COLLIMATED does, by the library's functions. */

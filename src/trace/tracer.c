@@ -38,8 +38,7 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     if (emission.loose > 0.0)
         put_on_surface(tracer->accel, emission.loose, &walk->ray, &emission);
     walk->predicted = emission.predicted;
-    if (emission.delay_ns != 0.0)
-        rmap_walk_delay(walk, emission.delay_ns);
+    walk->clock.delay_ns += emission.delay_ns;
     recorder->emit(recorder, &emission);
 }
 

@@ -15,7 +15,7 @@ struct rmap_free_path {
 };
 
 /* Does the medium absorb or scatter at all? */
-static inline bool rmap_medium_is_turbid(const struct rmap_medium *medium)
+static inline bool rmap_medium_participates(const struct rmap_medium *medium)
 {
     return medium->absorbing | medium->scattering_at_all;
 }

@@ -154,7 +154,7 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         segment->clock = &walk->clock;
         walk->clock.group_index = rmap_walk_index(walk, medium, medium->n_group);
     }
-    if (rmap_medium_is_turbid(medium) && segment->length > 0.0) {
+    if (rmap_medium_participates(medium) && segment->length > 0.0) {
         struct rmap_free_path path;
         walk->predicted = false;
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
@@ -175,6 +175,8 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         return;
     walk->path_length += segment->length;
     walk->optical_path += segment->index * segment->length;
+    if (!segment->clock)
+        return;
     walk->clock.group_path += walk->clock.group_index * segment->length;
     walk->clock.group_index = 0.0;
 }

@@ -250,7 +250,7 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
     begin(&bend, walk, arrival);
     if (medium->dispersive && !rmap_colour_single(&walk->colour))
         choose_wavelength(walk);
-    if (rmap_medium_is_turbid(medium)) {
+    if (rmap_medium_participates(medium)) {
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
         bend.free_path = path.length;
     }
@@ -259,7 +259,7 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
     walk->ray.direction = segment->direction;
     if (arrival->end == RMAP_SEGMENT_SURFACE && arrival->hit.t > 0.0)
         arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the segment, not of its last chord */
-    if (rmap_medium_is_turbid(medium)) {
+    if (rmap_medium_participates(medium)) {
         bool ended = arrival->end == RMAP_SEGMENT_SCATTERED;
         uint32_t event = rmap_walk_inside(walk, medium, &path, bend.length, ended, arrival);
         if (ended)

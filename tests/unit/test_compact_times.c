@@ -72,6 +72,39 @@ static void test_delays(void **state)
     rig_close(&rig);
 }
 
+/* What delays light at its source follows from the ray's number. */
+static void test_emission_delays(void **state)
+{
+    (void)state;
+    static const double delay[] = {0, 2.5, -40};
+    struct rig rig;
+    char text[4000];
+    struct rmap_unpredicted told;
+    (void)snprintf(text, sizeof text, SCENE("{wavelengths: [420, 650]}", ""), "glass");
+    rig_open_text(&rig, text);
+    struct rmap_source *source = &rig.scene->source[0];
+    source->type = RMAP_SOURCE_RAYS;
+    source->list = rmap_alloc(3, sizeof *source->list);
+    source->n_list = 3;
+    for (int i = 0; i < 3; i++)
+        source->list[i] =
+            (struct rmap_list_ray){{0.1 * i, 0, -4}, {0, 0.6 * i / 2, 0}, -1, delay[i]};
+    for (int i = 0; i < 3; i++)
+        source->list[i].direction.z = sqrt(1 - 0.09 * i * i);
+    struct rmap_portion *portion = rig_trace_told(&rig, 0, RAYS, &told);
+    assert_int_equal(told.n, 0);
+    size_t row = 0;
+    for (size_t i = 0; i < RAYS; i++) {
+        assert_true(portion->ray.delay[i] == delay[i % 3]);
+        for (uint32_t k = 0; k < portion->ray.registration_count[i]; k++)
+            assert_true(portion->registration.delay[row++] == delay[i % 3]);
+    }
+    assert_true(row > RAYS / 2);
+    rig_roundtrip(&rig, RIG_SEED, portion);
+    rmap_portion_destroy(portion);
+    rig_close(&rig);
+}
+
 /* Along a curve: quadrature of n - wavelength dn/dwavelength over the rod's axis. */
 static void test_gradient(void **state)
 {
@@ -85,6 +118,7 @@ static void test_gradient(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_times), cmocka_unit_test(test_delays),
+                                       cmocka_unit_test(test_emission_delays),
                                        cmocka_unit_test(test_gradient)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

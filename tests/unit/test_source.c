@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "base/count.h"
 #include "formula/azimuth.h"
 #include "hand_scene.h"
 #include "near.h"
@@ -109,6 +110,21 @@ static void cone(void **state)
 }
 
 /* I ~ cos^p over the hemisphere: <cos> = (p + 1) / (p + 2), <cos^2> = (p + 1) / (p + 3). */
+/* Of a damaged map. */
+static void cone_of_no_angle(void **state)
+{
+    (void)state;
+    static const double angle[] = {-1.0, 14.0, 1e300, HUGE_VAL, (double)NAN};
+    static const double u[2] = {0.9, 0.3};
+    struct rmap_source source = {.distribution = RMAP_DISTRIBUTION_CONE, .cone_rad = 1.0};
+    assert_near(rmap_source_cone(&source), 1.0 - cos(1.0), 1e-15);
+    for (size_t i = 0; i < RMAP_COUNT(angle); i++) {
+        source.cone_rad = angle[i];
+        assert_true(rmap_source_cone(&source) == 0.0);
+        assert_true(rmap_source_about_z(&source, u).z == 1.0);
+    }
+}
+
 static void cosine_power(void **state)
 {
     (void)state;
@@ -250,6 +266,32 @@ static void area_mesh(void **state)
 }
 
 /* Row k of the list for the source's k-th ray, whatever other sources there are. */
+/* Shares of bands are float: what they leave out of 1 is nobody's. */
+static void sky_channel(void **state)
+{
+    (void)state;
+    static float band[2][3] = {{0.5F, 0.49999997F, 0.0F}, {0.5F, 0.49999994F, 3e-8F}};
+    double edge[2] = {0, 1}, radiance = 1, below = 1, way[4] = {0.5, 0.5, 0.5, 1 - 0x1p-33};
+    static const double place[4] = {0.5, 0.5, 0.5, 0.5};
+    struct rmap_sky sky = {
+        .n_row = 1, .n_around = 1, .edge = edge, .radiance = &radiance, .below = &below};
+    struct rmap_source source = {.type = RMAP_SOURCE_SKY,
+                                 .sky = &sky,
+                                 .shape_size = {1, 0},
+                                 .frame = rmap_affine_identity()};
+    for (int c = 0; c < RMAP_CHANNEL_MAX; c++) {
+        sky.mix[0][c] = sky.mix[1][c] = c < 2 ? 0.5 * c : 1.0;
+        sky.mix[2][c] = c < 2 ? 0.0 : 1.0;
+    }
+    for (int k = 0; k < 2; k++) {
+        struct rmap_vec3 position;
+        int channel;
+        sky.band = band[k];
+        (void)rmap_sky_draw(&source, place, way, &position, &channel);
+        assert_int_equal(channel, 2);
+    }
+}
+
 static void list_of_rays(void **state)
 {
     (void)state;
@@ -285,12 +327,14 @@ int main(void)
         cmocka_unit_test(azimuth),
         cmocka_unit_test(isotropic),
         cmocka_unit_test(cone),
+        cmocka_unit_test(cone_of_no_angle),
         cmocka_unit_test(cosine_power),
         cmocka_unit_test(table),
         cmocka_unit_test(angular_diameter),
         cmocka_unit_test(collimated_disc),
         cmocka_unit_test(area_rectangle),
         cmocka_unit_test(area_mesh),
+        cmocka_unit_test(sky_channel),
         cmocka_unit_test(list_of_rays),
     };
     return cmocka_run_group_tests_name("source", test, NULL, NULL);

@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "base/count.h"
 #include "hand_scene.h"
 #include "near.h"
 #include "optics/cherenkov.h"
@@ -78,15 +79,20 @@ static double chi_square(const double *seen, const double *expected, int n)
 }
 
 /* By the formulas, evaluated to 50 digits elsewhere. */
+static double yield_of(double n, double beta, double charge, const double band[2])
+{
+    return rmap_cherenkov_strength(n, beta, charge) * rmap_cherenkov_band(band);
+}
+
 static void cherenkov_yield(void **state)
 {
     (void)state;
     static const double band[2] = {300, 600};
-    assert_near(rmap_cherenkov_yield(1.33, 1, 1, band) / 100, 332.168, 0.005);
-    assert_near(rmap_cherenkov_yield(1.47, 1, 1, band) / 100, 410.54, 0.005);
-    assert_near(rmap_cherenkov_yield(1.33, 1, -2, band) / 400, 332.168, 0.005);
-    assert_true(rmap_cherenkov_yield(1.33, 0.75, 1, band) == 0.0);
-    assert_true(rmap_cherenkov_yield(1.33, 0.7519, 1, band) > 0.0);
+    assert_near(yield_of(1.33, 1, 1, band) / 100, 332.168, 0.005);
+    assert_near(yield_of(1.47, 1, 1, band) / 100, 410.54, 0.005);
+    assert_near(yield_of(1.33, 1, -2, band) / 400, 332.168, 0.005);
+    assert_true(yield_of(1.33, 0.75, 1, band) == 0.0);
+    assert_true(yield_of(1.33, 0.7519, 1, band) > 0.0);
     struct rmap_scene *scene = water();
     finish(scene);
     assert_near(scene->source[0].flux, 332.168, 0.005);
@@ -143,9 +149,9 @@ static void cherenkov_threshold(void **state)
     finish(scene);
     double sum = 0;
     for (int i = 0; i < 30; i++) {
-        const double nm = 300 + 10 * i, part = rmap_cherenkov_yield(1.36 - 0.002 * i, 1 / 1.34, 1,
-                                                                    (const double[]){nm, nm + 10}) /
-                                               100;
+        const double nm = 300 + 10 * i,
+                     part = yield_of(1.36 - 0.002 * i, 1 / 1.34, 1, (const double[]){nm, nm + 10}) /
+                            100;
         sum += part;
         assert_true(i < 10 ? scene->source[0].colour[i] > 0 : scene->source[0].colour[i] < 1e-9);
     }
@@ -287,6 +293,15 @@ static void counted(void **state)
         assert_near(times[k], share[k], 4 * sqrt(share[k]) + 1);
         before = source->steps->photons[k];
     }
+    assert_int_equal(rmap_scene_n_photon(scene), (int)source->flux);
+    static const double damaged[] = {-5, 0.5, 1e16, 0x1p64, 1e300, (double)NAN};
+    for (size_t i = 0; i < RMAP_COUNT(damaged); i++) {
+        struct rmap_photon photon;
+        source->steps->photons[5] = damaged[i];
+        assert_int_equal(rmap_scene_n_photon(scene), 0);
+        rmap_source_photon(scene, source, 8, 12345, &photon);
+        assert_true(photon.step < 3);
+    }
     rmap_scene_destroy(scene);
 }
 
@@ -310,6 +325,10 @@ static void refused(void **state)
     assert_int_equal(rmap_scene_finish(scene, &err), RMAP_INPUT);
     scene->source[0].steps->range_nm[0] = 300;
     finish(scene);
+    scene->source[0].steps->counted = true;
+    scintillate(scene)->per_mev = 1e30; /* not drawn one by one */
+    assert_int_equal(rmap_scene_finish(scene, &err), RMAP_INPUT);
+    assert_non_null(strstr(err.text, "9e+15"));
     rmap_scene_destroy(scene);
 }
 
