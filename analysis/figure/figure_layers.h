@@ -15,6 +15,7 @@ struct rmap_solid_pixel {
     uint32_t object;
     int8_t normal[3]; /* x 127, view coordinates */
     uint8_t shade;
+    uint32_t paint; /* 1 + cell whose colour it has; 0: as its object looks */
 };
 
 enum rmap_solid_layer { RMAP_LAYER_BODY, RMAP_LAYER_GLASS, RMAP_LAYER_COUNT };
@@ -22,8 +23,9 @@ enum rmap_solid_layer { RMAP_LAYER_BODY, RMAP_LAYER_GLASS, RMAP_LAYER_COUNT };
 struct rmap_solid {
     const struct rmap_scene *scene;
     const struct rmap_view_frame *frame;
-    int width, height; /* pixels of the layers */
-    double scale;      /* of them per picture pixel */
+    const struct rmap_painted *painted; /* NULL: none */
+    int width, height;                  /* pixels of the layers */
+    double scale;                       /* of them per picture pixel */
     struct rmap_solid_pixel
         *pixel[RMAP_LAYER_COUNT]; /* the nearest faces; glass: NULL without any */
     float nearest, farthest;      /* depths */
