@@ -2,10 +2,11 @@
  *
  * The surface of objects, cut into cells.
  */
-#include "analysis/detector/irradiance_cells.h"
+#include "analysis/detector/irradiance_facets.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "analysis/criterion/criterion_names.h"
@@ -15,32 +16,120 @@
 /* Cells are so long, as a part of the box about the objects, where nobody says. */
 static const double USUAL_PART = 1.0 / 40.0;
 
-/* Rows of a curved profile, and cells around an axis, at least: that bodies look round; and how
- * many cells of one row lie at a cell of the next, at most. */
-enum { ROWS_MIN = 6, AROUND_MIN = 6, PROFILE_STEPS = 64, FINER_MAX = 16 };
+/* Triangles with edges shorter than this part of that are joined. */
+static const double SMALL = 0.5;
 
-static enum rmap_status add_cell(struct rmap_irradiance_cells *self,
-                                 const struct rmap_irradiance_cell *given,
-                                 const struct rmap_vec3 *corner, struct rmap_error *err)
+enum rmap_status rmap_irradiance_add_facet(struct rmap_irradiance_cells *self,
+                                           const struct rmap_irradiance_facet *given,
+                                           const struct rmap_vec3 *corner, struct rmap_error *err)
 {
-    if (self->n_cell == RMAP_IRRADIANCE_CELLS_MAX)
+    if (self->n_facet == RMAP_IRRADIANCE_CELLS_MAX)
         return rmap_error_set(err, RMAP_USAGE,
                               "more than %u cells no longer than %.4g %s: ask for longer --cells",
                               RMAP_IRRADIANCE_CELLS_MAX, self->shape_length, self->scene->unit);
-    enum rmap_status st = RMAP_RESERVE(self->cell, self->cap_cell, self->n_cell + 1, err);
+    enum rmap_status st = RMAP_RESERVE(self->facet, self->cap_facet, self->n_facet + 1, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(self->corner, self->cap_corner, self->n_corner + given->n_corner, err);
     if (st != RMAP_OK)
         return st;
-    struct rmap_irradiance_cell *cell = &self->cell[self->n_cell++];
-    *cell = *given;
-    cell->part = (uint32_t)self->n_part - 1;
-    cell->corner = self->n_corner;
+    struct rmap_irradiance_facet *facet = &self->facet[self->n_facet++];
+    *facet = *given;
+    facet->corner = self->n_corner;
     for (uint32_t k = 0; k < given->n_corner; k++)
-        self->corner[self->n_corner++] = corner[k];
-    self->part[cell->part].area += cell->area;
-    self->part[cell->part].n++;
+        self->corner[self->n_corner++] = corner[self->mirrored ? given->n_corner - 1 - k : k];
+    self->part[self->n_part - 1].n_facet++;
     return RMAP_OK;
+}
+
+static struct rmap_vec3 centre_of(const struct rmap_irradiance_cells *self,
+                                  const struct rmap_irradiance_facet *facet)
+{
+    struct rmap_vec3 sum = {0, 0, 0};
+    for (uint32_t k = 0; k < facet->n_corner; k++)
+        sum = rmap_add(sum, self->corner[facet->corner + k]);
+    return rmap_scale(sum, 1.0 / facet->n_corner);
+}
+
+/* ---- joining: of facets that lie in one cube and look to the same of its sides ---- */
+
+struct place {
+    int64_t cube[3];
+    int side; /* -1: by itself */
+    size_t facet;
+};
+
+static struct place place_of(const struct rmap_irradiance_cells *self, size_t index)
+{
+    const struct rmap_irradiance_facet *facet = &self->facet[index];
+    const struct rmap_vec3 *c = self->corner + facet->corner;
+    struct place place = {.cube = {(int64_t)index}, .side = -1, .facet = index};
+    double longest = 0.0;
+    for (uint32_t k = 0; k < facet->n_corner; k++)
+        longest = fmax(longest, rmap_length(rmap_sub(c[(k + 1) % facet->n_corner], c[k])));
+    if (facet->triangle < 0 || !(longest < SMALL * self->length) || !isfinite(self->length))
+        return place;
+    const struct rmap_vec3 middle = centre_of(self, facet);
+    const struct rmap_vec3 normal = rmap_cross(rmap_sub(c[1], c[0]), rmap_sub(c[2], c[0]));
+    const double m[3] = {middle.x, middle.y, middle.z}, n[3] = {normal.x, normal.y, normal.z};
+    int most = 0;
+    for (int k = 0; k < 3; k++) {
+        place.cube[k] = (int64_t)floor(m[k] / self->length);
+        most = fabs(n[k]) > fabs(n[most]) ? k : most;
+    }
+    place.side = 2 * most + (n[most] > 0.0);
+    return place;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct place *left = a, *right = b;
+    if (left->side != right->side)
+        return left->side < right->side ? -1 : 1;
+    for (int k = 0; k < 3; k++)
+        if (left->cube[k] != right->cube[k])
+            return left->cube[k] < right->cube[k] ? -1 : 1;
+    return (left->facet > right->facet) - (left->facet < right->facet);
+}
+
+static void take_in(struct rmap_irradiance_cells *self, struct rmap_irradiance_cell *cell,
+                    struct rmap_irradiance_facet *facet)
+{
+    cell->triangle = cell->n_facet == 0 ? facet->triangle : -1;
+    cell->n_facet++;
+    cell->area += facet->area;
+    cell->centre = rmap_axpy(facet->area, centre_of(self, facet), cell->centre);
+    facet->cell = (uint32_t)(cell - self->cell);
+}
+
+/* Cells of the last part, of its facets. */
+static enum rmap_status join(struct rmap_irradiance_cells *self, struct rmap_error *err)
+{
+    struct rmap_irradiance_part *part = &self->part[self->n_part - 1];
+    const size_t n = part->n_facet;
+    struct place *place = rmap_alloc(n + 1, sizeof *place);
+    enum rmap_status st = place ? RMAP_RESERVE(self->cell, self->cap_cell, self->n_cell + n, err)
+                                : rmap_error_set(err, RMAP_SYSTEM, "out of memory for cells");
+    for (size_t i = 0; i < n && st == RMAP_OK; i++)
+        place[i] = place_of(self, part->first_facet + i);
+    if (st == RMAP_OK)
+        qsort(place, n, sizeof *place, by_place);
+    for (size_t i = 0; i < n && st == RMAP_OK; i++) {
+        const bool same = i > 0 && place[i].side == place[i - 1].side &&
+                          memcmp(place[i].cube, place[i - 1].cube, sizeof place[i].cube) == 0;
+        if (!same)
+            self->cell[self->n_cell++] =
+                (struct rmap_irradiance_cell){.part = (uint32_t)self->n_part - 1};
+        take_in(self, &self->cell[self->n_cell - 1], &self->facet[place[i].facet]);
+    }
+    part->n = self->n_cell - part->first;
+    for (size_t c = part->first; c < self->n_cell; c++) {
+        struct rmap_irradiance_cell *cell = &self->cell[c];
+        if (cell->area > 0.0)
+            cell->centre = rmap_scale(cell->centre, 1.0 / cell->area);
+        part->area += cell->area;
+    }
+    rmap_free(place);
+    return st;
 }
 
 /* ---- meshes ---- */
@@ -61,11 +150,12 @@ static enum rmap_status split(struct rmap_irradiance_cells *self, size_t node, i
     if (!(longest > self->length)) {
         const struct rmap_vec3 across = rmap_cross(rmap_sub(c[1], c[0]), rmap_sub(c[2], c[0]));
         self->node[node] =
-            (struct rmap_irradiance_node){(uint32_t)self->n_cell, RMAP_IRRADIANCE_LEAF};
-        return add_cell(self,
-                        &(struct rmap_irradiance_cell){
-                            .area = 0.5 * rmap_length(across), .n_corner = 3, .triangle = triangle},
-                        c, err);
+            (struct rmap_irradiance_node){(uint32_t)self->n_facet, RMAP_IRRADIANCE_LEAF};
+        return rmap_irradiance_add_facet(
+            self,
+            &(struct rmap_irradiance_facet){
+                .area = 0.5 * rmap_length(across), .n_corner = 3, .triangle = triangle},
+            c, err);
     }
     const size_t half = self->n_node;
     const struct rmap_vec3 middle = rmap_scale(rmap_add(c[edge], c[(edge + 1) % 3]), 0.5);
@@ -149,190 +239,6 @@ static size_t find_in_triangle(const struct rmap_irradiance_cells *self,
     return node->at;
 }
 
-/* ---- shapes: u around the axis, or along x; v along the profile, or y; both 0 to 1 ---- */
-
-static struct rmap_vec3 chart(const struct rmap_shape *shape, double u, double v)
-{
-    double r = 0.0, z = 0.0;
-    switch (shape->type) {
-    case RMAP_SHAPE_RECTANGLE:
-        return rmap_vec3((u - 0.5) * shape->size[0], (v - 0.5) * shape->size[1], 0.0);
-    case RMAP_SHAPE_CONIC:
-    case RMAP_SHAPE_DISC: /* inwards, so that u, v and the normal are right-handed */
-        r = shape->aperture + v * (shape->inner - shape->aperture);
-        z = shape->type == RMAP_SHAPE_CONIC ? rmap_shape_sag(shape, r) : 0.0;
-        z = isfinite(z) ? z : 0.0;
-        break;
-    case RMAP_SHAPE_TUBE:
-        r = shape->radius + v * (shape->radius2 - shape->radius);
-        z = v * shape->length;
-        break;
-    case RMAP_SHAPE_SPHERE:
-        r = shape->radius * sin(RMAP_PI * v);
-        z = -shape->radius * cos(RMAP_PI * v);
-        break;
-    }
-    return rmap_vec3(r * cos(2.0 * RMAP_PI * u), r * sin(2.0 * RMAP_PI * u), z);
-}
-
-static void find_on_chart(const struct rmap_shape *shape, struct rmap_vec3 p, double *u, double *v)
-{
-    const double r = sqrt(p.x * p.x + p.y * p.y);
-    *u = atan2(p.y, p.x) / (2.0 * RMAP_PI);
-    *u -= floor(*u);
-    switch (shape->type) {
-    case RMAP_SHAPE_RECTANGLE:
-        *u = p.x / shape->size[0] + 0.5;
-        *v = p.y / shape->size[1] + 0.5;
-        break;
-    case RMAP_SHAPE_CONIC:
-    case RMAP_SHAPE_DISC:
-        *v = (shape->aperture - r) / (shape->aperture - shape->inner);
-        break;
-    case RMAP_SHAPE_TUBE:
-        *v = p.z / shape->length;
-        break;
-    case RMAP_SHAPE_SPHERE:
-        *v = atan2(r, -p.z) / RMAP_PI;
-        break;
-    }
-}
-
-/* A shape in its place. */
-struct body {
-    const struct rmap_shape *shape;
-    const struct rmap_affine *to_world;
-    double size; /* length of its profile */
-};
-
-static struct rmap_vec3 at(const struct body *body, double u, double v)
-{
-    return rmap_affine_point(body->to_world, chart(body->shape, u, v));
-}
-
-/* Length in the world of a line of constant u or v. */
-static double line_length(const struct body *body, bool along_v, double other)
-{
-    double length = 0.0;
-    struct rmap_vec3 from = {0, 0, 0};
-    for (int k = 0; k <= PROFILE_STEPS; k++) {
-        const double x = (double)k / PROFILE_STEPS;
-        const struct rmap_vec3 to = along_v ? at(body, other, x) : at(body, x, other);
-        length += k > 0 ? rmap_length(rmap_sub(to, from)) : 0.0;
-        from = to;
-    }
-    return length;
-}
-
-/* Of the patch between two corners of the chart, by n x n plane pieces. */
-static double pieces_area(const struct body *body, const double low[2], const double high[2], int n)
-{
-    double area = 0.0;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) {
-            struct rmap_vec3 p[4];
-            for (int k = 0; k < 4; k++)
-                p[k] = at(body, low[0] + (high[0] - low[0]) * (i + (k & 1)) / n,
-                          low[1] + (high[1] - low[1]) * (j + (k >> 1)) / n);
-            area += 0.5 * rmap_length(rmap_cross(rmap_sub(p[3], p[0]), rmap_sub(p[2], p[1])));
-        }
-    return area;
-}
-
-/* Their error falls with the square of n, and its first term is taken out (Richardson 1911). */
-static double patch_area(const struct body *body, const double low[2], const double high[2])
-{
-    return (4.0 * pieces_area(body, low, high, 4) - pieces_area(body, low, high, 2)) / 3.0;
-}
-
-/* Corners along a row's border; n: cells of the finer of the rows there. At a pole it is one. */
-static uint32_t put_border(const struct body *body, double from, double to, double v, uint32_t n,
-                           struct rmap_vec3 *corner)
-{
-    const uint32_t parts = (uint32_t)rint(fabs(to - from) * n);
-    for (uint32_t k = 0; k <= parts; k++)
-        corner[k] = at(body, from + (to - from) * k / parts, v);
-    const bool pole = !(rmap_length(rmap_sub(corner[parts], corner[0])) > 1e-9 * body->size);
-    return pole ? 1 : parts + 1;
-}
-
-/* As many around as keep cells short: rows next to each other differ by powers of two. */
-static uint32_t cells_across(const struct rmap_irradiance_cells *self, const struct body *body,
-                             const double v[2])
-{
-    const double longest = fmax(line_length(body, false, v[0]), line_length(body, false, v[1]));
-    const double wanted = fmin(ceil(longest / self->shape_length), RMAP_IRRADIANCE_CELLS_MAX);
-    uint32_t n = AROUND_MIN;
-    if (!rmap_shape_model[body->shape->type].revolved)
-        return wanted > 1.0 ? (uint32_t)wanted : 1;
-    while (n < wanted)
-        n *= 2;
-    return n;
-}
-
-/* Of a cell, along both borders: a finer neighbour's corners are its own too, so that nothing
- * gapes. */
-static enum rmap_status add_patch(struct rmap_irradiance_cells *self, const struct body *body,
-                                  const double low[2], const double high[2],
-                                  const uint32_t border[2], struct rmap_error *err)
-{
-    struct rmap_vec3 corner[2 * (FINER_MAX + 1)];
-    uint32_t n = put_border(body, low[0], high[0], low[1], border[0], corner);
-    n += put_border(body, high[0], low[0], high[1], border[1], corner + n);
-    return add_cell(self,
-                    &(struct rmap_irradiance_cell){
-                        .area = patch_area(body, low, high), .n_corner = n, .triangle = -1},
-                    corner, err);
-}
-
-static enum rmap_status cut_row(struct rmap_irradiance_cells *self, const struct body *body,
-                                size_t row, const double v[2], const uint32_t border[2],
-                                struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const uint32_t n = self->row[row].n;
-    self->row[row].first = self->n_cell;
-    for (uint32_t j = 0; j < n && st == RMAP_OK; j++) {
-        const double low[2] = {(double)j / n, v[0]}, high[2] = {(j + 1.0) / n, v[1]};
-        st = add_patch(self, body, low, high, border, err);
-    }
-    return st;
-}
-
-static enum rmap_status cut_shape(struct rmap_irradiance_cells *self,
-                                  const struct rmap_object *object, const struct rmap_shape *shape,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct body body = {.shape = shape, .to_world = &object->to_world};
-    const struct rmap_shape_model *model = &rmap_shape_model[shape->type];
-    const bool curved = shape->type == RMAP_SHAPE_CONIC || model->closed;
-    body.size = fmax(line_length(&body, true, 0.0), line_length(&body, true, 0.25));
-    const double wanted =
-        fmin(ceil(body.size / self->shape_length), (double)RMAP_IRRADIANCE_CELLS_MAX);
-    const size_t n = (size_t)fmax(wanted, curved ? ROWS_MIN : 1), first = self->n_row;
-    RMAP_TRY(RMAP_RESERVE(self->row, self->cap_row, first + n, err));
-    self->n_row += n;
-    self->part[self->n_part - 1].n_row = n;
-    for (size_t i = 0; i < n; i++) {
-        const double v[2] = {(double)i / (double)n, (double)(i + 1) / (double)n};
-        self->row[first + i].n = cells_across(self, &body, v);
-    }
-    for (size_t i = 0; i < n; i++) {
-        const double v[2] = {(double)i / (double)n, (double)(i + 1) / (double)n};
-        uint32_t border[2] = {self->row[first + i].n, self->row[first + i].n};
-        for (int k = 0; k < 2; k++)
-            if (k == 0 ? i > 0 : i + 1 < n) {
-                const uint32_t beside = self->row[k == 0 ? first + i - 1 : first + i + 1].n;
-                if (beside > border[k] && beside <= FINER_MAX * border[k])
-                    border[k] = beside;
-            }
-        RMAP_TRY(cut_row(self, &body, first + i, v, border, err));
-    }
-out:
-    return st;
-}
-
 /* ---- all ---- */
 
 static enum rmap_status cut_object(struct rmap_irradiance_cells *self,
@@ -343,15 +249,19 @@ static enum rmap_status cut_object(struct rmap_irradiance_cells *self,
     const struct rmap_object *object = &self->scene->object[index];
     const struct rmap_geometry *geometry = &self->scene->geometry[object->geometry];
     const bool mesh = geometry->kind == RMAP_GEOMETRY_MESH;
+    self->mirrored = rmap_affine_determinant(&object->to_world) < 0.0;
     self->part_of[index] = (int32_t)self->n_part;
     self->part[self->n_part++] =
         (struct rmap_irradiance_part){.object = (int32_t)index,
                                       .first = self->n_cell,
+                                      .first_facet = self->n_facet,
                                       .look_up = mesh ? self->n_node : self->n_row};
     if (mesh)
         st = cut_mesh(self, choice, object, geometry->mesh, err);
     else if (choice->n_face == 0)
-        st = cut_shape(self, object, &geometry->shape, err);
+        st = rmap_irradiance_cut_shape(self, object, &geometry->shape, err);
+    if (st == RMAP_OK)
+        st = join(self, err);
     if (self->part[self->n_part - 1].n == 0) {
         self->part_of[index] = -1;
         self->n_part--;
@@ -425,15 +335,11 @@ void rmap_irradiance_cells_destroy(struct rmap_irradiance_cells *self)
     rmap_free(self->part_of);
     rmap_free(self->part);
     rmap_free(self->cell);
+    rmap_free(self->facet);
     rmap_free(self->row);
     rmap_free(self->node);
     rmap_free(self->corner);
     rmap_free(self);
-}
-
-static size_t step(double x, size_t n)
-{
-    return (size_t)fmin(fmax(floor(x * (double)n), 0.0), (double)(n - 1));
 }
 
 size_t rmap_irradiance_cells_find(const struct rmap_irradiance_cells *self, size_t part,
@@ -442,24 +348,14 @@ size_t rmap_irradiance_cells_find(const struct rmap_irradiance_cells *self, size
     const struct rmap_irradiance_part *of = &self->part[part];
     const struct rmap_object *object = &self->scene->object[of->object];
     const struct rmap_geometry *geometry = &self->scene->geometry[object->geometry];
-    if (geometry->kind == RMAP_GEOMETRY_MESH) {
-        struct rmap_vec3 corner[3];
-        if (primitive < 0 || (size_t)primitive >= geometry->mesh->n_triangle)
-            return SIZE_MAX;
-        corners_of(object, geometry->mesh, (size_t)primitive, corner);
-        return find_in_triangle(self, &self->node[of->look_up + (size_t)primitive], corner, place);
-    }
-    double u = 0.0, v = 0.0;
-    find_on_chart(&geometry->shape, rmap_affine_point(&object->to_local, place), &u, &v);
-    const struct rmap_irradiance_row *row = &self->row[of->look_up + step(v, of->n_row)];
-    return row->first + step(u, row->n);
-}
-
-struct rmap_vec3 rmap_irradiance_cells_centre(const struct rmap_irradiance_cells *self, size_t cell)
-{
-    const struct rmap_irradiance_cell *of = &self->cell[cell];
-    struct rmap_vec3 sum = {0, 0, 0};
-    for (uint32_t k = 0; k < of->n_corner; k++)
-        sum = rmap_add(sum, self->corner[of->corner + k]);
-    return rmap_scale(sum, 1.0 / of->n_corner);
+    if (geometry->kind != RMAP_GEOMETRY_MESH)
+        return self->facet[rmap_irradiance_find_on_shape(self, of, object, &geometry->shape, place)]
+            .cell;
+    struct rmap_vec3 corner[3];
+    if (primitive < 0 || (size_t)primitive >= geometry->mesh->n_triangle)
+        return SIZE_MAX;
+    corners_of(object, geometry->mesh, (size_t)primitive, corner);
+    const size_t facet =
+        find_in_triangle(self, &self->node[of->look_up + (size_t)primitive], corner, place);
+    return facet == SIZE_MAX ? SIZE_MAX : self->facet[facet].cell;
 }

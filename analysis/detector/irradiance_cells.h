@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
- * The surface of objects, cut into cells: a mesh into its triangles, those with long edges halved
- * until none is longer than asked; other shapes into rows along their profile, each of as many
- * cells around as keep them about square.
+ * The surface of objects, cut into cells. Of a mesh they are its triangles: those with long edges
+ * are halved until none is longer than asked, those that are much smaller and lie together joined.
+ * Other shapes are cut into rows along their profile, each of as many cells around as keep them
+ * about square. What is drawn of a cell are its facets.
  */
 #ifndef RMAP_IRRADIANCE_CELLS_H
 #define RMAP_IRRADIANCE_CELLS_H
@@ -11,23 +12,30 @@
 
 struct rmap_irradiance_cell {
     double area; /* of the surface itself, in the scene's unit squared */
-    size_t corner;
-    uint32_t n_corner; /* corner[corner ...], about the normal of the surface */
-    uint32_t part;
-    int32_t triangle; /* of the mesh, as /segment/primitive has it; -1: of a shape */
+    struct rmap_vec3 centre;
+    uint32_t part, n_facet;
+    int32_t triangle; /* it lies in, as /segment/primitive has it; -1: several, or of a shape */
+};
+
+struct rmap_irradiance_facet {
+    double area;
+    size_t corner; /* corner[corner ...], counter-clockwise about the normal of the surface */
+    uint32_t n_corner, cell;
+    int32_t triangle; /* of the mesh; -1: of a shape */
 };
 
 /* An object. */
 struct rmap_irradiance_part {
     int32_t object;
-    size_t first, n; /* its cells */
-    size_t look_up;  /* first row of n_row, or node, one for each triangle */
+    size_t first, n;             /* its cells */
+    size_t first_facet, n_facet; /* and what is drawn of them, in any order */
+    size_t look_up;              /* first row of n_row, or node, one for each triangle */
     size_t n_row;
     double area;
 };
 
 struct rmap_irradiance_row {
-    size_t first; /* cell */
+    size_t first; /* facet */
     uint32_t n;
 };
 /* A triangle of a mesh, or a part of one: halved between corners `edge` and edge + 1, the halves at
@@ -39,13 +47,15 @@ enum { RMAP_IRRADIANCE_LEAF = 3, RMAP_IRRADIANCE_NONE = 4 /* no cell */ };
 
 struct rmap_irradiance_cells {
     const struct rmap_scene *scene; /* borrowed */
-    double length;                  /* of an edge, at most; INFINITY: triangles as they are */
+    double length;                  /* of cells; INFINITY: triangles as they are */
     double shape_length;            /* the same of shapes */
-    size_t n_part, n_cell, n_row, n_node, n_corner;
-    size_t cap_cell, cap_row, cap_node, cap_corner;
+    size_t n_part, n_cell, n_facet, n_row, n_node, n_corner;
+    bool mirrored; /* the object in hand: corners turn the other way */
+    size_t cap_cell, cap_facet, cap_row, cap_node, cap_corner;
     int32_t *part_of; /* [n_object] index of a part; -1: none */
     struct rmap_irradiance_part *part;
     struct rmap_irradiance_cell *cell;
+    struct rmap_irradiance_facet *facet;
     struct rmap_irradiance_row *row;
     struct rmap_irradiance_node *node;
     struct rmap_vec3 *corner; /* in the world */
@@ -57,7 +67,7 @@ struct rmap_irradiance_choice {
     const uint8_t *object;   /* [n_object] 1: it takes part */
     const char *const *face; /* [n_face] of meshes these alone, by number or name, with * and ? */
     size_t n_face;           /* 0: everything */
-    double length;           /* of an edge at most; 0: a part of their size */
+    double length; /* of cells; INFINITY: triangles as they are; 0: a part of their size */
 };
 
 /* RMAP_USAGE when there would be too many, RMAP_INPUT when there are none. */
@@ -71,9 +81,5 @@ void rmap_irradiance_cells_destroy(struct rmap_irradiance_cells *cells); /* NULL
  * SIZE_MAX: in none. */
 size_t rmap_irradiance_cells_find(const struct rmap_irradiance_cells *cells, size_t part,
                                   struct rmap_vec3 place, int32_t primitive);
-
-/* The mean of its corners. */
-struct rmap_vec3 rmap_irradiance_cells_centre(const struct rmap_irradiance_cells *cells,
-                                              size_t cell);
 
 #endif

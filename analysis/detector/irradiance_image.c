@@ -189,7 +189,7 @@ void rmap_irradiance_image_csv(const struct rmap_irradiance_image *image, FILE *
             image->quantity, image->quantity);
     for (size_t c = 0; c < cells->n_cell; c++) {
         const struct rmap_irradiance_cell *cell = &cells->cell[c];
-        const struct rmap_vec3 p = rmap_irradiance_cells_centre(cells, c);
+        const struct rmap_vec3 p = cells->cell[c].centre;
         rmap_csv_put_first(name_of(image, cell->part), out);
         fprintf(out, ",%zu,", c);
         if (cell->triangle >= 0)
@@ -238,7 +238,7 @@ enum rmap_status rmap_irradiance_image_print(const struct rmap_irradiance_image 
             rmap_counted(cells->n_part, "object").text, all->area_m2,
             image->side == RMAP_SIDE_BOTH ? "both sides" : side_word(image));
     if (isfinite(cells->length))
-        fprintf(out, ", none longer than %.4g %s", cells->length, scene_of(image)->unit);
+        fprintf(out, ", about %.4g %s long", cells->length, scene_of(image)->unit);
     fprintf(out, "\n%-14s %s\n", "rays", asked(image));
     fprintf(out, "%-14s %.6g +- %.2g %s arrive, %.6g +- %.2g %s are absorbed\n", "flux",
             all->flux[0], all->flux_error[0], image->flux_unit, all->flux[1], all->flux_error[1],
@@ -247,7 +247,7 @@ enum rmap_status rmap_irradiance_image_print(const struct rmap_irradiance_image 
             image->unit);
     if (!(all->mean > 0.0))
         return RMAP_OK;
-    const struct rmap_vec3 p = rmap_irradiance_cells_centre(cells, all->greatest);
+    const struct rmap_vec3 p = cells->cell[all->greatest].centre;
     rmap_biased_print("least", &even->least, image->unit, out);
     rmap_biased_print("greatest", &even->greatest, image->unit, out);
     fprintf(out, "%-14s (%.6g, %.6g, %.6g) %s on %s\n", "it lies at", p.x, p.y, p.z,
@@ -285,7 +285,7 @@ static json_t *peak_json(const struct rmap_irradiance_image *image)
 {
     const struct rmap_irradiance_cells *cells = image->cells;
     const size_t c = image->object[cells->n_part].greatest;
-    const struct rmap_vec3 p = rmap_irradiance_cells_centre(cells, c);
+    const struct rmap_vec3 p = cells->cell[c].centre;
     if (!(image->value[0][c] > 0.0))
         return json_null();
     return json_pack("{s:o, s:o, s:[f, f, f], s:s, s:I}", "value",

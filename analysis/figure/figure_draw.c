@@ -163,7 +163,8 @@ static enum rmap_status draw_painted(const struct rmap_scene *scene,
     struct rmap_solid *solid = NULL;
     struct rmap_colour_map map;
     struct rmap_colour_bar bar = painted->bar;
-    struct rmap_painted faces = {painted->cells, rmap_alloc(n + 1, sizeof *faces.rgb)};
+    struct rmap_painted faces = {painted->cells, rmap_alloc(n + 1, sizeof *faces.rgb),
+                                 painted->side};
     if (!faces.rgb)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
     rmap_colour_map_init(&map);

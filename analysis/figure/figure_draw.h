@@ -17,6 +17,7 @@
 struct rmap_figure_cells {
     const struct rmap_irradiance_cells *cells;
     const double *value;        /* [n_cell] */
+    enum rmap_side side;        /* from which they are shown */
     struct rmap_colour_bar bar; /* without its place; the label is the quantity */
     const char *caption;
 };

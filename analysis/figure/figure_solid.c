@@ -47,7 +47,7 @@ static void solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
                        const struct rmap_solid_pixel *kind)
 {
     const enum rmap_solid_layer layer =
-        kind->paint ? RMAP_LAYER_BODY : layer_of(canvas->scene, kind->object);
+        kind->paint ? RMAP_LAYER_PAINTED : layer_of(canvas->scene, kind->object);
     double area = edge(c[0], c[1], c[2].x, c[2].y);
     if (!(fabs(area) > 0.0) || !isfinite(area))
         return;
@@ -74,7 +74,8 @@ static void solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
 static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_error *err)
 {
     const size_t n_pixel = (size_t)canvas->width * (size_t)canvas->height;
-    bool any[RMAP_LAYER_COUNT] = {[RMAP_LAYER_BODY] = true};
+    bool any[RMAP_LAYER_COUNT] = {
+        [RMAP_LAYER_BODY] = true, [RMAP_LAYER_PAINTED] = canvas->painted != NULL};
     for (size_t o = 0; o < canvas->scene->n_object; o++)
         any[layer_of(canvas->scene, o)] = true;
     for (int layer = 0; layer < RMAP_LAYER_COUNT; layer++) {
@@ -91,11 +92,14 @@ static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_erro
 
 /* Empty layers of the size of the frame. */
 static enum rmap_status solid_init(const struct rmap_scene *scene,
+                                   const struct rmap_painted *painted,
                                    const struct rmap_view_frame *frame, struct rmap_solid *canvas,
                                    struct rmap_error *err)
 {
-    *canvas = (struct rmap_solid){
-        .scene = scene, .frame = frame, .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
+    *canvas = (struct rmap_solid){.scene = scene,
+                                  .frame = frame,
+                                  .painted = painted,
+                                  .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
     canvas->width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
     canvas->height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
     return clear_layers(canvas, err);
@@ -147,9 +151,17 @@ static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, 
     const struct rmap_solid_pixel *front =
         at->object == NOTHING ? right->object == NOTHING ? below : right : at;
     const struct rmap_solid_pixel *wall = &canvas->pixel[RMAP_LAYER_BODY][y * width + x];
+    const bool is_line = parted(at, right) || parted(at, below);
+    if (layer == RMAP_LAYER_PAINTED && !is_line) {
+        const bool behind_line = wall->depth > at->depth && (parted(wall, wall + (right - at)) ||
+                                                             parted(wall, wall + (below - at)));
+        for (int k = 0; k < 3 && at->object != NOTHING && !behind_line; k++)
+            rgb[k] = canvas->painted->rgb[at->paint - 1][k] / 255.0;
+        return;
+    }
     if (layer == RMAP_LAYER_GLASS && wall->object != NOTHING && wall->depth > front->depth)
         return;
-    if (parted(at, right) || parted(at, below)) {
+    if (is_line) {
         const struct rmap_view *view = canvas->frame->view;
         double range = range_of(canvas);
         double far = range > 0.0 ? (rmap_view_distance(view, (double)front->depth) -
@@ -162,11 +174,6 @@ static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, 
     }
     if (at->object == NOTHING)
         return;
-    if (at->paint) {
-        for (int k = 0; k < 3; k++)
-            rgb[k] = canvas->painted->rgb[at->paint - 1][k] / 255.0;
-        return;
-    }
     const double *tint = rmap_look_style[rmap_object_look(canvas->scene, at->object)].tint;
     const double part = layer == RMAP_LAYER_GLASS ? GLASS_COVER : 1.0;
     for (int k = 0; k < 3; k++)
@@ -309,6 +316,13 @@ static double cosine_to_eye(const struct rmap_view *view, struct rmap_vec3 norma
     return distance > 0.0 ? -rmap_dot(normal, place) / distance : normal.z;
 }
 
+/* Is the side seen that is not painted? */
+static bool is_turned(const struct rmap_solid *canvas, const struct body *body, double facing)
+{
+    const enum rmap_side side = body->painted ? canvas->painted->side : RMAP_SIDE_BOTH;
+    return (side == RMAP_SIDE_FRONT && facing < 0.0) || (side == RMAP_SIDE_BACK && facing > 0.0);
+}
+
 static void draw_body(struct rmap_solid *canvas, const struct body *body)
 {
     static const struct rmap_vec3 light = {-0.35, 0.55, 0.758};
@@ -321,7 +335,8 @@ static void draw_body(struct rmap_solid *canvas, const struct body *body)
             continue;
         normal = rmap_scale(normal, 1.0 / length);
         const double facing = cosine_to_eye(canvas->frame->view, normal, body->place[t[0]]);
-        if (body->encloses && hides_scene(body, t, normal, facing))
+        if (is_turned(canvas, body, facing) ||
+            (body->encloses && hides_scene(body, t, normal, facing)))
             continue;
         if (facing < 0.0) /* the side that is seen */
             normal = rmap_scale(normal, -1.0);
@@ -375,25 +390,26 @@ static enum rmap_status cells_mesh(const struct rmap_irradiance_cells *cells, si
     const struct rmap_irradiance_part *of = &cells->part[part];
     struct rmap_mesh *mesh = NULL;
     size_t n = 0, n_triangle = 0;
-    for (size_t c = of->first; c < of->first + of->n; c++)
-        n += cells->cell[c].n_corner;
+    const struct rmap_irradiance_facet *facet = cells->facet + of->first_facet;
+    for (size_t i = 0; i < of->n_facet; i++)
+        n += facet[i].n_corner;
     const enum rmap_status st = rmap_mesh_create(n, n, 1, &mesh, err);
     if (st != RMAP_OK)
         return st;
-    const size_t first = of->n > 0 ? cells->cell[of->first].corner : 0;
+    const size_t first = of->n_facet > 0 ? facet->corner : 0;
     for (size_t i = 0; i < n; i++) {
         const struct rmap_vec3 p = cells->corner[first + i];
         mesh->vertex[i][0] = (float)p.x;
         mesh->vertex[i][1] = (float)p.y;
         mesh->vertex[i][2] = (float)p.z;
     }
-    for (size_t c = of->first; c < of->first + of->n; c++)
-        for (uint32_t k = 2; k < cells->cell[c].n_corner; k++, n_triangle++) {
-            const uint32_t corner = (uint32_t)(cells->cell[c].corner - first);
+    for (size_t i = 0; i < of->n_facet; i++)
+        for (uint32_t k = 2; k < facet[i].n_corner; k++, n_triangle++) {
+            const uint32_t corner = (uint32_t)(facet[i].corner - first);
             mesh->triangle[n_triangle][0] = corner;
             mesh->triangle[n_triangle][1] = corner + k - 1;
             mesh->triangle[n_triangle][2] = corner + k;
-            mesh->face[n_triangle] = (uint32_t)c;
+            mesh->face[n_triangle] = facet[i].cell;
         }
     mesh->n_triangle = n_triangle;
     *mesh_ret = mesh;
@@ -424,7 +440,7 @@ static enum rmap_status draw_object(const struct rmap_scene *scene, size_t objec
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
     for (size_t i = 0; i < mesh->n_vertex; i++)
         widen(&own, vertex_of(mesh, i, to_world));
-    body.encloses = encloses(&own, whole);
+    body.encloses = encloses(&own, whole) && !(painted && canvas->painted->side != RMAP_SIDE_BOTH);
     for (size_t i = 0; i < mesh->n_vertex; i++) {
         body.place[i] = rmap_view_place(frame->view, vertex_of(mesh, i, to_world));
         body.corner[i] = corner_of(canvas, body.place[i]);
@@ -458,8 +474,7 @@ enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_m
     struct rmap_solid *canvas = rmap_alloc(1, sizeof *canvas);
     if (!canvas)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
-    RMAP_TRY(solid_init(scene, frame, canvas, err));
-    canvas->painted = painted;
+    RMAP_TRY(solid_init(scene, painted, frame, canvas, err));
     for (size_t o = 0; o < scene->n_object; o++) {
         object_extent(scene, o, mesh[scene->object[o].geometry], &whole);
         if (painted && painted->cells->part_of[o] >= 0)

@@ -9,10 +9,11 @@
 #include "analysis/detector/irradiance_cells.h"
 #include "analysis/figure/figure_view.h"
 
-/* Objects in colours of their cells, without shading. */
+/* Objects in colours of their cells, without shading. What stands before them is there as lines. */
 struct rmap_painted {
     const struct rmap_irradiance_cells *cells;
-    uint8_t (*rgb)[3]; /* [n_cell] sRGB */
+    uint8_t (*rgb)[3];   /* [n_cell] sRGB */
+    enum rmap_side side; /* FRONT, BACK: seen from there alone */
 };
 
 /* The bodies as one view shows them. mesh: [n_geometry], welded or tessellated; only for the call.

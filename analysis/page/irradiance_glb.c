@@ -11,7 +11,7 @@
 #include "io/export/glb.h"
 #include "io/file/whole_file.h"
 
-/* Of an object: a point for each corner of a cell. */
+/* Of an object: a point for each corner of a facet. */
 struct points {
     size_t n, n_triangle;
     float (*at)[3];
@@ -33,8 +33,8 @@ static enum rmap_status init(const struct rmap_irradiance_cells *cells, size_t p
 {
     const struct rmap_irradiance_part *of = &cells->part[part];
     size_t n = 0;
-    for (size_t c = of->first; c < of->first + of->n; c++)
-        n += cells->cell[c].n_corner;
+    for (size_t f = of->first_facet; f < of->first_facet + of->n_facet; f++)
+        n += cells->facet[f].n_corner;
     *points = (struct points){.at = rmap_alloc(n + 1, sizeof *points->at),
                               .colour = rmap_alloc(n + 1, sizeof *points->colour),
                               .value = rmap_alloc(n + 1, sizeof *points->value),
@@ -44,15 +44,15 @@ static enum rmap_status init(const struct rmap_irradiance_cells *cells, size_t p
                : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a glTF scene");
 }
 
-static void add_cell(const struct rmap_figure_cells *painted, const struct rmap_colour_map *map,
-                     size_t c, struct points *points)
+static void add_facet(const struct rmap_figure_cells *painted, const struct rmap_colour_map *map,
+                      const struct rmap_irradiance_facet *facet, struct points *points)
 {
-    const struct rmap_irradiance_cell *cell = &painted->cells->cell[c];
+    const size_t c = facet->cell;
     const uint32_t first = (uint32_t)points->n;
     uint8_t rgb[3];
     rmap_colour_map_at(map, rmap_colour_bar_place(&painted->bar, painted->value[c]), rgb);
-    for (uint32_t k = 0; k < cell->n_corner; k++) {
-        const struct rmap_vec3 p = painted->cells->corner[cell->corner + k];
+    for (uint32_t k = 0; k < facet->n_corner; k++) {
+        const struct rmap_vec3 p = painted->cells->corner[facet->corner + k];
         const float at[3] = {(float)p.x, (float)p.y, (float)p.z};
         memcpy(points->at[points->n], at, sizeof at);
         for (int i = 0; i < 3; i++)
@@ -60,8 +60,9 @@ static void add_cell(const struct rmap_figure_cells *painted, const struct rmap_
         points->colour[points->n][3] = UINT16_MAX;
         points->value[points->n++] = (float)painted->value[c];
     }
-    for (uint32_t k = 2; k < cell->n_corner; k++) {
-        const uint32_t corner[3] = {first, first + k - 1, first + k};
+    for (uint32_t k = 2; k < facet->n_corner; k++) {
+        const uint32_t turn = painted->side == RMAP_SIDE_BACK;
+        const uint32_t corner[3] = {first, first + k - 1 + turn, first + k - turn};
         memcpy(points->triangle[points->n_triangle++], corner, sizeof corner);
     }
 }
@@ -78,8 +79,8 @@ static enum rmap_status add_object(const struct rmap_figure_cells *painted,
     struct points points = {0};
     size_t mesh = 0;
     RMAP_TRY(init(cells, part, &points, err));
-    for (size_t c = of->first; c < of->first + of->n; c++)
-        add_cell(painted, map, c, &points);
+    for (size_t f = of->first_facet; f < of->first_facet + of->n_facet; f++)
+        add_facet(painted, map, &cells->facet[f], &points);
     RMAP_TRY(rmap_glb_add_shape(glb, (const float(*)[3])points.at, points.n,
                                 (const uint32_t(*)[3])points.triangle, points.n_triangle, &shape,
                                 err));
@@ -106,8 +107,11 @@ enum rmap_status rmap_irradiance_glb_write(const struct rmap_figure_cells *paint
     (void)snprintf(name, sizeof name, "%s in %s, %s from %.4g to %.4g", painted->bar.label,
                    painted->bar.unit, painted->bar.logarithmic ? "logarithmic" : "linear",
                    painted->bar.range[0], painted->bar.range[1]);
-    const struct rmap_glb_material plain = {
-        .name = name, .colour = {1, 1, 1, 1}, .roughness = 1, .unlit = 1};
+    const struct rmap_glb_material plain = {.name = name,
+                                            .colour = {1, 1, 1, 1},
+                                            .roughness = 1,
+                                            .unlit = 1,
+                                            .one_sided = painted->side != RMAP_SIDE_BOTH};
     RMAP_TRY(rmap_glb_create(scene->unit_m, rmap_view_has_z_upright(scene), &glb, err));
     RMAP_TRY(rmap_glb_add_material(glb, &plain, &material, err));
     for (size_t p = 0; p < painted->cells->n_part; p++)

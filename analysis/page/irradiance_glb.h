@@ -7,7 +7,7 @@
 
 #include "analysis/figure/figure_draw.h"
 
-/* A node for each object. A cell has points of its own, with its colour and, as _VALUE, its
+/* A node for each object. A facet has points of its own, with its colour and, as _VALUE, its
  * number. path: binary, or JSON where it ends in .gltf; replaced when the whole is written. */
 enum rmap_status rmap_irradiance_glb_write(const struct rmap_figure_cells *painted,
                                            const char *path, struct rmap_error *err) RMAP_MUST_USE;

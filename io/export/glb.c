@@ -83,7 +83,7 @@ enum rmap_status rmap_glb_add_material(struct rmap_glb *self, const struct rmap_
     json_t *entry = json_pack("{s:s, s:{s:[f,f,f,f], s:f, s:f}, s:b}", "name", given->name,
                               "pbrMetallicRoughness", "baseColorFactor", c[0], c[1], c[2], c[3],
                               "metallicFactor", given->metallic, "roughnessFactor",
-                              given->roughness, "doubleSided", 1);
+                              given->roughness, "doubleSided", !given->one_sided);
     if (entry && c[3] < 1.0 && json_object_set_new(entry, "alphaMode", json_string("BLEND")) != 0) {
         json_decref(entry);
         entry = NULL;

@@ -24,7 +24,8 @@ struct rmap_glb_material {
     const char *name;
     double colour[4]; /* linear RGB and opacity; below 1 it is blended */
     double metallic, roughness;
-    int unlit; /* shows its colours as they are (KHR_materials_unlit) */
+    int unlit;     /* shows its colours as they are (KHR_materials_unlit) */
+    int one_sided; /* seen from where its triangles turn counter-clockwise */
 };
 /* Index of the new entry in *index_ret; RMAP_SYSTEM. The same for all below. */
 enum rmap_status rmap_glb_add_material(struct rmap_glb *glb,

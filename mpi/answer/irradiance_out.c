@@ -31,6 +31,7 @@ static enum rmap_status choose_colours(const struct rmap_irradiance_image *image
     *painted = (struct rmap_figure_cells){
         .cells = image->cells,
         .value = value,
+        .side = image->side,
         .bar = {.label = label, .unit = image->unit},
         .caption = top < peak ? "; cells of few rays go beyond the scale" : ""};
     const enum rmap_status st =
@@ -72,63 +73,83 @@ static enum rmap_status put_csv(const void *image, FILE *file, struct rmap_error
     return RMAP_OK;
 }
 
-/* Numbers of cells that are no doubles yet. */
+/* Numbers of every facet: those of its cell, and its own. */
+enum column {
+    VALUE,
+    ERROR,
+    RELATIVE,
+    ABSORBED,
+    ABSORBED_ERROR,
+    AREA,
+    CELL,
+    OBJECT,
+    TRIANGLE,
+    END,
+    COLUMNS
+};
+
 struct numbers {
-    double *place[3], *area, *object, *triangle; /* [n_cell] */
-    double *corner_end, *corner;                 /* [n_cell], [n_corner][3] */
-    size_t *end;
-    char *names; /* of the objects, a line each */
+    double *column[COLUMNS], *corner; /* [n_facet] each; [n_corner][3] */
+    size_t *end;                      /* [n_facet] */
+    char *names;                      /* of the objects, a line each */
 };
 
 static void fini(struct numbers *numbers)
 {
-    for (int k = 0; k < 3; k++)
-        rmap_free(numbers->place[k]);
-    rmap_free(numbers->area);
-    rmap_free(numbers->object);
-    rmap_free(numbers->triangle);
-    rmap_free(numbers->corner_end);
+    for (int k = 0; k < COLUMNS; k++)
+        rmap_free(numbers->column[k]);
     rmap_free(numbers->corner);
     rmap_free(numbers->end);
     rmap_free(numbers->names);
 }
 
-static enum rmap_status gather(const struct rmap_irradiance_cells *cells, struct numbers *of,
-                               struct rmap_error *err)
+static enum rmap_status reserve(const struct rmap_irradiance_cells *cells, struct numbers *of,
+                                struct rmap_error *err)
 {
-    const size_t n = cells->n_cell;
-    double **const column[] = {&of->place[0], &of->place[1], &of->place[2],  &of->area,
-                               &of->object,   &of->triangle, &of->corner_end};
     bool good = true;
     size_t length = 1;
-    for (size_t i = 0; i < sizeof column / sizeof *column; i++) {
-        *column[i] = rmap_alloc(n + 1, sizeof **column[i]);
-        good = good && *column[i];
+    for (int k = 0; k < COLUMNS; k++) {
+        of->column[k] = rmap_alloc(cells->n_facet + 1, sizeof *of->column[k]);
+        good = good && of->column[k];
     }
     for (size_t p = 0; p < cells->n_part; p++)
         length += strlen(cells->scene->object[cells->part[p].object].name) + 1;
     of->corner = rmap_alloc(3 * cells->n_corner + 1, sizeof *of->corner);
-    of->end = rmap_alloc(n + 1, sizeof *of->end);
+    of->end = rmap_alloc(cells->n_facet + 1, sizeof *of->end);
     of->names = rmap_alloc(length, 1);
     if (!good || !of->corner || !of->end || !of->names)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu cells", n);
-    for (size_t c = 0; c < n; c++) {
-        const struct rmap_irradiance_cell *cell = &cells->cell[c];
-        const struct rmap_vec3 p = rmap_irradiance_cells_centre(cells, c);
-        of->place[0][c] = p.x;
-        of->place[1][c] = p.y;
-        of->place[2][c] = p.z;
-        of->area[c] = cell->area;
-        of->object[c] = cell->part;
-        of->triangle[c] = cell->triangle;
-        of->end[c] = cell->corner + cell->n_corner;
-        of->corner_end[c] = (double)of->end[c];
-    }
-    memcpy(of->corner, cells->corner, 3 * cells->n_corner * sizeof *of->corner);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu cells", cells->n_cell);
     for (size_t p = 0, at = 0; p < cells->n_part; p++)
         at += (size_t)snprintf(of->names + at, length - at, "%s%s", p > 0 ? "\n" : "",
                                cells->scene->object[cells->part[p].object].name);
     return RMAP_OK;
+}
+
+static void fill(const struct rmap_irradiance_image *image, struct numbers *of)
+{
+    const struct rmap_irradiance_cells *cells = image->cells;
+    for (size_t f = 0; f < cells->n_facet; f++) {
+        const struct rmap_irradiance_facet *facet = &cells->facet[f];
+        const size_t c = facet->cell;
+        of->end[f] = facet->corner + facet->n_corner;
+        const double row[COLUMNS] = {[VALUE] = image->value[0][c],
+                                     [ERROR] = image->standard_error[0][c],
+                                     [RELATIVE] = image->relative_error[c],
+                                     [ABSORBED] = image->value[1][c],
+                                     [ABSORBED_ERROR] = image->standard_error[1][c],
+                                     [AREA] = facet->area,
+                                     [CELL] = (double)c,
+                                     [OBJECT] = cells->cell[c].part,
+                                     [TRIANGLE] = facet->triangle,
+                                     [END] = (double)of->end[f]};
+        for (int k = 0; k < COLUMNS; k++)
+            of->column[k][f] = row[k];
+    }
+    for (size_t i = 0; i < cells->n_corner; i++) {
+        of->corner[3 * i] = cells->corner[i].x;
+        of->corner[3 * i + 1] = cells->corner[i].y;
+        of->corner[3 * i + 2] = cells->corner[i].z;
+    }
 }
 
 static enum rmap_status write_numbers(const struct rmap_irradiance_image *image, const char *path,
@@ -137,37 +158,38 @@ static enum rmap_status write_numbers(const struct rmap_irradiance_image *image,
     enum rmap_status st = RMAP_OK;
     const struct rmap_irradiance_cells *cells = image->cells;
     const char *length = cells->scene->unit, *unit = image->unit;
-    const size_t n = cells->n_cell;
-    struct numbers of = {.area = NULL};
+    struct numbers of = {.end = NULL};
     char error[32];
     (void)snprintf(error, sizeof error, "%s_error", image->quantity);
-    RMAP_TRY(gather(cells, &of, err));
-    const struct rmap_grid_array array[] = {
-        {image->quantity, unit, "flux that arrives, over the area", 1, {n}, image->value[0]},
-        {error, unit, "standard error", 1, {n}, image->standard_error[0]},
-        {"relative_error",
-         "1",
-         "standard error over value; NaN: none",
-         1,
-         {n},
-         image->relative_error},
-        {"absorbed", unit, "flux that is absorbed, over the area", 1, {n}, image->value[1]},
-        {"absorbed_error", unit, "standard error", 1, {n}, image->standard_error[1]},
-        {"area", length, "area of the cell, in this unit squared", 1, {n}, of.area},
-        {"object", "1", "line of the attribute `objects`, from 0", 1, {n}, of.object},
-        {"triangle", "1", "of the object's mesh; -1: of another shape", 1, {n}, of.triangle},
-        {"x", length, "middle of the cell", 1, {n}, of.place[0]},
-        {"y", length, "middle of the cell", 1, {n}, of.place[1]},
-        {"z", length, "middle of the cell", 1, {n}, of.place[2]},
-        {"corner_end", "1", "rows of `corner` up to the cell's last", 1, {n}, of.corner_end},
-        {"corner", length, "corners, cell by cell", 2, {cells->n_corner, 3}, of.corner}};
-    enum { ARRAYS = sizeof array / sizeof *array, OF_CELLS = 8 };
+    const struct rmap_grid_array column[COLUMNS] = {
+        [VALUE] = {image->quantity, unit, "flux that arrives, over the area"},
+        [ERROR] = {error, unit, "standard error"},
+        [RELATIVE] = {"relative_error", "1", "standard error over value; NaN: nothing arrives"},
+        [ABSORBED] = {"absorbed", unit, "flux that is absorbed, over the area"},
+        [ABSORBED_ERROR] = {"absorbed_error", unit, "standard error"},
+        [AREA] = {"area", length, "of the facet, in this unit squared"},
+        [CELL] = {"cell", "1", "facets of one cell have its value"},
+        [OBJECT] = {"object", "1", "line of the text `objects`, from 0"},
+        [TRIANGLE] = {"triangle", "1", "of the object's mesh; -1: of another shape"},
+        [END] = {"corner_end", "1", "rows of `corner` up to the facet's last"}};
+    struct rmap_grid_array array[COLUMNS + 1];
+    RMAP_TRY(reserve(cells, &of, err));
+    fill(image, &of);
+    for (int k = 0; k < COLUMNS; k++) {
+        array[k] = column[k];
+        array[k].rank = 1;
+        array[k].dims[0] = cells->n_facet;
+        array[k].data = of.column[k];
+    }
+    array[COLUMNS] = (struct rmap_grid_array){
+        "corner", length, "corners, facet by facet", 2, {cells->n_corner, 3}, of.corner};
     const struct rmap_grid_text text[] = {
         {"criterion", image->criterion ? image->criterion : "all"}, {"objects", of.names}};
-    const struct rmap_polygons polygons = {n, of.end, cells->corner, cells->scene->unit_m};
+    const struct rmap_polygons polygons = {cells->n_facet, of.end, cells->corner,
+                                           cells->scene->unit_m};
     st = rmap_output_is(path, ".vtp")
-             ? rmap_polygons_write(&polygons, array, OF_CELLS, text, 2, path, err)
-             : rmap_grid_write(array, ARRAYS, text, 2, path, err);
+             ? rmap_polygons_write(&polygons, array, END, text, 2, path, err)
+             : rmap_grid_write(array, COLUMNS + 1, text, 2, path, err);
 out:
     fini(&of);
     return st;

@@ -32,12 +32,12 @@ static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'source(sun)'"},
     RMAP_ASKED_OPTIONS,
     {"side", 0, "SIDE",
-     "light that comes from the object's front, its back, or both (default); the front of a closed "
-     "body is outside",
+     "light that arrives on the front of the surfaces (of closed bodies the outside), their back, "
+     "or both (default); pictures show that side alone",
      .words = "front back both"},
     {"cells", 0, "LENGTH",
-     "no edge longer than this, as '5 cm'; triangles: a mesh's own (default: 1/40 of the objects' "
-     "size)",
+     "about so long, as '5 cm': larger triangles are halved, those of half and less joined; or "
+     "triangles: a mesh's own (default: 1/40 of the objects' size)",
      .words = "triangles"},
     {"faces", 0, "F", "of meshes these faces alone, by number or name, as bottom or 0,2"},
     {"quantity", 0, "Q",
@@ -241,10 +241,13 @@ static enum rmap_status show(const struct rmap_context *context, struct request 
                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char title[RMAP_MAP_NAME_LEN + 200], name[RMAP_MAP_NAME_LEN];
+    char title[2 * RMAP_MAP_NAME_LEN + 64], name[RMAP_MAP_NAME_LEN], on[RMAP_MAP_NAME_LEN];
+    size_t len = 0;
+    for (size_t i = 0; i < request->n_name && len < sizeof on / 2; i++)
+        len += (size_t)snprintf(on + len, sizeof on - len, "%s%.100s", i > 0 ? ", " : "",
+                                request->name[i]);
     rmap_map_name(request->map_path, name);
-    (void)snprintf(title, sizeof title, "%.150s%s: %s%s in %s", request->name[0],
-                   request->n_name > 1 ? " ..." : "", image->quantity,
+    (void)snprintf(title, sizeof title, "%s: %s%s in %s", on, image->quantity,
                    request->out.what == RMAP_IRRADIANCE_ABSORBED ? " absorbed" : "", name);
     request->out.title = title;
     request->out.eye = request->has_eye ? request->eye : NULL;
@@ -320,10 +323,10 @@ const struct rmap_command rmap_command_irradiance = {
     .summary = "light on the surface of objects, in false colours",
     .operands = "MAP OBJECT... [--where CRITERION] [--cells LENGTH] [-o OUT]",
     .help =
-        "Cuts objects (groups, names with * and ?) into cells and tells of each the flux that\n"
-        "arrives and what of it is absorbed, per area, with standard errors: lx or W/m2. Cells\n"
-        "are the triangles of a mesh, those with long edges halved; rows along and around any\n"
-        "other shape:\n\n"
+        "Cuts objects (or groups, or names with * and ?) into cells and tells of each the flux\n"
+        "that arrives and what of it is absorbed, per area, with standard errors: lx or W/m2.\n"
+        "Cells are the triangles of a mesh, large ones halved and small ones joined; along and\n"
+        "around any other shape. With --where, of the matching rays alone:\n\n"
         "  raymap irradiance office.raymap floor 'desk*' --cells 10cm -o office.glb",
     .options = options,
     .min_operands = 2,
