@@ -19,13 +19,17 @@ static const double USUAL_PART = 1.0 / 40.0;
 /* Triangles with edges shorter than this part of that are joined. */
 static const double SMALL = 0.5;
 
+/* Cubes are numbered up to here. */
+static const double FARTHEST = 0x1p62;
+
 enum rmap_status rmap_irradiance_add_facet(struct rmap_irradiance_cells *self,
                                            const struct rmap_irradiance_facet *given,
                                            const struct rmap_vec3 *corner, struct rmap_error *err)
 {
     if (self->n_facet == RMAP_IRRADIANCE_CELLS_MAX)
         return rmap_error_set(err, RMAP_USAGE,
-                              "more than %u cells no longer than %.4g %s: ask for longer --cells",
+                              "more than %u triangles or cells of %.4g %s: ask for longer --cells, "
+                              "fewer objects or --faces",
                               RMAP_IRRADIANCE_CELLS_MAX, self->shape_length, self->scene->unit);
     enum rmap_status st = RMAP_RESERVE(self->facet, self->cap_facet, self->n_facet + 1, err);
     if (st == RMAP_OK)
@@ -73,7 +77,7 @@ static struct place place_of(const struct rmap_irradiance_cells *self, size_t in
     const double m[3] = {middle.x, middle.y, middle.z}, n[3] = {normal.x, normal.y, normal.z};
     int most = 0;
     for (int k = 0; k < 3; k++) {
-        place.cube[k] = (int64_t)floor(m[k] / self->length);
+        place.cube[k] = (int64_t)fmin(fmax(floor(m[k] / self->length), -FARTHEST), FARTHEST);
         most = fabs(n[k]) > fabs(n[most]) ? k : most;
     }
     place.side = 2 * most + (n[most] > 0.0);

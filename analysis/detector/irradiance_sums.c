@@ -159,8 +159,23 @@ static void add_end(struct rmap_irradiance_sums *sums, const struct arriving *li
     }
 }
 
+static enum rmap_status check_names(const struct arriving *light, struct rmap_error *err)
+{
+    const struct rmap_portion *portion = light->portion;
+    bool good = (uint32_t)portion->ray.source[light->ray] < light->scene->n_source;
+    for (uint32_t k = 0; k < portion->ray.segment_count[light->ray]; k++)
+        good =
+            good && portion->segment.object[light->segment + k] < (int64_t)light->scene->n_object;
+    return good ? RMAP_OK
+                : rmap_error_set(err, RMAP_FORMAT,
+                                 "damaged map: ray %" PRIu64
+                                 " has a source or an object that the scene has not",
+                                 portion->ray.id[light->ray]);
+}
+
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_irradiance_sums *sums = state;
     const struct rmap_portion *portion = rays->portion;
     struct arriving light = {.portion = portion,
@@ -169,20 +184,16 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
          light.segment += portion->ray.segment_count[light.ray++]) {
         if (rays->match && !rays->match[light.ray])
             continue;
-        for (uint32_t k = 0; k < portion->ray.segment_count[light.ray]; k++) {
-            if (portion->segment.object[light.segment + k] >= (int64_t)light.scene->n_object)
-                return rmap_error_set(err, RMAP_FORMAT,
-                                      "damaged map: segment %" PRIu32 " of ray %" PRIu64
-                                      " has an object that the scene has not",
-                                      k, portion->ray.id[light.ray]);
+        RMAP_TRY(check_names(&light, err));
+        for (uint32_t k = 0; k < portion->ray.segment_count[light.ray]; k++)
             add_end(sums, &light, k);
-        }
         for (int k = 0; k < RMAP_IRRADIANCE_PARTS; k++) {
             rmap_cell_sums_end_ray(&sums->cell[k], (size_t)portion->ray.source[light.ray]);
             rmap_cell_sums_end_ray(&sums->object[k], (size_t)portion->ray.source[light.ray]);
         }
     }
-    return RMAP_OK;
+out:
+    return st;
 }
 
 rmap_column_set rmap_irradiance_columns(const struct rmap_irradiance_ask *ask)

@@ -23,6 +23,7 @@
 #include "mpi/command/luminous.h"
 #include "mpi/command/map_name.h"
 #include "mpi/command/output.h"
+#include "mpi/command/overlay_load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"
 
@@ -31,6 +32,7 @@ enum { OPERANDS_MAX = 1000 };
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'source(sun)'"},
     RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
     {"side", 0, "SIDE",
      "light that arrives on the front of the surfaces (of closed bodies the outside), their back, "
      "or both (default); pictures show that side alone",
@@ -282,6 +284,7 @@ static enum rmap_status run_irradiance(const struct rmap_context *context,
 {
     struct request request;
     struct rmap_map *map = NULL;
+    struct rmap_overlay *overlay = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_irradiance_cells *cells = NULL;
@@ -291,15 +294,17 @@ static enum rmap_status run_irradiance(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
+    RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
     st = choose(&request, map, &cells, &ask, err);
     if (st == RMAP_OK && asked.n > 0)
-        st = rmap_asked_compile(context, &asked, 0, rmap_map_scene(map), &criterion, err);
+        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
     RMAP_TRY(rmap_agree(context, st, err));
     const struct rmap_fold fold = {.kind = &rmap_irradiance_kind,
                                    .context = &ask,
                                    .map = map,
                                    .criterion = criterion,
-                                   .columns = rmap_irradiance_columns(&ask)};
+                                   .columns = rmap_irradiance_columns(&ask),
+                                   .overlay = overlay};
     RMAP_TRY(sum_up(context, &fold, request.unit, &image, err));
     if (context->rank == 0) {
         const struct rmap_choice choice = {criterion, NULL};
@@ -314,6 +319,7 @@ out:
     rmap_irradiance_cells_destroy(cells);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);
+    rmap_overlay_destroy(overlay);
     rmap_map_close(map);
     return st;
 }
