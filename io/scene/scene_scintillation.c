@@ -49,15 +49,13 @@ static void read_birks(struct rmap_reader *reader, const struct rmap_yaml_node *
 }
 
 static void read_component(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           struct rmap_decay *decay)
+                           double *time_ns, double *share)
 {
-    decay->share = 1;
+    *share = 1;
     if (!rmap_reader_check_map(reader, node, "a component of 'decay'", "time share"))
         return;
-    (void)rmap_reader_number(reader, node, "time", RMAP_REQUIRED, &rmap_range_delay,
-                             &decay->time_ns);
-    (void)rmap_reader_number(reader, node, "share", RMAP_OPTIONAL, &rmap_range_positive,
-                             &decay->share);
+    (void)rmap_reader_number(reader, node, "time", RMAP_REQUIRED, &rmap_range_delay, time_ns);
+    (void)rmap_reader_number(reader, node, "share", RMAP_OPTIONAL, &rmap_range_positive, share);
 }
 
 /* A time, or a list of components. */
@@ -65,27 +63,28 @@ static void read_decay(struct rmap_reader *reader, const struct rmap_yaml_node *
                        struct rmap_scintillation *light)
 {
     const struct rmap_yaml_node *decay = rmap_yaml_get(node, "decay");
-    double sum = 0;
+    struct rmap_decay *its = &light->decay;
+    double share[RMAP_DECAY_MAX], sum = 0, below = 0;
     if (!decay)
         return;
     if (decay->kind != RMAP_YAML_LIST) {
-        light->n_decay = 1;
-        light->decay[0].share = 1;
+        its->n = 1;
+        its->below[0] = 1;
         (void)rmap_reader_number(reader, node, "decay", RMAP_REQUIRED, &rmap_range_delay,
-                                 &light->decay[0].time_ns);
+                                 &its->time_ns[0]);
         return;
     }
     if (decay->n_item < 1 || decay->n_item > RMAP_DECAY_MAX) {
         rmap_reader_error(reader, decay, "'decay' has 1 to %d components", RMAP_DECAY_MAX);
         return;
     }
-    light->n_decay = decay->n_item;
-    for (size_t i = 0; i < decay->n_item; i++) {
-        read_component(reader, decay->item[i].value, &light->decay[i]);
-        sum += light->decay[i].share;
+    its->n = decay->n_item;
+    for (size_t i = 0; i < its->n; i++) {
+        read_component(reader, decay->item[i].value, &its->time_ns[i], &share[i]);
+        sum += share[i];
     }
-    for (size_t i = 0; i < decay->n_item; i++)
-        light->decay[i].share /= sum;
+    for (size_t i = 0; i < its->n; i++)
+        its->below[i] = below += share[i] / sum;
 }
 
 void rmap_reader_scintillation(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -105,7 +104,7 @@ void rmap_reader_scintillation(struct rmap_reader *reader, const struct rmap_yam
     (void)rmap_reader_fill(reader, at, &rmap_scintillation_keys, 0, light);
     read_birks(reader, at, light);
     read_decay(reader, at, light);
-    if (light->rise_ns > 0 && light->n_decay == 0)
+    if (light->rise_ns > 0 && light->decay.n == 0)
         rmap_reader_error(reader, rmap_yaml_get(at, "rise"),
                           "'rise' is that of light that decays: give 'decay', too");
     rmap_reader_spectrum(reader, at, "spectrum", &spectrum);

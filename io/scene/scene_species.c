@@ -56,9 +56,9 @@ static void read_lifetimes(struct rmap_reader *reader, const struct rmap_yaml_no
     const struct rmap_yaml_node *list = rmap_yaml_get(node, "lifetime");
     const size_t n = list->kind == RMAP_YAML_LIST ? list->n_item : 1;
     double sum = 0.0;
-    if (n == 0 || n > RMAP_LIFETIMES_MAX) {
+    if (n == 0 || n > RMAP_DECAY_MAX) {
         rmap_reader_error(reader, list, "'lifetime' is one time, or a list of up to %d",
-                          RMAP_LIFETIMES_MAX);
+                          RMAP_DECAY_MAX);
         return;
     }
     for (size_t i = 0; i < n; i++) {
@@ -69,19 +69,20 @@ static void read_lifetimes(struct rmap_reader *reader, const struct rmap_yaml_no
                 rmap_reader_error(reader, at,
                                   "several lifetimes have shares, as in {time: 2 ns, "
                                   "share: 0.7}");
-            (void)rmap_reader_scalar(reader, at, "'lifetime'", &lifetime, &its->lifetime_ns[i]);
+            (void)rmap_reader_scalar(reader, at, "'lifetime'", &lifetime,
+                                     &its->lifetime.time_ns[i]);
         } else if (rmap_reader_check_map(reader, at, "a lifetime", "time share")) {
             (void)rmap_reader_number(reader, at, "time", RMAP_REQUIRED, &lifetime,
-                                     &its->lifetime_ns[i]);
+                                     &its->lifetime.time_ns[i]);
             (void)rmap_reader_number(reader, at, "share", RMAP_OPTIONAL, &rmap_range_share, &share);
         }
-        its->lifetime_below[i] = sum += share;
+        its->lifetime.below[i] = sum += share;
     }
     if (!(sum > 0.0))
         rmap_reader_error(reader, list, "the shares of the lifetimes sum to 0");
     for (size_t i = 0; i < n; i++)
-        its->lifetime_below[i] /= sum;
-    its->n_lifetime = (int)n;
+        its->lifetime.below[i] /= sum;
+    its->lifetime.n = n;
 }
 
 static void read_one(struct rmap_reader *reader, const struct rmap_yaml_node *node,

@@ -15,11 +15,7 @@ double rmap_scintillation_mean(const struct rmap_scintillation *medium, double e
 
 double rmap_scintillation_delay(const struct rmap_scintillation *medium, const double u[3])
 {
-    if (medium->n_decay == 0)
+    if (medium->decay.n == 0)
         return 0.0;
-    size_t k = 0;
-    for (double below = medium->decay[0].share; k + 1 < medium->n_decay && below <= u[0];)
-        below += medium->decay[++k].share;
-    return -(medium->decay[k].time_ns * rmap_portable_log(u[1]) +
-             medium->rise_ns * rmap_portable_log(u[2]));
+    return rmap_decay_delay(&medium->decay, u[0], u[1]) - medium->rise_ns * rmap_portable_log(u[2]);
 }

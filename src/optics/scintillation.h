@@ -7,9 +7,8 @@
 
 #include <stddef.h>
 
+#include "optics/decay.h"
 #include "optics/spectrum.h"
-
-#define RMAP_DECAY_MAX 8
 
 struct rmap_scintillation {
     double per_mev;    /* photons */
@@ -17,10 +16,7 @@ struct rmap_scintillation {
     double resolution; /* standard deviation of the number of photons over the root of its mean */
     double share[RMAP_CHANNEL_MAX]; /* of the photons, per channel; sums to 1 */
     double rise_ns;
-    size_t n_decay;
-    struct rmap_decay {
-        double time_ns, share; /* shares sum to 1 */
-    } decay[RMAP_DECAY_MAX];
+    struct rmap_decay decay;
 };
 
 /* Mean number of photons of a step: L dE / (1 + kB dE/dx) (Birks 1951,

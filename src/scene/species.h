@@ -9,9 +9,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "optics/decay.h"
 #include "optics/spectrum.h"
-
-enum { RMAP_LIFETIMES_MAX = 8 };
 
 struct rmap_species {
     char *name;
@@ -19,8 +18,7 @@ struct rmap_species {
     double yield[RMAP_CHANNEL_MAX];      /* photons given back per photon absorbed */
     double below[RMAP_CHANNEL_MAX];      /* share of them on this channel and those before it */
     bool redshift;                       /* at no shorter a wavelength than was absorbed */
-    int n_lifetime;
-    double lifetime_ns[RMAP_LIFETIMES_MAX], lifetime_below[RMAP_LIFETIMES_MAX]; /* sums of shares */
+    struct rmap_decay lifetime;
 };
 
 /* How flux is counted where wavelengths change. A ray's weight is its photons' worth over that at

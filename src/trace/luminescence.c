@@ -5,7 +5,6 @@
  */
 #include "trace/luminescence.h"
 
-#include "base/portable.h"
 #include "base/search.h"
 #include "formula/emit.h"
 
@@ -35,12 +34,9 @@ bool rmap_reemit(const struct rmap_medium *medium, int n_channel, const struct r
         left -= its->absorption[channel];
     if (its == end || !(u[1] < its->yield[channel]))
         return false;
-    *back = (struct rmap_reemission){.channel = emitted_on(its, n_channel, channel, u[2])};
-    if (its->n_lifetime > 0) {
-        const size_t k = rmap_first_above(its->lifetime_below, (size_t)its->n_lifetime,
-                                          u[1] / its->yield[channel]);
-        back->delay_ns = -its->lifetime_ns[k] * rmap_portable_log(u[3]);
-    }
+    *back = (struct rmap_reemission){
+        .channel = emitted_on(its, n_channel, channel, u[2]),
+        .delay_ns = rmap_decay_delay(&its->lifetime, u[1] / its->yield[channel], u[3])};
     return true;
 }
 

@@ -53,8 +53,7 @@ static struct rmap_scintillation *scintillate(struct rmap_scene *scene)
                                          .birks = 0.126,
                                          .resolution = 1,
                                          .rise_ns = 0.5,
-                                         .n_decay = 2,
-                                         .decay = {{2.1, 0.75}, {14, 0.25}}};
+                                         .decay = {2, {2.1, 14}, {0.75, 1}}};
     light->share[3] = 0.25;
     light->share[4] = 0.75;
     scene->medium[0].scintillation = light;
