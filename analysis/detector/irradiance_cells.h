@@ -61,7 +61,7 @@ struct rmap_irradiance_cells {
     struct rmap_vec3 *corner; /* in the world */
 };
 
-#define RMAP_IRRADIANCE_CELLS_MAX (1u << 24)
+#define RMAP_IRRADIANCE_CELLS_MAX (1u << 22)
 
 struct rmap_irradiance_choice {
     const uint8_t *object;   /* [n_object] 1: it takes part */

@@ -19,12 +19,6 @@ static const struct rmap_scene *scene_of(const struct rmap_irradiance_image *ima
     return image->cells->scene;
 }
 
-const char *rmap_irradiance_name(const struct rmap_irradiance_image *image,
-                                 enum rmap_irradiance_what what)
-{
-    return what == RMAP_IRRADIANCE_ARRIVING ? image->quantity : "absorbed";
-}
-
 static enum rmap_status reserve(struct rmap_irradiance_image *image, struct rmap_error *err)
 {
     const size_t n = image->cells->n_cell;

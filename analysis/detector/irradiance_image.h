@@ -42,10 +42,6 @@ enum rmap_status rmap_irradiance_image_create(const struct rmap_irradiance_sums 
                                               struct rmap_error *err) RMAP_MUST_USE;
 void rmap_irradiance_image_destroy(struct rmap_irradiance_image *image); /* NULL is fine */
 
-/* "irradiance", "absorbed irradiance" ...; names of numbers in files: "irradiance", "absorbed". */
-const char *rmap_irradiance_name(const struct rmap_irradiance_image *image,
-                                 enum rmap_irradiance_what what);
-
 /* Lines of "# key: value", then a row for every cell. */
 void rmap_irradiance_image_csv(const struct rmap_irradiance_image *image, FILE *out);
 

@@ -416,6 +416,16 @@ static enum rmap_status cells_mesh(const struct rmap_irradiance_cells *cells, si
     return RMAP_OK;
 }
 
+/* What is painted and no wall, or of one side, whose back nobody sees. */
+static bool stays_in_sight(const struct rmap_solid *canvas, size_t object)
+{
+    const struct rmap_scene *scene = canvas->scene;
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    return canvas->painted->side != RMAP_SIDE_BOTH ||
+           (geometry->kind == RMAP_GEOMETRY_SHAPE &&
+            rmap_shape_model[geometry->shape.type].revolved);
+}
+
 /* mesh: of its geometry, or of its cells, in the world. whole: of all objects, or of those that are
  * painted. */
 static enum rmap_status draw_object(const struct rmap_scene *scene, size_t object,
@@ -440,7 +450,7 @@ static enum rmap_status draw_object(const struct rmap_scene *scene, size_t objec
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
     for (size_t i = 0; i < mesh->n_vertex; i++)
         widen(&own, vertex_of(mesh, i, to_world));
-    body.encloses = encloses(&own, whole) && !(painted && canvas->painted->side != RMAP_SIDE_BOTH);
+    body.encloses = encloses(&own, whole) && !(painted && stays_in_sight(canvas, object));
     for (size_t i = 0; i < mesh->n_vertex; i++) {
         body.place[i] = rmap_view_place(frame->view, vertex_of(mesh, i, to_world));
         body.corner[i] = corner_of(canvas, body.place[i]);
