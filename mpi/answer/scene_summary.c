@@ -8,6 +8,7 @@
 
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "mpi/answer/lamp_sheet_out.h"
 #include "mpi/answer/medium_out.h"
 #include "mpi/answer/steps_out.h"
 #include "mpi/answer/surface_out.h"
@@ -112,6 +113,10 @@ static void print_lamp(const struct rmap_scene *scene, const struct rmap_source 
     if (source->shape == RMAP_EMITTER_BODY && lamp->body != RMAP_LAMP_POINT)
         fprintf(out, " of %.4g x %.4g x %.4g %s", lamp->size[0], lamp->size[1], lamp->size[2],
                 scene->unit);
+    struct rmap_lamp_sheet sheet;
+    rmap_lamp_sheet_of(scene, source, NULL, &sheet);
+    fputs(", ", out);
+    rmap_lamp_sheet_line(&sheet, out);
 }
 
 /* Its pole, what it is, and where its light comes in. */
@@ -348,6 +353,24 @@ static json_t *gradients_json(const struct rmap_scene *scene)
     return list;
 }
 
+/* NULL: the scene has no lamps. */
+static json_t *lamps_json(const struct rmap_scene *scene)
+{
+    json_t *list = NULL;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        struct rmap_lamp_sheet sheet;
+        if (!scene->source[s].lamp)
+            continue;
+        rmap_lamp_sheet_of(scene, &scene->source[s], NULL, &sheet);
+        json_t *lamp = rmap_lamp_sheet_json(&sheet, false);
+        if (lamp)
+            (void)json_object_set_new(lamp, "source", json_string(scene->source[s].name));
+        list = list ? list : json_array();
+        (void)json_array_append_new(list, lamp);
+    }
+    return list;
+}
+
 json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
 {
     struct box box = bounds(scene);
@@ -355,19 +378,19 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
-                     "s:I, s:o, s:o, s:o*}",
-                     "units", scene->unit, "light", light_json(scene), "media",
-                     names_json(scene, scene->n_medium, name_medium), "turbid",
-                     rmap_turbid_json(scene), "gradients", gradients_json(scene), "films",
-                     rmap_films_json(scene), "scatter", rmap_scatters_json(scene), "surfaces",
-                     names_json(scene, scene->n_surface, name_surface), "geometries",
-                     names_json(scene, scene->n_geometry, name_geometry), "objects",
-                     names_json(scene, scene->n_object, name_object), "groups",
-                     names_json(scene, scene->n_group, name_group), "sources",
-                     names_json(scene, scene->n_source, name_source), "detectors",
-                     names_json(scene, scene->n_detector, name_detector), "cameras",
-                     names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene),
-                     "triangles", (json_int_t)triangles(scene), "box", extent, "indices",
-                     indices_json(scene), "steps", rmap_steps_json(scene));
+    return json_pack(
+        "{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, "
+        "s:I, s:o, s:o, s:o*, s:o*}",
+        "units", scene->unit, "light", light_json(scene), "media",
+        names_json(scene, scene->n_medium, name_medium), "turbid", rmap_turbid_json(scene),
+        "gradients", gradients_json(scene), "films", rmap_films_json(scene), "scatter",
+        rmap_scatters_json(scene), "surfaces", names_json(scene, scene->n_surface, name_surface),
+        "geometries", names_json(scene, scene->n_geometry, name_geometry), "objects",
+        names_json(scene, scene->n_object, name_object), "groups",
+        names_json(scene, scene->n_group, name_group), "sources",
+        names_json(scene, scene->n_source, name_source), "detectors",
+        names_json(scene, scene->n_detector, name_detector), "cameras",
+        names_json(scene, scene->n_camera, name_camera), "lenses", lenses_json(scene), "triangles",
+        (json_int_t)triangles(scene), "box", extent, "indices", indices_json(scene), "steps",
+        rmap_steps_json(scene), "lamps", lamps_json(scene));
 }

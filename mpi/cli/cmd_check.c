@@ -4,6 +4,7 @@
  */
 #include <stdio.h>
 
+#include "mpi/answer/lamp_sheet_out.h"
 #include "mpi/answer/scene_between.h"
 #include "mpi/answer/scene_schema.h"
 #include "mpi/answer/scene_summary.h"
@@ -28,6 +29,11 @@ static const struct rmap_option options[] = {
     {"surface", 0, "NAME", "show what a surface makes of light, over angle and wavelength"},
     {"plot", 0, "OUT", "draw that: .svg or .png", "surface"},
     {"force", 'f', NULL, "replace OUT", "plot"},
+    {"lamp", 0, "NAME",
+     "a lamp's data sheet: intensities at C-planes and gammas, cd/klm, beam and field angle, and "
+     "its "
+     "table of glare (UGR)"},
+    RMAP_LAMP_SHEET_OPTIONS("lamp"),
     {"schema", 0, NULL,
      "print the JSON Schema of scene files, by which editors complete their keys"},
     RMAP_SCENE_OPTIONS,
@@ -36,7 +42,8 @@ static const struct rmap_option options[] = {
 static const char *const pictures[] = {".svg", ".png", NULL};
 
 struct checked {
-    const char *path, *surface, *plot;
+    const char *path, *surface, *plot, *lamp;
+    struct rmap_lamp_sheet_ask sheet;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_diagnostics diagnostics;
@@ -84,7 +91,7 @@ static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
 static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct checked *checked,
                                      const struct rmap_surface_question *asked,
-                                     struct rmap_error *err)
+                                     const struct rmap_source *lamp, struct rmap_error *err)
 {
     rmap_diagnostics_print(&checked->diagnostics, stderr);
     if (context->json) {
@@ -100,6 +107,9 @@ static enum rmap_status print_result(const struct rmap_context *context,
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
         if (asked)
             (void)json_object_set_new(document, "surface", rmap_surface_json(asked));
+        if (lamp)
+            (void)json_object_set_new(document, "lamp",
+                                      rmap_lamp_out_json(checked->scene, lamp, &checked->sheet));
         return rmap_json_print(document, stdout, err);
     }
     if (checked->scene && !context->quiet) {
@@ -108,7 +118,7 @@ static enum rmap_status print_result(const struct rmap_context *context,
     }
     if (asked)
         rmap_surface_print(asked, stdout);
-    return RMAP_OK;
+    return lamp ? rmap_lamp_out_print(checked->scene, lamp, &checked->sheet, stdout, err) : RMAP_OK;
 }
 
 /* n_warning: of the reading of the scene. */
@@ -128,6 +138,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_surface_question question, *asked = NULL;
+    const struct rmap_source *lamp = NULL;
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
     const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
@@ -146,9 +157,11 @@ static enum rmap_status check_scene(const struct rmap_context *context,
         RMAP_TRY(rmap_surface_ask(checked->scene, checked->surface, &question, err));
         asked = &question;
     }
+    if (st == RMAP_OK && checked->lamp)
+        RMAP_TRY(rmap_find_lamp(checked->scene, checked->lamp, &lamp, err));
     if (asked && checked->plot)
         RMAP_TRY(draw(checked, n_warning, asked, err));
-    RMAP_TRY(print_result(context, checked, asked, err));
+    RMAP_TRY(print_result(context, checked, asked, lamp, err));
     if (checked->diagnostics.n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s: %zu error%s", checked->path,
                             checked->diagnostics.n_error,
@@ -174,7 +187,8 @@ static enum rmap_status run_check(const struct rmap_context *context,
     struct rmap_scene_options scene_options = {0};
     struct checked checked = {.path = given->operand[0],
                               .surface = rmap_argument(given, "surface"),
-                              .plot = rmap_argument(given, "plot")};
+                              .plot = rmap_argument(given, "plot"),
+                              .lamp = rmap_argument(given, "lamp")};
     rmap_diagnostics_init(&checked.diagnostics, checked.path);
     enum rmap_status st = RMAP_OK;
     const bool schema = rmap_argument(given, "schema") != NULL;
@@ -193,6 +207,8 @@ static enum rmap_status run_check(const struct rmap_context *context,
     st = rmap_argument_count(given, "seed", &seed, err);
     if (st == RMAP_OK)
         st = rmap_scene_options_read(given, &scene_options, err);
+    if (st == RMAP_OK)
+        st = rmap_lamp_sheet_ask(given, &checked.sheet, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (context->rank == 0)
         st = check_scene(context, &scene_options, seed, &checked, err);
@@ -200,6 +216,7 @@ static enum rmap_status run_check(const struct rmap_context *context,
 out:
     rmap_diagnostics_fini(&checked.diagnostics);
     rmap_scene_options_fini(&scene_options);
+    rmap_lamp_sheet_ask_fini(&checked.sheet);
     rmap_scene_destroy(checked.scene);
     rmap_bundle_destroy(checked.bundle);
     return st;

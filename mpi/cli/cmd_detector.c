@@ -17,6 +17,7 @@
 #include "io/file/diagnostics.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/detector_out.h"
+#include "mpi/answer/lamp_sheet_out.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/dim.h"
@@ -63,6 +64,10 @@ static const struct rmap_option options[] = {
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"by", 0, "source", "registrations and flux of each source", .words = "source"},
     RMAP_DIM_OPTIONS,
+    {"photometry", 0, NULL,
+     "of an intensity grid: intensities at exact C-planes and gammas, cd/klm, beam and field "
+     "angle"},
+    RMAP_LAMP_SHEET_OPTIONS("photometry"),
     {"table", 0, NULL,
      "the values as a table, as lighting programs print them: also in JSON, and in OUT.csv"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
@@ -92,6 +97,8 @@ struct request {
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */
     double *level;         /* of isolines, or NULL */
+    bool photometry;
+    struct rmap_lamp_sheet_ask sheet;
     struct rmap_figure_detector figure;
 };
 
@@ -156,7 +163,9 @@ static enum rmap_status read_spot(const struct rmap_arguments *given, struct req
     return rmap_output_check(request->plot_path, suffixes, request->force, err);
 }
 
-/* Their cells are centred on the angles of the file. */
+static const char lamp_maker[] = "a lamp maker's file";
+
+/* Their cells are centred on the angles of the file, as are those of --photometry. */
 static enum rmap_status read_lamp_files(const struct rmap_arguments *given, struct request *request,
                                         struct rmap_error *err)
 {
@@ -165,21 +174,23 @@ static enum rmap_status read_lamp_files(const struct rmap_arguments *given, stru
     for (size_t i = 0; i < request->n_output; i++)
         n += rmap_detector_is_lamp_file(request->output[i]);
     request->lamp_file = n > 0;
-    if (n == 0)
+    const char *what = n > 0 ? lamp_maker : "--photometry";
+    if (n == 0 && !request->photometry)
         return RMAP_OK;
     if (n < request->n_output || request->plot_path)
         return rmap_error_set(err, RMAP_USAGE,
-                              "a lamp maker's file has cells of its own, about its angles: write "
-                              "pictures and numbers by another command");
+                              "%s has cells of its own, about its angles: write pictures and "
+                              "numbers by another command",
+                              what);
     for (size_t i = 0; i < sizeof other / sizeof *other; i++)
         if (rmap_argument(given, other[i]))
-            return rmap_error_set(err, RMAP_USAGE,
-                                  "a lamp maker's file is of all directions, in cd: leave --%s out",
-                                  other[i]);
+            return rmap_error_set(err, RMAP_USAGE, "%s is of all directions, in cd: leave --%s out",
+                                  what, other[i]);
     return request->auto_cells
                ? rmap_error_set(err, RMAP_USAGE,
-                                "--cells auto: of a lamp maker's file say how many steps of gamma "
-                                "and planes C, as --cells 36x24")
+                                "--cells auto: of %s say how many steps of gamma and planes C, as "
+                                "--cells 36x24",
+                                what)
                : RMAP_OK;
 }
 
@@ -197,6 +208,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .force = rmap_argument(given, "force") != NULL,
         .by_source = by != NULL,
         .table = rmap_argument(given, "table") != NULL,
+        .photometry = rmap_argument(given, "photometry") != NULL,
         .world = frame && strcmp(frame, "world") == 0,
     };
     request->figure = (struct rmap_figure_detector){
@@ -232,6 +244,8 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     if (st == RMAP_OK)
         st = rmap_argument_numbers(given, "levels", &request->level, &request->figure.n_level, err);
     request->figure.level = request->level;
+    if (st == RMAP_OK)
+        st = rmap_lamp_sheet_ask(given, &request->sheet, err);
     return st;
 }
 
@@ -284,6 +298,8 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
             rmap_spot_json(answer->spot, document);
         if (document && request->table)
             rmap_lux_table_json(image, document);
+        if (document && request->photometry && image->registrations > 0.0)
+            RMAP_TRY(rmap_photometry_out(image, &request->sheet, document, err));
         rmap_json_add_part(document, image->part);
         return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
@@ -297,13 +313,15 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         RMAP_TRY(rmap_detector_image_print_sources(image, stdout, err));
     if (request->table)
         RMAP_TRY(rmap_lux_table_print(image, stdout, err));
+    if (request->photometry && image->registrations > 0.0)
+        RMAP_TRY(rmap_photometry_out(image, &request->sheet, NULL, err));
     if (answer->spot)
         rmap_spot_print(answer->spot, stdout);
 out:
     return st;
 }
 
-enum { FREQUENCIES = 51, FINER = 8 };
+enum { FREQUENCIES = 51, FINER = 8, TABLE_MOST = 100000 };
 
 /* A round number. */
 static double round_above(double x)
@@ -461,27 +479,27 @@ static enum rmap_status ask_weighed(const struct rmap_detector *detector,
                : RMAP_OK;
 }
 
-/* For a lamp maker's file. */
-static enum rmap_status ask_far_field(const struct rmap_scene *scene, struct rmap_detector_ask *ask,
-                                      struct rmap_error *err)
+/* For a lamp maker's file, or data sheet. */
+static enum rmap_status ask_far_field(const struct rmap_scene *scene, bool file,
+                                      struct rmap_detector_ask *ask, struct rmap_error *err)
 {
     const struct rmap_detector *detector = &scene->detector[ask->detector];
+    const char *what = file ? lamp_maker : "--photometry";
     const uint32_t n[2] = {ask->bins.n[0], ask->bins.n[1]};
     if (detector->type != RMAP_DETECTOR_INTENSITY || ask->bins.quantity != RMAP_PER_SOLID_ANGLE)
         return rmap_error_set(
-            err, RMAP_USAGE, "a lamp maker's file has intensities: '%.60s' is %s", detector->name,
+            err, RMAP_USAGE, "%s has intensities: '%.60s' is %s", what, detector->name,
             detector->type == RMAP_DETECTOR_INTENSITY ? "asked for another quantity"
                                                       : "no intensity grid (type: intensity)");
-    if (scene->flux_unit != RMAP_FLUX_LM)
+    if (file && scene->flux_unit != RMAP_FLUX_LM)
         return rmap_error_set(err, RMAP_INPUT,
                               "a lamp maker's file has candelas, and the sources are in W: give "
                               "their flux in lm, and trace anew");
     if (n[0] > RMAP_LAMP_STEPS_MAX || n[1] > RMAP_LAMP_STEPS_MAX)
         return rmap_error_set(
             err, RMAP_USAGE,
-            "%u x %u cells: a lamp maker's file has at most %d steps of gamma and "
-            "planes C: --cells 90x72",
-            n[0], n[1], RMAP_LAMP_STEPS_MAX);
+            "%u x %u cells: %s has at most %d steps of gamma and planes C: --cells 90x72", n[0],
+            n[1], what, RMAP_LAMP_STEPS_MAX);
     ask->bins.stored = false;
     rmap_far_field_cells(n, ask->bins.n);
     return RMAP_OK;
@@ -510,8 +528,13 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
                               request->table ? "--table" : "--cells en12464");
     if (request->grid)
         rmap_lux_grid_bins(&ask->bins);
-    if (request->lamp_file)
-        RMAP_TRY(ask_far_field(scene, ask, err));
+    if (request->table && (uint64_t)ask->bins.n[0] * ask->bins.n[1] > TABLE_MOST)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--table: %u x %u values, and %d are the most: --cells en12464, or "
+                              "fewer",
+                              ask->bins.n[0], ask->bins.n[1], TABLE_MOST);
+    if (request->lamp_file || request->photometry)
+        RMAP_TRY(ask_far_field(scene, request->lamp_file, ask, err));
     if (request->world && ask->bins.directions)
         return rmap_error_set(err, RMAP_USAGE,
                               "--frame world: cells over directions have no place in the world");
@@ -688,6 +711,7 @@ out:
     rmap_until_fini(&request.until);
     rmap_free(request.output);
     rmap_free(request.level);
+    rmap_lamp_sheet_ask_fini(&request.sheet);
     rmap_spot_destroy(answer.spot);
     rmap_detector_image_destroy(answer.image);
     rmap_which_destroy(selected.which);

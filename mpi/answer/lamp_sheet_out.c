@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Data sheets of luminaires, on a command line and in a document.
+ */
+#include "mpi/answer/lamp_sheet_out.h"
+
+#include <string.h>
+
+#include "analysis/detector/far_field.h"
+#include "analysis/photometry/ugr_table.h"
+#include "base/alloc.h"
+#include "io/file/diagnostics.h"
+#include "mpi/command/argument_numbers.h"
+#include "mpi/command/balance.h"
+
+enum { LIST_MOST = 721 };
+
+enum rmap_status rmap_lamp_sheet_ask(const struct rmap_arguments *given,
+                                     struct rmap_lamp_sheet_ask *ask, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *ask = (struct rmap_lamp_sheet_ask){.n_c = 0};
+    RMAP_TRY(rmap_argument_numbers(given, "planes", &ask->c_deg, &ask->n_c, err));
+    RMAP_TRY(rmap_argument_numbers(given, "gammas", &ask->gamma_deg, &ask->n_gamma, err));
+    for (size_t i = 0; i < ask->n_gamma && st == RMAP_OK; i++)
+        if (!(ask->gamma_deg[i] >= 0.0 && ask->gamma_deg[i] <= 180.0))
+            st = rmap_error_set(err, RMAP_USAGE, "--gammas: %g is no angle from 0 to 180",
+                                ask->gamma_deg[i]);
+    if (ask->n_c > LIST_MOST || ask->n_gamma > LIST_MOST)
+        st = rmap_error_set(err, RMAP_USAGE, "%d planes or gammas are the most", LIST_MOST);
+out:
+    return st;
+}
+
+void rmap_lamp_sheet_ask_fini(struct rmap_lamp_sheet_ask *ask)
+{
+    rmap_free(ask->c_deg);
+    rmap_free(ask->gamma_deg);
+}
+
+enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *name,
+                                const struct rmap_source **source_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_INPUT;
+    size_t n = 0;
+    const char **known = rmap_alloc(scene->n_source + 1, sizeof *known);
+    if (!known)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the lamps' names");
+    for (size_t s = 0; s < scene->n_source && st != RMAP_OK; s++) {
+        if (!scene->source[s].lamp)
+            continue;
+        known[n++] = scene->source[s].name;
+        if (strcmp(scene->source[s].name, name) != 0)
+            continue;
+        *source_ret = &scene->source[s];
+        st = RMAP_OK;
+    }
+    const char *nearest = st == RMAP_OK ? NULL : rmap_nearest_word(name, known, n);
+    if (st != RMAP_OK && n == 0)
+        (void)rmap_error_set(err, st, "no source of this scene is by a lamp maker's file");
+    else if (st != RMAP_OK)
+        (void)rmap_error_set(err, st, "no lamp named '%.60s' in this scene (did you mean '%.60s'?)",
+                             name, nearest ? nearest : known[0]);
+    rmap_free(known);
+    return st;
+}
+
+void rmap_lamp_sheet_of(const struct rmap_scene *scene, const struct rmap_source *source,
+                        const struct rmap_lamp_sheet_ask *ask, struct rmap_lamp_sheet *sheet)
+{
+    *sheet = (struct rmap_lamp_sheet){.lamp = source->lamp,
+                                      .flux = source->flux,
+                                      .flux_unit = rmap_flux_unit_text(scene),
+                                      .unit = scene->flux_unit == RMAP_FLUX_LM ? "cd" : "W/sr"};
+    if (!ask)
+        return;
+    sheet->c_deg = ask->c_deg;
+    sheet->n_c = ask->n_c;
+    sheet->gamma_deg = ask->gamma_deg;
+    sheet->n_gamma = ask->n_gamma;
+}
+
+/* Whether it has one. */
+static bool find_table(const struct rmap_scene *scene, const struct rmap_source *source,
+                       struct rmap_ugr_table *table)
+{
+    return scene->flux_unit == RMAP_FLUX_LM && source->type == RMAP_SOURCE_LAMP &&
+           source->shape == RMAP_EMITTER_BODY &&
+           rmap_ugr_table_find(source->lamp, source->flux, scene->unit_m, table);
+}
+
+enum rmap_status rmap_lamp_out_print(const struct rmap_scene *scene,
+                                     const struct rmap_source *source,
+                                     const struct rmap_lamp_sheet_ask *ask, FILE *out,
+                                     struct rmap_error *err)
+{
+    struct rmap_lamp_sheet sheet;
+    struct rmap_ugr_table table;
+    rmap_lamp_sheet_of(scene, source, ask, &sheet);
+    fprintf(out, "\n%s: %.6g %s\n", source->name, sheet.flux, sheet.flux_unit);
+    const enum rmap_status st = rmap_lamp_sheet_print(&sheet, out, err);
+    if (st != RMAP_OK)
+        return st;
+    fputc('\n', out);
+    if (find_table(scene, source, &table))
+        rmap_ugr_table_print(&table, out);
+    else
+        fprintf(out, "UGR: none, as the lamp has no luminous opening, or its flux is in W\n");
+    return RMAP_OK;
+}
+
+json_t *rmap_lamp_out_json(const struct rmap_scene *scene, const struct rmap_source *source,
+                           const struct rmap_lamp_sheet_ask *ask)
+{
+    struct rmap_lamp_sheet sheet;
+    struct rmap_ugr_table table;
+    rmap_lamp_sheet_of(scene, source, ask, &sheet);
+    json_t *document = rmap_lamp_sheet_json(&sheet, true);
+    if (document)
+        (void)json_object_set_new(document, "source", json_string(source->name));
+    if (document && find_table(scene, source, &table))
+        (void)json_object_set_new(document, "ugr", rmap_ugr_table_json(&table));
+    return document;
+}
+
+enum rmap_status rmap_photometry_out(const struct rmap_detector_image *image,
+                                     const struct rmap_lamp_sheet_ask *ask, json_t *document,
+                                     struct rmap_error *err)
+{
+    struct rmap_lamp_file file = {.n_around = 0};
+    struct rmap_lamp lamp = {.n_around = 0};
+    enum rmap_status st = rmap_far_field_fit(image, &file, err);
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_lamp_init(file.around_deg, file.n_around, file.polar_deg, file.n_polar,
+                            file.candela, &lamp, err));
+    lamp.axis[0] = rmap_vec3(1, 0, 0);
+    lamp.axis[1] = rmap_vec3(0, -1, 0);
+    lamp.axis[2] = rmap_vec3(0, 0, 1);
+    const struct rmap_lamp_sheet sheet = {.lamp = &lamp,
+                                          .flux = lamp.flux,
+                                          .flux_unit = image->flux_unit,
+                                          .unit = image->unit,
+                                          .c_deg = ask->c_deg,
+                                          .gamma_deg = ask->gamma_deg,
+                                          .n_c = ask->n_c,
+                                          .n_gamma = ask->n_gamma};
+    if (document) {
+        (void)json_object_set_new(document, "photometry", rmap_lamp_sheet_json(&sheet, true));
+    } else {
+        putchar('\n');
+        st = rmap_lamp_sheet_print(&sheet, stdout, err);
+    }
+out:
+    rmap_lamp_fini(&lamp);
+    rmap_lamp_file_fini(&file);
+    return st;
+}
