@@ -164,7 +164,10 @@ static enum rmap_status lit_quantile(const struct picture *picture, double part,
 
 static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
 {
-    enum rmap_status st = lit_quantile(picture, 1.0 - BRIGHTEST_PART, &picture->white, err);
+    enum rmap_status st = RMAP_OK;
+    picture->white = picture->options->white;
+    if (!(picture->white > 0.0))
+        st = lit_quantile(picture, 1.0 - BRIGHTEST_PART, &picture->white, err);
     if (!(picture->white > 0.0))
         picture->white = 1.0;
     return st;

@@ -17,6 +17,7 @@ enum rmap_figure_scale { RMAP_SCALE_AUTO, RMAP_SCALE_LINEAR, RMAP_SCALE_LOGARITH
 struct rmap_figure_detector {
     const char *criterion; /* NULL: all rays */
     bool true_colour;      /* the image must have rgb */
+    double white;          /* in true colour the value shown as white; 0: chosen */
     enum rmap_figure_scale scale;
     const char *sums;      /* what is said in place of registrations and flux; NULL: these */
     bool isolines, values; /* over the image; values: RMAP_USAGE where cells are too small */
