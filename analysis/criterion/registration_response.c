@@ -7,18 +7,6 @@
 #include "analysis/criterion/registration_angle.h"
 #include "base/rng.h"
 
-/* Luminance of a source's own light: what its lm are the measure of. */
-static double luminance_of(const struct rmap_scene *scene, const struct rmap_response *response,
-                           int32_t source)
-{
-    double sum = 0.0;
-    if (source < 0 || (size_t)source >= scene->n_source)
-        return 1.0;
-    for (int c = 0; c < response->n_channel; c++)
-        sum += response->value[c] * scene->source[source].colour[c];
-    return sum > 0.0 ? sum : 1.0;
-}
-
 /* share: of light with these, NULL: with those stored. */
 static double respond(const struct rmap_scene *scene, const struct rmap_portion *portion,
                       const struct rmap_registration_place *place, const uint16_t *share)
@@ -38,10 +26,7 @@ static double respond(const struct rmap_scene *scene, const struct rmap_portion 
         response->n_angle > 1
             ? rmap_registration_angle(detector, portion->registration.direction + 3 * place->row)
             : 0.0;
-    const double value = rmap_response_at(response, share, angle);
-    return response->luminance
-               ? value / luminance_of(scene, response, portion->ray.source[place->ray])
-               : value;
+    return rmap_response_at(response, share, angle);
 }
 
 double rmap_registration_response(const struct rmap_scene *scene,

@@ -29,42 +29,25 @@ static void name_units(struct rmap_detector_image *image, const struct rmap_dete
         image->quantity = "daylight factor";
 }
 
-/* Flux of one source's sums, and its part of the variance. */
-static void add_flux(const struct rmap_map *map, size_t source, double w, double w2, double *flux,
-                     double *variance)
-{
-    *flux += rmap_map_flux(map, source, w);
-    *variance += rmap_flux_variance_if_rays(rmap_map_flux_per_weight(map)[source],
-                                            rmap_map_emitted(map)[source], w, w2);
-}
-
 /* Sources of an image, [first, last). */
 struct sources {
     size_t first, last;
 };
 
-/* Cell c of a channel, or behind the cells its total: flux and standard error. */
-static void channel_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                          struct sources of, size_t channel, size_t c, double *value, double *error)
+/* What is seen of all light, where not all of it counts alike. */
+static void seen_value(const struct rmap_detector_sums *sums, struct sources of, size_t c,
+                       double *value, double *error)
 {
-    double variance = 0.0;
-    *value = 0.0;
-    for (size_t s = of.first; s < of.last; s++) {
-        const uint64_t *share =
-            sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
-        add_flux(map, s, (double)share[0] / RMAP_SHARE_UNIT,
-                 (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
-    }
-    *value *= sums->seen_unit;
-    *error = rmap_flux_error(variance) * sums->seen_unit;
+    if (sums->n_seen)
+        rmap_detector_sums_channel(sums, of.first, of.last, sums->n_spectral, c, value, error);
 }
 
-/* What is seen of all light, where not all of it counts alike. */
-static void seen_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                       struct sources of, size_t c, double *value, double *error)
+/* What a part of a flux's colour is in the unit of values: of W that are told in lm, lm/W. */
+static double colour_unit(const struct rmap_detector_ask *ask)
 {
-    if (sums->n_channel > sums->n_spectral)
-        channel_value(map, sums, of, sums->n_spectral, c, value, error);
+    return rmap_detector_ask_lumens(ask) && rmap_map_scene(ask->map)->flux_unit == RMAP_FLUX_W
+               ? RMAP_LUMENS_PER_WATT
+               : 1.0;
 }
 
 static void fill_cells(struct rmap_detector_image *image, const struct rmap_map *map,
@@ -74,18 +57,20 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
         double flux = 0.0, variance = 0.0;
         for (size_t s = 0; s < sums->n_source; s++) {
             const double *w = sums->weight + s * sums->n_cell + c;
-            add_flux(map, s, w[0], w[sums->n_source * sums->n_cell], &flux, &variance);
+            rmap_detector_sums_add_flux(map, s, w[0], w[sums->n_source * sums->n_cell], &flux,
+                                        &variance);
             image->rays[c] += w[0];
         }
         uint32_t i = (uint32_t)(c % image->n[0]);
         double extent = rmap_detector_bins_extent(&image->bins, i),
                error = rmap_flux_error(variance);
-        seen_value(map, sums, (struct sources){0, sums->n_source}, c, &flux, &error);
+        seen_value(sums, (struct sources){0, sums->n_source}, c, &flux, &error);
         image->value[c] = flux / extent;
         image->standard_error[c] = error / extent;
         image->registrations += image->rays[c];
         for (size_t k = 0; k < 3 && sums->n_colour; k++)
-            image->rgb[3 * c + k] = (double)sums->colour[3 * c + k] * sums->quantum / extent;
+            image->rgb[3 * c + k] =
+                (double)sums->colour[3 * c + k] * sums->quantum * colour_unit(&sums->ask) / extent;
         if (sums->n_colour && image->scene->channels.mode == RMAP_COLOUR_SPECTRAL)
             rmap_xyz_to_rgb(
                 (const double[3]){image->rgb[3 * c], image->rgb[3 * c + 1], image->rgb[3 * c + 2]},
@@ -122,9 +107,10 @@ static void total_of(const struct rmap_map *map, const struct rmap_detector_sums
     double variance = 0.0;
     *total = (struct rmap_detector_share){0.0, 0.0, 0.0};
     for (size_t s = of.first; s < of.last; s++)
-        add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &total->flux, &variance);
+        rmap_detector_sums_add_flux(map, s, sums->total[s], sums->total[sums->n_source + s],
+                                    &total->flux, &variance);
     total->flux_error = rmap_flux_error(variance);
-    seen_value(map, sums, of, sums->n_cell, &total->flux, &total->flux_error);
+    seen_value(sums, of, sums->n_cell, &total->flux, &total->flux_error);
 }
 
 static void fill_totals(struct rmap_detector_image *image, const struct rmap_map *map,
@@ -149,11 +135,23 @@ static void fill_totals(struct rmap_detector_image *image, const struct rmap_map
     fill_centroid(image, map, sums);
 }
 
-static enum rmap_status fill_channels(struct rmap_detector_image *image, const struct rmap_map *map,
+/* A channel's flux in a cell, or in all: of sums for `xyz`, which are of light as it arrives, as
+ * the response has it. */
+static void channel_value(const struct rmap_detector_sums *sums, size_t channel, size_t c,
+                          double *value, double *error)
+{
+    const struct rmap_detector_ask *ask = &sums->ask;
+    const double seen =
+        ask->xyz && ask->weighed ? ask->bins.detector->response->value[channel] : 1.0;
+    rmap_detector_sums_channel(sums, 0, sums->n_source, channel, c, value, error);
+    *value *= seen;
+    *error *= seen;
+}
+
+static enum rmap_status fill_channels(struct rmap_detector_image *image,
                                       const struct rmap_detector_sums *sums, struct rmap_error *err)
 {
-    const size_t n = sums->n_cell, n_channel = sums->n_spectral;
-    const struct sources all = {0, sums->n_source};
+    const size_t n = sums->n_cell, n_channel = sums->ask.channels ? sums->n_spectral : 0;
     if (n_channel == 0)
         return RMAP_OK;
     image->n_channel = n_channel;
@@ -166,12 +164,11 @@ static enum rmap_status fill_channels(struct rmap_detector_image *image, const s
     for (size_t k = 0; k < n_channel; k++) {
         for (size_t c = 0; c < n; c++) {
             double extent = rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
-            channel_value(map, sums, all, k, c, &image->cube[k * n + c],
-                          &image->cube_error[k * n + c]);
+            channel_value(sums, k, c, &image->cube[k * n + c], &image->cube_error[k * n + c]);
             image->cube[k * n + c] /= extent;
             image->cube_error[k * n + c] /= extent;
         }
-        channel_value(map, sums, all, k, n, &image->channel_flux[k], &image->channel_flux_error[k]);
+        channel_value(sums, k, n, &image->channel_flux[k], &image->channel_flux_error[k]);
     }
     return RMAP_OK;
 }
@@ -226,7 +223,9 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
     rmap_map_dim_text(map, image->dimmed);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
-    RMAP_TRY(fill_channels(image, map, sums, err));
+    RMAP_TRY(fill_channels(image, sums, err));
+    if (sums->ask.xyz)
+        RMAP_TRY(rmap_detector_colour_create(sums, &image->colour, err));
     if (sums->ask.unit)
         change_unit(image, sums->ask.unit->size, sums->n_colour);
     *image_ret = image;
@@ -256,6 +255,7 @@ void rmap_detector_image_destroy(struct rmap_detector_image *image)
     rmap_free(image->rays);
     rmap_free(image->source);
     rmap_free(image->uniformity);
+    rmap_detector_colour_destroy(image->colour);
     rmap_free(image->rgb);
     rmap_free(image->cube);
     rmap_free(image->cube_error);
@@ -320,6 +320,8 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
         rmap_detector_image_channel(image, k, channel);
         fprintf(out, ",value at %s,standard_error at %s", channel, channel);
     }
+    for (int k = 0; k < RMAP_COLOUR_NUMBERS && image->colour; k++)
+        fprintf(out, ",%s", rmap_colour_number[k]);
     fputc('\n', out);
     for (uint32_t j = 0; j < image->n[1]; j++)
         for (uint32_t i = 0; i < image->n[0]; i++) {
@@ -338,6 +340,8 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
                 rmap_csv_put_estimate(image->cube[k * image->n[0] * image->n[1] + c],
                                       image->cube_error[k * image->n[0] * image->n[1] + c], out);
             }
+            for (int k = 0; k < RMAP_COLOUR_NUMBERS && image->colour; k++)
+                rmap_csv_put_number(rmap_colour_number_of(&image->colour->cell[c], k), out);
             fputc('\n', out);
         }
 }
@@ -406,6 +410,8 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
                 rmap_detector_image_coordinate_unit(image), image->peak_cell[0],
                 image->peak_cell[1]);
     print_uniformity(image, out);
+    if (image->colour)
+        rmap_detector_colour_print(image->colour, out);
     for (size_t k = 0; k < image->n_channel; k++) {
         char channel[32];
         rmap_detector_image_channel(image, k, channel);
@@ -545,6 +551,8 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
     describe_sources(image, document);
     describe_bins(image, document);
     describe_channels(image, document);
+    if (image->colour)
+        (void)json_object_set_new(document, "colour", rmap_detector_colour_json(image->colour));
     if (image->registrations == 0.0)
         (void)json_object_set_new(document, "note", json_string("nothing was registered"));
     return document;

@@ -12,6 +12,7 @@
 #include <jansson.h>
 #include <stdio.h>
 
+#include "analysis/detector/detector_colour.h"
 #include "analysis/detector/detector_sums.h"
 #include "analysis/detector/uniformity.h"
 #include "io/map/map_cut.h"
@@ -43,9 +44,10 @@ struct rmap_detector_image {
     uint32_t peak_cell[2];
     double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
     double registrations;
-    struct rmap_uniformity *uniformity; /* of the cells, where it was asked for; else NULL */
-    struct rmap_detector_share *source; /* [n_source of scene] */
-    double centroid[2], rms_radius;     /* of planes, where asked for; else NaN */
+    struct rmap_detector_colour *colour; /* where it was asked for; else NULL */
+    struct rmap_uniformity *uniformity;  /* of the cells, where it was asked for; else NULL */
+    struct rmap_detector_share *source;  /* [n_source of scene] */
+    double centroid[2], rms_radius;      /* of planes, where asked for; else NaN */
 
     /* Where channels were asked for; 0 and NULL otherwise. */
     size_t n_channel;

@@ -10,6 +10,7 @@
 
 #include "analysis/criterion/registration_response.h"
 #include "analysis/detector/detector_sums.h"
+#include "analysis/table/flux_error.h"
 #include "base/alloc.h"
 #include "io/map/map_dim.h"
 #include "optics/spectrum.h"
@@ -53,13 +54,52 @@ static double luminous_most(const struct rmap_channels *channels)
     return most > 0.0 ? most : 1.0;
 }
 
-/* The most that the detector makes of light of any source; 1 where it makes nothing of any. */
-static double response_most(const struct rmap_scene *scene, const struct rmap_response *response)
+/* 1 where it makes nothing of any light. */
+static double response_most(const struct rmap_response *response)
 {
-    double most = rmap_response_most(response), least = 1.0;
-    for (size_t s = 0; s < scene->n_source && response->luminance; s++)
-        least = fmin(least, rmap_rgb_luminance(scene->source[s].colour));
-    return most > 0.0 && least > 0.0 ? most / least : 1.0;
+    const double most = rmap_response_most(response);
+    return most > 0.0 ? most : 1.0;
+}
+
+/* In their own mode's terms, or in those of `mode`. */
+static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_mode mode,
+                               double (*colour)[3])
+{
+    rmap_channel_colours(&scene->channels, scene->flux_unit == RMAP_FLUX_LM, colour);
+    for (int i = 0; i < scene->channels.n && scene->channels.mode != mode; i++) {
+        const double given[3] = {colour[i][0], colour[i][1], colour[i][2]};
+        if (mode == RMAP_COLOUR_RGB)
+            rmap_xyz_to_rgb(given, colour[i]);
+        else
+            rmap_rgb_to_xyz(given, colour[i]);
+    }
+}
+
+/* Of a unit of flux on each channel, lm; the most of any. */
+static double find_xyz(const struct rmap_scene *scene, double (*sums)[RMAP_XYZ_SUMS])
+{
+    double xyz[RMAP_CHANNEL_MAX][3], most = 0.0;
+    const double unit = scene->flux_unit == RMAP_FLUX_W ? RMAP_LUMENS_PER_WATT : 1.0;
+    channel_colours_as(scene, RMAP_COLOUR_SPECTRAL, xyz);
+    for (int i = 0; i < scene->channels.n; i++)
+        for (int k = 0; k < 3; k++) {
+            sums[i][k] = unit * xyz[i][k];
+            sums[i][3 + k] = unit * (xyz[i][k] + xyz[i][(k + 1) % 3]);
+            most = fmax(most, sums[i][3 + k]);
+        }
+    return most > 0.0 ? most : 1.0;
+}
+
+/* Where a channel's sum of a cell, or in all, stands. */
+static size_t share_place(const struct rmap_detector_sums *sums, size_t source, size_t channel,
+                          size_t cell)
+{
+    const size_t row = sums->n_cell + 1, spectral = sums->ask.channels ? row : 1;
+    const size_t behind = channel < sums->n_spectral ? 0 : channel - sums->n_spectral;
+    const size_t of_source =
+        sums->n_spectral * spectral + (sums->n_channel - sums->n_spectral) * row;
+    return source * of_source + (channel - behind) * spectral + behind * row +
+           (channel < sums->n_spectral && spectral == 1 ? 0 : cell);
 }
 
 /* The arrays of sums, for those who copy them as bytes. */
@@ -97,12 +137,16 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
         .ask = *ask, .n_source = scene->n_source, .n_cell = (size_t)n[0] * n[1], .space = -1};
     sums->n_weight = 2 * sums->n_source * sums->n_cell;
     sums->n_colour = ask->colour ? 3 * sums->n_cell : 0;
-    sums->n_spectral = ask->channels && !ask->luminous ? (size_t)scene->channels.n : 0;
-    sums->n_channel = sums->n_spectral + (size_t)(ask->luminous || ask->weighed);
+    sums->n_spectral =
+        (ask->channels && !ask->luminous) || ask->xyz ? (size_t)scene->channels.n : 0;
+    sums->n_seen = ask->luminous || ask->weighed;
+    sums->n_xyz = ask->xyz ? RMAP_XYZ_SUMS : 0;
+    sums->n_channel = sums->n_spectral + sums->n_seen + sums->n_xyz;
     sums->seen_unit = ask->luminous  ? luminous_most(&scene->channels)
-                      : ask->weighed ? response_most(scene, ask->bins.detector->response)
+                      : ask->weighed ? response_most(ask->bins.detector->response)
                                      : 1.0;
-    sums->n_share = 2 * sums->n_source * sums->n_channel * (sums->n_cell + 1);
+    sums->xyz_unit = ask->xyz ? find_xyz(scene, sums->channel_xyz) : 1.0;
+    sums->n_share = 2 * share_place(sums, sums->n_source, 0, 0);
     double flux = 0.0;
     for (size_t s = 0; s < scene->n_source; s++)
         flux += scene->source[s].flux * rmap_map_dimmed(ask->map, s);
@@ -154,6 +198,39 @@ void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct 
             sums->total[sums->n_source + s] += squared[c];
         }
     }
+}
+
+void rmap_detector_sums_add_flux(const struct rmap_map *map, size_t source, double w, double w2,
+                                 double *flux, double *variance)
+{
+    *flux += rmap_map_flux(map, source, w);
+    *variance += rmap_flux_variance_if_rays(rmap_map_flux_per_weight(map)[source],
+                                            rmap_map_emitted(map)[source], w, w2);
+}
+
+void rmap_detector_sums_channel(const struct rmap_detector_sums *sums, size_t first, size_t last,
+                                size_t channel, size_t cell, double *flux_ret, double *error_ret)
+{
+    const size_t behind = sums->n_spectral + sums->n_seen;
+    const double square = 65535.0 * 65535.0;
+    const double unit = channel >= behind                             ? sums->xyz_unit
+                        : channel < sums->n_spectral && sums->ask.xyz ? 1.0
+                                                                      : sums->seen_unit;
+    double variance = 0.0;
+    *flux_ret = 0.0;
+    for (size_t s = first; s < last; s++) {
+        const uint64_t *share = sums->share + share_place(sums, s, channel, cell);
+        const double n = rmap_map_emitted(sums->ask.map)[s], w = (double)share[0] / RMAP_SHARE_UNIT;
+        const double w2 = (double)share[sums->n_share / 2] / square;
+        /* Two parts per ray may be rounded off: where all rays are alike, that is all there is. */
+        const double rays =
+            cell < sums->n_cell ? sums->weight[s * sums->n_cell + cell] : sums->total[s];
+        rmap_detector_sums_add_flux(sums->ask.map, s, w,
+                                    fmax(w2, fmin(w * w / n, w2 + 2.0 * rays / square)), flux_ret,
+                                    &variance);
+    }
+    *flux_ret *= unit;
+    *error_ret = rmap_flux_error(variance) * unit;
 }
 
 double rmap_detector_sums_crowd(const struct rmap_detector_sums *sums)
@@ -229,7 +306,7 @@ rmap_column_set rmap_detector_sums_columns(const struct rmap_detector_ask *ask)
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) | rmap_detector_bins_columns(&ask->bins);
     if (ask->centre)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
-    if (ask->colour || ask->channels || ask->luminous)
+    if (ask->colour || ask->channels || ask->luminous || ask->xyz)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
     if (ask->weighed)
         columns |= RMAP_RESPONSE_COLUMNS;
@@ -250,20 +327,6 @@ struct rmap_detector_hit {
     struct rmap_registration_place place;
     size_t segment; /* row of /segment */
 };
-
-/* Channels' colours of one space in the terms of another one's mode. */
-static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_mode mode,
-                               double (*colour)[3])
-{
-    rmap_channel_colours(&scene->channels, scene->flux_unit == RMAP_FLUX_LM, colour);
-    for (int i = 0; i < scene->channels.n && scene->channels.mode != mode; i++) {
-        const double given[3] = {colour[i][0], colour[i][1], colour[i][2]};
-        if (mode == RMAP_COLOUR_RGB)
-            rmap_xyz_to_rgb(given, colour[i]);
-        else
-            rmap_rgb_to_xyz(given, colour[i]);
-    }
-}
 
 /* A registration's flux spread over the three colour components, rounded to quanta: integers
  * add up the same in any order. */
@@ -286,10 +349,16 @@ static double share_of(const struct rmap_detector_sums *sums, const struct rmap_
     const uint16_t *share = portion->colour + hit->segment * (size_t)portion->n_channel;
     double seen = 0.0;
     if (c < sums->n_spectral)
-        return share[c] == 0 || !sums->ask.weighed
+        return share[c] == 0 || !sums->ask.weighed || sums->ask.xyz
                    ? share[c]
                    : share[c] / sums->seen_unit *
                          rmap_registration_response_to(sums->scene, portion, &hit->place, (int)c);
+    if (c >= sums->n_spectral + sums->n_seen) {
+        const size_t k = c - sums->n_spectral - sums->n_seen;
+        for (int i = 0; i < portion->n_channel; i++)
+            seen += share[i] * sums->channel_xyz[i][k];
+        return seen / sums->xyz_unit;
+    }
     if (sums->ask.weighed)
         return 65535.0 * rmap_registration_response(sums->scene, portion, &hit->place) /
                sums->seen_unit;
@@ -303,15 +372,15 @@ static void add_shares(struct rmap_detector_sums *sums, const struct rmap_portio
                        const struct rmap_detector_hit *hit, size_t n_hit, size_t source,
                        size_t cell, double weight)
 {
-    const size_t stride = sums->n_cell + 1;
-    for (size_t c = 0; c < sums->n_channel; c++) {
+    const bool in_all = cell == sums->n_cell;
+    for (size_t c = sums->ask.channels || in_all ? 0 : sums->n_spectral; c < sums->n_channel; c++) {
         double share = 0.0;
         for (size_t k = 0; k < n_hit; k++)
             share += share_of(sums, portion, &hit[k], c);
         if (share == 0.0)
             continue;
         const double q = weight * share;
-        uint64_t *sum = sums->share + (source * sums->n_channel + c) * stride + cell;
+        uint64_t *sum = sums->share + share_place(sums, source, c, cell);
         sum[0] += (uint64_t)llround(q * (RMAP_SHARE_UNIT / 65535.0));
         sum[sums->n_share / 2] += (uint64_t)llround(q * q);
     }
@@ -463,6 +532,8 @@ static enum rmap_status enter_space(struct rmap_detector_sums *sums,
         channel_colours_as(scene, first->channels.mode, sums->channel_colour);
     for (int i = 0; sums->ask.luminous && i < scene->channels.n; i++)
         sums->channel_luminous[i] = rmap_channel_luminous(&scene->channels, i) / sums->seen_unit;
+    if (sums->n_xyz)
+        (void)find_xyz(scene, sums->channel_xyz);
     if (sums->n_spectral && !same_channels(&scene->channels, &first->channels))
         return tell_other_channels(sums->ask.map, err);
     return RMAP_OK;

@@ -29,8 +29,12 @@ struct rmap_detector_ask {
     bool channels;                      /* per cell and channel of colour space 0 */
     bool luminous; /* per cell, weighted by V(lambda): of fluxes in W; not with `channels` */
     bool weighed;  /* per cell, by the detector's response */
+    bool xyz;      /* tristimulus values per cell, and the spectrum of all of it */
     bool centre;   /* where the light falls, of planes */
 };
+
+/* X, Y, Z, X + Y, Y + Z, Z + X: the squares of these say how the three vary together. */
+enum { RMAP_XYZ_SUMS = 6 };
 
 /* Fluxes are in lm. */
 bool rmap_detector_ask_lumens(const struct rmap_detector_ask *ask);
@@ -47,21 +51,22 @@ struct rmap_detector_sums {
     size_t n_colour; /* 3 * n_cell, or 0: no colour wanted */
     int64_t *colour; /* [n_cell][3] CIE XYZ (spectral) or linear RGB, in units of quantum */
     double quantum;  /* flux */
-    size_t n_channel, n_share; /* 0: no channels wanted; the last is what `luminous` and `weighed`
-                                  make of all light */
-    size_t n_spectral;         /* those of the spectrum */
-    double seen_unit;          /* what a share of all stands for there: lm/W, or response */
-    uint64_t *share;           /* [2][n_source][n_channel][n_cell + 1] sums of shares of
-                                  RMAP_SHARE_UNIT and of their squares per ray, of 65535^2; behind
-                                  the cells their total */
+    size_t n_channel, n_share; /* 0: none wanted; first the spectrum, then what `luminous` and
+                                  `weighed` make of all light, then what `xyz` does */
+    size_t n_spectral, n_seen, n_xyz;
+    double seen_unit, xyz_unit;    /* what a share of all stands for: lm/W, or response */
+    uint64_t *share;               /* [2][n_source][n_channel][n_cell + 1] sums of shares of
+                                      RMAP_SHARE_UNIT and of their squares per ray, of 65535^2; behind
+                                      the cells their total, of the spectrum of `xyz` that alone */
     struct rmap_exact_sum *centre; /* [n_source][4]: weight, times x, y, x^2 + y^2; or NULL */
 
     struct rmap_detector_hit *hit;
     size_t cap_hit;
     int32_t space; /* of the colours below; -1: none yet */
     double channel_colour[RMAP_CHANNEL_MAX][3];
-    double channel_luminous[RMAP_CHANNEL_MAX]; /* lm/W over seen_unit */
-    const struct rmap_scene *scene;            /* whose detector it is there */
+    double channel_luminous[RMAP_CHANNEL_MAX];           /* lm/W over seen_unit */
+    double channel_xyz[RMAP_CHANNEL_MAX][RMAP_XYZ_SUMS]; /* over xyz_unit */
+    const struct rmap_scene *scene;                      /* whose detector it is there */
 };
 
 /* Of a ray's weight: 2^32 rays of 1 fit into a sum, as do their squares. */
@@ -84,6 +89,14 @@ void rmap_detector_sums_fini(struct rmap_detector_sums *sums);
 /* Adds the image that was accumulated during the trace, in the detector's own cells: each
  * registration is then taken for a ray of its own. */
 void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct rmap_tally *tally);
+
+/* Flux of sources [first, last) that a channel has in a cell (n_cell: in all), and its error. */
+void rmap_detector_sums_channel(const struct rmap_detector_sums *sums, size_t first, size_t last,
+                                size_t channel, size_t cell, double *flux_ret, double *error_ret);
+
+/* A source's part of a flux and of its variance, of the sums of weights and of their squares. */
+void rmap_detector_sums_add_flux(const struct rmap_map *map, size_t source, double w, double w2,
+                                 double *flux, double *variance);
 
 /* How many registrations a cell of an evenly lit part holds: with how many others one shares its
  * cell, in the mean, and at least the mean of all cells. 0: nothing was registered. */

@@ -131,6 +131,9 @@ static enum rmap_status choose_white(struct picture *picture, struct rmap_error 
 {
     const struct rmap_detector_image *image = picture->image;
     const size_t n_cell = (size_t)image->n[0] * image->n[1];
+    picture->white = picture->options->white;
+    if (picture->white > 0.0)
+        return RMAP_OK;
     double *brightness = rmap_alloc(n_cell, sizeof *brightness);
     if (!brightness)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");

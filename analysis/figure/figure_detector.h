@@ -14,6 +14,7 @@
 struct rmap_figure_detector {
     const char *criterion;        /* NULL: all rays */
     bool true_colour;             /* the image must have rgb */
+    double white;                 /* in true colour the value shown as white; 0: chosen */
     enum rmap_figure_scale scale; /* AUTO: in true colours linear */
     const char *sums;             /* what is said in place of registrations and flux; NULL: these */
     bool isolines, values;        /* over the image; values: RMAP_USAGE where cells are too small */

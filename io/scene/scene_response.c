@@ -48,13 +48,11 @@ static struct rmap_response *read_luminous(struct rmap_reader *reader,
     if (!response)
         return NULL;
     response->lumens = true;
-    response->luminance = rgb;
+    response->xyz = strcmp(node->text, "xyz") == 0;
     for (int c = 0; c < channels->n; c++) {
         double alone[RMAP_CHANNEL_MAX] = {0.0};
         alone[c] = 1.0;
-        response->value[c] = rgb        ? rmap_rgb_luminance(alone)
-                             : in_watts ? rmap_luminous_efficacy(channels, alone)
-                                        : 1.0;
+        response->value[c] = in_watts ? rmap_luminous_efficacy(channels, alone) : 1.0;
     }
     return response;
 }

@@ -69,17 +69,40 @@ static enum rmap_status write_exr(const struct rmap_detector_image *image, const
 }
 
 /* What an image has, as arrays. */
-enum { ARRAYS_MAX = 10 };
+enum { ARRAYS_MAX = 10 + RMAP_COLOUR_NUMBERS };
 struct arrays {
     struct rmap_grid_array array[ARRAYS_MAX];
     size_t n;
     double *x, *y, *z, *wavelength;
+    double *colour; /* [RMAP_COLOUR_NUMBERS][h][w], or NULL */
 };
 
 static void add(struct arrays *arrays, const struct rmap_grid_array *array)
 {
     if (array->data)
         arrays->array[arrays->n++] = *array;
+}
+
+/* A dataset for each of the numbers that say the colour of cells. */
+static enum rmap_status list_colour(const struct rmap_detector_image *image, struct arrays *arrays,
+                                    struct rmap_error *err)
+{
+    const size_t w = image->n[0], h = image->n[1];
+    const struct rmap_detector_colour *colour = image->colour;
+    if (!colour)
+        return RMAP_OK;
+    arrays->colour = rmap_alloc(w * h, RMAP_COLOUR_NUMBERS * sizeof(double));
+    if (!arrays->colour)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the colour of an image");
+    for (size_t k = 0; k < RMAP_COLOUR_NUMBERS; k++) {
+        const char *name = rmap_colour_number[k];
+        double *of = arrays->colour + k * w * h;
+        for (size_t c = 0; c < w * h; c++)
+            of[c] = rmap_colour_number_of(&colour->cell[c], (int)k);
+        const char *unit = k < 6 ? colour->unit : strcmp(name, "CCT") == 0 ? "K" : "1";
+        add(arrays, &(struct rmap_grid_array){name, unit, "CIE 1931, 2 degrees", 2, {h, w}, of});
+    }
+    return RMAP_OK;
 }
 
 static enum rmap_status list_arrays(const struct rmap_detector_image *image, struct arrays *arrays,
@@ -133,7 +156,7 @@ static enum rmap_status list_arrays(const struct rmap_detector_image *image, str
          n_channel ? arrays->wavelength : NULL}};
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
         add(arrays, &list[i]);
-    return RMAP_OK;
+    return list_colour(image, arrays, err);
 }
 
 static enum rmap_status write_numpy(const struct rmap_detector_image *image,
@@ -174,6 +197,7 @@ out:
     rmap_free(arrays.y);
     rmap_free(arrays.z);
     rmap_free(arrays.wavelength);
+    rmap_free(arrays.colour);
     return st;
 }
 

@@ -54,6 +54,9 @@ static const struct rmap_option options[] = {
      .words = "detector world"},
     {"over", 0, "WHAT", "cells over the area or over the direction of the light",
      .words = "area direction"},
+    {"xyz", 0, NULL,
+     "the light's colour: CIE XYZ, chromaticity, colour temperature, Duv, CRI; of each cell in -o "
+     "OUT.csv, .h5, .npz"},
     {"spot", 0, NULL, "centroid, RMS radius and encircled energy of the light on a plane"},
     {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
     {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene",
@@ -75,6 +78,8 @@ static const struct rmap_option options[] = {
      "a lamp maker's file of an intensity grid; again for more"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour",
      "output", .words = "false true"},
+    {"white", 0, "V", "in true colour the value that is shown as white, in the unit of the values",
+     "color"},
     {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)",
      "output"},
     {"linear", 0, NULL, "linear scale in the picture", "output"},
@@ -89,7 +94,7 @@ struct request {
     char **output; /* [n_output] */
     size_t n_output;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels, force, by_source, world, auto_cells, lamp_file;
+    bool tally, channels, force, by_source, world, auto_cells, lamp_file, xyz;
     bool grid, table, daylight;     /* EN 12464-1's cells; values as a table; against the sky */
     struct rmap_image_unit percent; /* of the horizontal illuminance by the sky */
     bool spot, mtf;
@@ -129,13 +134,26 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
     }
     if (request->tally &&
         (request->where || rmap_argument(given, "which") || cells || rotate || bins->region ||
-         bins->quantity || bins->over || rmap_argument(given, "receivers")))
+         bins->quantity || bins->over || request->xyz || rmap_argument(given, "receivers")))
         st = rmap_error_set(err, RMAP_USAGE,
                             "--tally has the detector's own cells and all rays: it goes with none "
                             "of --where, --which, --receivers, --cells, --region, --rotate, "
-                            "--quantity and --over");
+                            "--quantity, --over and --xyz");
 out:
     return st;
+}
+
+/* A number greater than 0; 0 where it is not given. */
+static enum rmap_status read_positive(const struct rmap_arguments *given, const char *option,
+                                      const char *of, double *value_ret, struct rmap_error *err)
+{
+    const char *text = rmap_argument(given, option);
+    char *end = NULL;
+    *value_ret = text ? strtod(text, &end) : 0.0;
+    if (!text || (end != text && !*end && *value_ret > 0.0 && isfinite(*value_ret)))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE, "--%s '%.40s' is no %s greater than 0", option, text,
+                          of);
 }
 
 static enum rmap_status read_spot(const struct rmap_arguments *given, struct request *request,
@@ -146,16 +164,10 @@ static enum rmap_status read_spot(const struct rmap_arguments *given, struct req
     request->mtf = rmap_argument(given, "mtf") != NULL || frequency;
     request->spot = rmap_argument(given, "spot") != NULL || request->mtf;
     request->plot_path = rmap_argument(given, "plot");
-    if (frequency) {
-        char *end = NULL;
-        request->frequency = strtod(frequency, &end);
-        if (end == frequency || *end || !(request->frequency > 0.0) ||
-            !isfinite(request->frequency))
-            return rmap_error_set(err, RMAP_USAGE,
-                                  "--frequency '%.40s' is no number of cycles per unit of length "
-                                  "greater than 0",
-                                  frequency);
-    }
+    enum rmap_status st = read_positive(given, "frequency", "number of cycles per unit of length",
+                                        &request->frequency, err);
+    if (st != RMAP_OK)
+        return st;
     if (request->spot && request->tally)
         return rmap_error_set(err, RMAP_USAGE, "--tally knows no places: leave it out for --spot");
     if (!request->plot_path)
@@ -209,6 +221,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .by_source = by != NULL,
         .table = rmap_argument(given, "table") != NULL,
         .photometry = rmap_argument(given, "photometry") != NULL,
+        .xyz = rmap_argument(given, "xyz") != NULL,
         .world = frame && strcmp(frame, "world") == 0,
     };
     request->figure = (struct rmap_figure_detector){
@@ -226,7 +239,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE, "--color '%s': say false or true", color);
     if (frame && !request->world && strcmp(frame, "detector") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--frame '%.40s': say detector or world", frame);
+    if (rmap_argument(given, "white") && !request->figure.true_colour)
+        return rmap_error_set(err, RMAP_USAGE, "--white is of true colour: give --color true");
     enum rmap_status st = read_bins(given, request, err);
+    if (st == RMAP_OK)
+        st = read_positive(given, "white", "value", &request->figure.white, err);
     if (st == RMAP_OK)
         st = rmap_until_read(given, &request->until, err);
     if (st == RMAP_OK && request->tally && request->until.part.relative > 0.0)
@@ -479,6 +496,38 @@ static enum rmap_status ask_weighed(const struct rmap_detector *detector,
                : RMAP_OK;
 }
 
+/* The colour of the light, where it is asked for, and of a detector that answers in XYZ where the
+ * scene says what it takes. scene: the map's own. */
+static enum rmap_status ask_xyz(const struct rmap_scene *scene,
+                                const struct rmap_detector *detector, const struct request *request,
+                                struct rmap_detector_ask *ask, struct rmap_error *err)
+{
+    const bool spectral = scene->channels.mode == RMAP_COLOUR_SPECTRAL;
+    size_t said = 0;
+    ask->xyz = request->xyz || (detector->response && detector->response->xyz);
+    while (said < scene->n_source && (!spectral || rmap_source_has_spectrum(&scene->source[said])))
+        said++;
+    if (!request->xyz) {
+        ask->xyz = ask->xyz && said == scene->n_source;
+        return RMAP_OK;
+    }
+    if (said < scene->n_source)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "--xyz: the scene does not say the spectrum of source '%.60s': give "
+                              "that, and trace anew",
+                              scene->source[said].name);
+    if (!spectral && scene->flux_unit == RMAP_FLUX_W)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "--xyz: red, green and blue in W are no lm: give fluxes in lm, or "
+                              "'mode: spectral', and trace anew");
+    return ask->weighed && !detector->response->lumens
+               ? rmap_error_set(err, RMAP_USAGE,
+                                "--xyz: '%.60s' has a response of its own: give it 'response: "
+                                "xyz', or lay a receiver over the map (--receivers)",
+                                detector->name)
+               : RMAP_OK;
+}
+
 /* For a lamp maker's file, or data sheet. */
 static enum rmap_status ask_far_field(const struct rmap_scene *scene, bool file,
                                       struct rmap_detector_ask *ask, struct rmap_error *err)
@@ -522,6 +571,7 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
     RMAP_TRY(ask_weighed(&scene->detector[ask->detector], request, ask, err));
+    RMAP_TRY(ask_xyz(rmap_map_scene(map), &scene->detector[ask->detector], request, ask, err));
     if ((request->grid || request->table) && ask->bins.directions)
         return rmap_error_set(err, RMAP_USAGE,
                               "%s: of directions; a table of values is of the area of a plane",

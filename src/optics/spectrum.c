@@ -188,8 +188,6 @@ void rmap_rgb_to_xyz(const double rgb[3], double xyz[3])
         xyz[i] = matrix[i][0] * rgb[0] + matrix[i][1] * rgb[1] + matrix[i][2] * rgb[2];
 }
 
-#define LUMEN_PER_WATT 683.0
-
 /* Luminance of the linear sRGB components: y of the primaries of IEC 61966-2-1. */
 static const double rgb_luminance[3] = {0.2126390058715104, 0.7151686787677559, 0.0721923153607337};
 
@@ -456,7 +454,7 @@ double rmap_luminous_efficacy(const struct rmap_channels *channels, const double
     double sum = 0.0;
     for (int i = 0; i < channels->n; i++)
         sum += watt_share[i] * channel_luminance(channels, i);
-    return LUMEN_PER_WATT * sum;
+    return RMAP_LUMENS_PER_WATT * sum;
 }
 
 /* Brings the largest component to 1; false for no light. */

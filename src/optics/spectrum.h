@@ -10,7 +10,8 @@
 
 #include "base/status.h"
 
-#define RMAP_CHANNEL_MAX 128
+#define RMAP_CHANNEL_MAX     128
+#define RMAP_LUMENS_PER_WATT 683.0 /* of 555 nm: K_m */
 
 /* How light is described. A ray's colour is a vector of shares of its flux, one per channel,
  * summing to 1: shares of watts for sources given in W, of lumens for sources given in lm. */

@@ -18,8 +18,7 @@ enum rmap_detect {
 struct rmap_response {
     enum rmap_detect detect;
     bool lumens;    /* V(lambda): it answers in lm */
-    bool luminance; /* of rgb light: values are luminances of the three, and what a source has of
-                       each is what makes its lm */
+    bool xyz;       /* and its colour is told */
     size_t n_angle; /* 1: alike at all angles */
     int n_channel;
     double *angle_deg; /* [n_angle] increasing, from the detector's axis; linear in between,

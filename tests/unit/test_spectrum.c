@@ -12,6 +12,8 @@
 #include <cmocka.h>
 
 #include "near.h"
+#include "optics/chromaticity.h"
+#include "optics/colour_rendering.h"
 #include "optics/illuminant.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
@@ -86,6 +88,81 @@ static void chromaticities_of_illuminants(void **state)
     for (int i = 0; i < RMAP_ILLUMINANT_N; i++)
         assert_true(fabs(power[i] -
                          rmap_d65(RMAP_ILLUMINANT_FROM_NM + RMAP_ILLUMINANT_STEP_NM * i)) < 0.05);
+}
+
+/* Published: (u, v) of 1960, CCT and Duv by Ohno 2014, as colour-science 0.4 has them; far ones are
+ * refused. Points of the locus itself, and beside it, come back. */
+static void temperatures(void **state)
+{
+    static const double due[][4] = {{0.1978, 0.3122, 6507.4748, 0.0032233}};
+    static const double kelvin[] = {1200.0, 2000.0, 2855.5, 4321.0, 6504.0, 20000.0, 60000.0};
+    struct rmap_planck_locus locus;
+    struct rmap_chromaticity of;
+    (void)state;
+    rmap_planck_locus_fill(&locus);
+    for (size_t i = 0; i < sizeof due / sizeof *due; i++) {
+        const double u = due[i][0], v = due[i][1]; /* Y = 1 */
+        const double xyz[3] = {1.5 * u / v, 1.0, (4.0 - u - 10.0 * v) / (2.0 * v)};
+        rmap_chromaticity_of(&locus, xyz, &of);
+        assert_near(of.u, u, 1e-12);
+        assert_near(of.v, 1.5 * v, 1e-12);
+        assert_true(fabs(of.kelvin - due[i][2]) < 0.2);
+        assert_true(fabs(of.duv - due[i][3]) < 1e-6);
+    }
+    for (size_t i = 0; i < sizeof kelvin / sizeof *kelvin; i++) {
+        double xyz[3] = {0.0, 0.0, 0.0};
+        for (int nm = 360; nm <= 830; nm += 5) {
+            double bar[3];
+            rmap_cie1931(nm, bar);
+            for (int k = 0; k < 3; k++)
+                xyz[k] += bar[k] * rmap_blackbody(kelvin[i], nm);
+        }
+        rmap_chromaticity_of(&locus, xyz, &of);
+        assert_near(of.kelvin, kelvin[i], 1e-4 * kelvin[i]);
+        assert_true(fabs(of.duv) < 1e-7);
+        xyz[1] *= 1.02; /* greener: above the locus */
+        rmap_chromaticity_of(&locus, xyz, &of);
+        assert_true(of.duv > 1e-4);
+    }
+    const double green[3] = {0.1, 1.0, 0.1}, dark[3] = {0.0, 0.0, 0.0};
+    rmap_chromaticity_of(&locus, green, &of);
+    assert_true(isnan(of.kelvin) && isnan(of.duv) && of.y > 0.8);
+    rmap_chromaticity_of(&locus, dark, &of);
+    assert_true(isnan(of.x) && isnan(of.u) && isnan(of.kelvin));
+}
+
+/* CIE 15:2004, table T.7: Ra of F2 is 64, of F11 83; R9 of F2 is far below 0. */
+static void rendering(void **state)
+{
+    static const struct {
+        enum rmap_illuminant which;
+        double kelvin, general, tolerance;
+    } due[] = {{RMAP_ILLUMINANT_A, 2856.0, 100.0, 0.05},
+               {RMAP_ILLUMINANT_D50, 5000.0, 100.0, 0.1},
+               {RMAP_ILLUMINANT_D75, 7500.0, 100.0, 0.1},
+               {RMAP_ILLUMINANT_F2, 4225.0, 64.2337, 0.1},
+               {RMAP_ILLUMINANT_F11, 3999.0, 82.8, 0.5}};
+    const struct rmap_channels fine = spectral(81, 380.0, 5.0), coarse = spectral(21, 380.0, 20.0),
+                               lines = spectral(3, 450.0, 80.0), wide = spectral(15, 380.0, 30.0);
+    double power[RMAP_ILLUMINANT_N], mean[RMAP_CHANNEL_MAX];
+    struct rmap_cri cri;
+    (void)state;
+    for (size_t i = 0; i < sizeof due / sizeof *due; i++) {
+        rmap_illuminant_named(due[i].which, power);
+        rmap_illuminant_means(power, &fine, mean);
+        rmap_cri_of(&fine, mean, due[i].kelvin, &cri);
+        if (fabs(cri.general - due[i].general) > due[i].tolerance)
+            fail_msg("illuminant %zu: Ra %.3f, not %.3f", i, cri.general, due[i].general);
+        assert_true(due[i].which != RMAP_ILLUMINANT_F2 || cri.special[8] < -50.0);
+        rmap_illuminant_means(power, &coarse, mean);
+        rmap_cri_of(&coarse, mean, due[i].kelvin, &cri);
+        assert_true(fabs(cri.general - due[i].general) < 4.0);
+    }
+    assert_null(rmap_cri_refused(&fine));
+    assert_null(rmap_cri_refused(&coarse));
+    assert_non_null(rmap_cri_refused(&lines));
+    assert_non_null(rmap_cri_refused(&wide));
+    assert_non_null(rmap_cri_refused(&rgb_channels));
 }
 
 /* Bands of any width share out what is there; an LED's line is whole, and half as wide as said. */
@@ -271,6 +348,8 @@ int main(void)
     const struct CMUnitTest test[] = {
         cmocka_unit_test(sums_of_the_observer),
         cmocka_unit_test(chromaticities_of_illuminants),
+        cmocka_unit_test(temperatures),
+        cmocka_unit_test(rendering),
         cmocka_unit_test(means_over_bands),
         cmocka_unit_test(chromaticity_of_d65),
         cmocka_unit_test(blackbody_maximum),
