@@ -168,6 +168,14 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         st = rmap_parser_advance(parser);
         if (st == RMAP_OK)
             st = rmap_parse_media(parser, &quantity->media);
+    } else if (rmap_parser_at_word(parser, "event") && !is_called(parser)) {
+        const char *trouble = rmap_scene_events_trouble(making->self->scene);
+        if (trouble)
+            return RMAP_PARSER_FAIL(parser, &parser->token, "%s", trouble);
+        quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
+        quantity->ray_number = RMAP_RAY_NUMBER_EVENT;
+        quantity->is_whole = true;
+        st = rmap_parser_advance(parser);
     } else if (word && word->of_ray && !(is_its && is_called(parser))) {
         quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
         quantity->ray_number = word->ray_number;

@@ -240,6 +240,7 @@ struct rmap_scene {
 
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
     uint64_t seed;                          /* of that map: of draws at detectors */
+    bool is_mixed;                          /* that map has other colour spaces, too */
 
     /* Derived by rmap_scene_finish. */
     bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
