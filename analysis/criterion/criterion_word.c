@@ -132,7 +132,7 @@ static const char *beginning_with(const char *word, const char *const *candidate
 }
 
 /* "unknown KIND 'word' (did you mean 'x'?)" */
-enum { KNOWN_NBYTES = 352 }; /* all words of the longest list */
+enum { KNOWN_NBYTES = 384 }; /* all words of the longest list */
 
 enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
@@ -255,6 +255,7 @@ static const struct rmap_word word_table[] = {
     {"ghost_order", rmap_parse_ghost_order, 11, 9, RMAP_OF_STEPS, true},
     {"scatter_order", rmap_parse_scatter_order, 12, 10, RMAP_OF_STEPS, true},
     {"wavelength", .in_stats = 1, RAY(RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH)},
+    {"photon_energy", .in_stats = 36, RAY(RMAP_RAY_NUMBER_PHOTON_ENERGY, RMAP_DIMENSION_ENERGY)},
     {"flux", .in_stats = 2, RAY(RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX)},
     {"path_length", .in_stats = 3, RAY(RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH)},
     {"optical_path", NULL, 5, 4, RAY(RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH),

@@ -11,8 +11,8 @@
 #include "scene/events.h"
 
 /* Columns: symbol, the columns it is made of, and that in which it stands as it is, or NULL. Units:
- * WAVELENGTH nm; FLUX the scene's flux unit; paths, and START in the world, the scene's length
- * unit. */
+ * WAVELENGTH nm; PHOTON_ENERGY eV, in vacuum; FLUX the scene's flux unit; paths, and START in the
+ * world, the scene's length unit. */
 #define RMAP_RAY_NUMBERS(X)                                                                        \
     X(ID, RMAP_COLUMN_BIT(RMAP_RAY_id), NULL)                                                      \
     X(SEGMENTS, RMAP_COLUMN_BIT(RMAP_RAY_segment_count), NULL)                                     \
@@ -24,7 +24,8 @@
     X(START_X, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
     X(START_Y, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
     X(START_Z, RMAP_COLUMN_BIT(RMAP_RAY_start), NULL)                                              \
-    X(EVENT, RMAP_COLUMN_BIT(RMAP_RAY_id), NULL)
+    X(EVENT, RMAP_COLUMN_BIT(RMAP_RAY_id), NULL)                                                   \
+    X(PHOTON_ENERGY, RMAP_COLUMN_BIT(RMAP_RAY_wavelength), NULL)
 
 enum rmap_ray_number {
 #define RMAP_RAY_NUMBER_ENUM(symbol, columns, stored) RMAP_RAY_NUMBER_##symbol,
@@ -70,6 +71,8 @@ static inline double rmap_ray_number_at(enum rmap_ray_number number, const struc
         uint64_t event = 0;
         return rmap_scene_event(scene, ray->id[i], &event) ? (double)event : (double)NAN;
     }
+    if (number == RMAP_RAY_NUMBER_PHOTON_ENERGY)
+        return RMAP_HC_EV / ray->wavelength[i];
     if (number == RMAP_RAY_NUMBER_FLUX)
         return ray->weight[i] * flux_per_weight[ray->source[i]];
     return (double)ray->start[3 * i + (size_t)(number - RMAP_RAY_NUMBER_START_X)];

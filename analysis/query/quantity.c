@@ -59,7 +59,9 @@ static const char *unit_of(const struct rmap_scene *scene, enum rmap_dimension d
     case RMAP_DIMENSION_TIME:
         return "s";
     case RMAP_DIMENSION_FLUX:
-        return scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+        return rmap_flux_unit_name(scene);
+    case RMAP_DIMENSION_ENERGY:
+        return "eV";
     case RMAP_DIMENSION_NONE:
     case RMAP_DIMENSION_SHARE:
     case RMAP_DIMENSION_TEMPERATURE:

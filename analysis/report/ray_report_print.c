@@ -206,7 +206,7 @@ static void print_header(const struct rmap_ray_report *report, FILE *out)
             fprintf(out, " in %s", medium_name(scene, last->medium));
     }
     fprintf(out, "\nflux          %.*g %s\n", report->digits, report->flux,
-            scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W");
+            rmap_flux_unit_name(scene));
     if (isnan(report->wavelength_nm))
         fprintf(out, "wavelength    undefined (more than one channel)\n");
     else

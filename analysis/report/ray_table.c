@@ -241,17 +241,16 @@ static enum rmap_status add_table(struct catalogue *all, enum rmap_table table,
         RMAP_TRY(add_stored(all, table, RMAP_SEGMENT_colour, err));
     for (size_t i = 0; i < QUANTITIES; i++) {
         const struct rmap_table_quantity *quantity = &quantity_table[i];
-        const struct rmap_table_column given = {
-            .table = table,
-            .element = RMAP_F64,
-            .width = 1,
-            .unit = !quantity->unit ? scene->unit
-                    : strcmp(quantity->unit, "flux") == 0
-                        ? (scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W")
-                        : quantity->unit,
-            .description = quantity->description,
-            .column = RMAP_COLUMN_COUNT,
-            .quantity = quantity};
+        const struct rmap_table_column given = {.table = table,
+                                                .element = RMAP_F64,
+                                                .width = 1,
+                                                .unit = !quantity->unit ? scene->unit
+                                                        : strcmp(quantity->unit, "flux") == 0
+                                                            ? rmap_flux_unit_name(scene)
+                                                            : quantity->unit,
+                                                .description = quantity->description,
+                                                .column = RMAP_COLUMN_COUNT,
+                                                .quantity = quantity};
         if (quantity->table == table &&
             (quantity->read != event || !rmap_scene_events_trouble(scene)))
             RMAP_TRY(add(all, &given, quantity->name, "", err));

@@ -498,8 +498,9 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "the polar diagram is a picture: --plot OUT.svg or OUT.png; -o "
                               "OUT.csv has the numbers");
-    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, rmap_detector_ask_lumens(ask), request->unit,
-                                  &ask->unit, err));
+    const enum rmap_flux_unit flux =
+        rmap_detector_ask_lumens(ask) ? RMAP_FLUX_LM : rmap_map_scene(ask->map)->flux_unit;
+    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, flux, request->unit, &ask->unit, err));
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
         strcmp(request->bins.quantity, "luminance") == 0)
         fputs("raymap: --quantity luminance: the sources are in W: this is the radiance\n", stderr);
