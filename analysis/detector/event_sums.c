@@ -199,20 +199,6 @@ static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t
     return st;
 }
 
-/* Index of an event that there is. */
-static size_t index_of(const struct rmap_event_ask *ask, uint64_t event)
-{
-    size_t low = 0, high = ask->n_event;
-    while (high - low > 1) {
-        const size_t middle = low + (high - low) / 2;
-        if (ask->event[middle] <= event)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 /* Rows of /registration [first, end) of a ray whose segments begin at at->first_segment. */
 static void add_registrations(struct rmap_event_sums *self, const struct rmap_matched *rays,
                               struct rmap_registration_place *at, size_t end, uint64_t *row)
@@ -261,7 +247,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
         row += portion->ray.registration_count[i];
         if ((!rays->match || rays->match[i]) && rmap_scene_event(own, portion->ray.id[i], &event)) {
             if (index == ask->n_event || ask->event[index] != event)
-                index = index_of(ask, event);
+                index = rmap_event_index(ask->event, ask->n_event, event);
             uint64_t **page = &self->page[index / RMAP_EVENT_PAGE];
             if (!*page)
                 RMAP_TRY(new_page(self, page, err));

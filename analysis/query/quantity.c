@@ -394,6 +394,8 @@ void rmap_quantities_destroy(struct rmap_quantities *self)
         rmap_free(self->of[i].name);
     }
     rmap_path_order_fini(&self->order);
+    rmap_free(self->event);
+    rmap_free(self->event_name);
     rmap_criterion_destroy(self->holder);
     rmap_free(self);
 }

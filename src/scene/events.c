@@ -84,6 +84,19 @@ enum rmap_status rmap_scene_events(const struct rmap_scene *scene, uint64_t **ev
     return RMAP_OK;
 }
 
+size_t rmap_event_index(const uint64_t *event, size_t n, uint64_t of)
+{
+    size_t low = 0, high = n;
+    while (high - low > 1) {
+        const size_t middle = low + (high - low) / 2;
+        if (event[middle] <= of)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 /* First step whose event is `event` or a later one. */
 static size_t first_step(const struct rmap_steps *steps, uint64_t event)
 {

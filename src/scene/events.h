@@ -22,6 +22,9 @@ bool rmap_scene_event(const struct rmap_scene *scene, uint64_t ray, uint64_t *ev
 enum rmap_status rmap_scene_events(const struct rmap_scene *scene, uint64_t **event_ret,
                                    size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Where an event stands in such a list that has it. */
+size_t rmap_event_index(const uint64_t *event, size_t n, uint64_t of);
+
 /* Ids of rays outside of [first_ret, last_ret] are of none of the events [low, high]: where photons
  * are counted they come event by event. */
 void rmap_scene_rays_of_events(const struct rmap_scene *scene, uint64_t low, uint64_t high,

@@ -61,6 +61,13 @@ def check_number():
             check(matched(target, what) == rows.sum(), f"{target}: {what}: {matched(target, what)} not {rows.sum()}")
         told = json.loads(run("stats", target, "--of", "event", "--json", "--where", "event < 1000"))
         check(abs(told["mean"]["value"] - of[of < 1000].mean()) < 1e-9, f"stats: {told}")
+        groups = json.loads(run("query", target, "registered(right)", "--by", "event", "--json"))["groups"]
+        check({one["name"]: one["rays"] for one in groups} == {str(n): int((of[right[row]] == n).sum()) for n in np.unique(of)}, f"{groups}")
+        groups = json.loads(run("stats", target, "--of", "time(left)", "--by", "event", "--unit", "ns", "--json"))["groups"]
+        k, t = arrivals(False)
+        for one in groups:
+            want = t[event[k] == int(one["name"])].mean()
+            check(abs(one["mean"]["value"] - want) < 1e-5, f"{one['name']}: {one['mean']} {want}")
         run("query", target, "all", "-o", "t.h5", "--force", "--columns", "ray/id,ray/event,registration/event")
         with h5py.File("t.h5") as file:
             check(np.array_equal(file["ray/event"], of.astype(float)), f"{target}: column of rays")
@@ -84,6 +91,8 @@ def check_none():
     run("trace", scene("m.yaml", more=lamp), "-o", "m.raymap", "-n", 100, "--quiet", "--force")
     check(matched("m.raymap", "event >= 0") == matched("m.raymap", "source(led)") == 50, "a lamp's rays have none")
     check(matched("m.raymap", "event != 3 and source(lamp)") == 0, "which holds for no comparison")
+    groups = json.loads(run("query", "m.raymap", "all", "--by", "event", "--json"))["groups"]
+    check({one["name"]: one["rays"] for one in groups}["(none)"] == 50, f"{groups}")
 
 
 QE = {450.0: 0.1, 550.0: 0.25, 650.0: 0.5}
