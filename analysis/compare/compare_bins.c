@@ -5,6 +5,7 @@
  */
 #include "analysis/compare/compare_bins.h"
 
+#include "analysis/detector/image_unit.h"
 #include "analysis/table/csv_field.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
@@ -101,7 +102,7 @@ static enum rmap_status fill(const struct rmap_comparison *comparison,
 
 static const char *flux_unit(const struct rmap_comparison *comparison)
 {
-    return rmap_map_scene(comparison->map[0])->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(rmap_map_scene(comparison->map[0]));
 }
 
 enum rmap_status rmap_compare_bins_of_images(const struct rmap_comparison *comparison,
@@ -128,7 +129,9 @@ enum rmap_status rmap_compare_bins_of_images(const struct rmap_comparison *compa
     bins->axis_unit = grid->directions ? "deg" : scene[0]->unit;
     bins->quantity = grid->directions ? (lumens ? "luminous intensity" : "radiant intensity")
                                       : (lumens ? "illuminance" : "irradiance");
-    bins->unit = grid->directions ? (lumens ? "cd" : "W/sr") : (lumens ? "lx" : "W/m2");
+    bins->unit = rmap_image_unit_usual(grid->directions ? RMAP_PER_SOLID_ANGLE : RMAP_PER_AREA,
+                                       scene[0]->flux_unit)
+                     ->name;
     for (int k = 0; k < 3; k++)
         if (sums[k])
             sample[k] = (struct sample){sums[k]->weight, sums[k]->n_source, sums[k]->n_cell};

@@ -17,7 +17,7 @@
 
 static const char *flux_unit(const struct rmap_comparison *self)
 {
-    return rmap_map_scene(self->map[0])->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(rmap_map_scene(self->map[0]));
 }
 
 /* Same seed and ids: what that means, or NULL. */

@@ -518,6 +518,9 @@ static bool may_hold(const struct rmap_criterion *criterion, int32_t index, uint
     if (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_ID &&
         !node->interval.outside)
         return first <= node->id_high && last >= node->id_low;
+    if (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_EVENT &&
+        !node->interval.outside)
+        return first <= node->ray_high && last >= node->ray_low;
     if (node->kind == RMAP_CRITERION_RAYS)
         return rmap_id_set_meets(node->rays, first, last);
     if (!is_and && node->kind != RMAP_CRITERION_OR)

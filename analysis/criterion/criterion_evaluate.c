@@ -29,6 +29,16 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
         rmap_compare_numbers(stored, ev->n_ray, &node->interval, outcome);
         return;
     }
+    if (node->ray_number == RMAP_RAY_NUMBER_EVENT) {
+        for (size_t i = 0; i < ev->n_ray; i++) {
+            uint64_t event = 0;
+            const bool has = rmap_scene_event(ev->criterion->scene, ray->id[i], &event);
+            const bool inside = (event >= node->id_low) & (event <= node->id_high);
+            outcome[i] =
+                has && inside != node->interval.outside ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
+        }
+        return;
+    }
     if (node->ray_number == RMAP_RAY_NUMBER_ID) {
         for (size_t i = 0; i < ev->n_ray; i++) {
             bool inside = (ray->id[i] >= node->id_low) & (ray->id[i] <= node->id_high);
@@ -37,10 +47,10 @@ static void compare_ray_numbers(const struct rmap_evaluation *ev,
         return;
     }
     for (size_t i = 0; i < ev->n_ray; i++) {
-        const double number =
-            is_flux && (size_t)ray->source[i] >= n_source
-                ? (double)NAN
-                : rmap_ray_number_at(node->ray_number, ray, i, ev->input->flux_per_weight);
+        const double number = is_flux && (size_t)ray->source[i] >= n_source
+                                  ? (double)NAN
+                                  : rmap_ray_number_at(node->ray_number, ev->criterion->scene, ray,
+                                                       i, ev->input->flux_per_weight);
         outcome[i] =
             rmap_interval_holds(&node->interval, number) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
     }

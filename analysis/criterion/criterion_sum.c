@@ -309,7 +309,8 @@ static bool range_of_ray(const struct rmap_scene *scene, const struct rmap_sum *
         const bool knows =
             term->ray_number != RMAP_RAY_NUMBER_FLUX || (size_t)ray->source[i] < scene->n_source;
         const double value =
-            knows ? rmap_ray_number_at(term->ray_number, ray, i, flux_per_weight) : (double)NAN;
+            knows ? rmap_ray_number_at(term->ray_number, scene, ray, i, flux_per_weight)
+                  : (double)NAN;
         if (!add_value(range, term->factor, value, value))
             return false;
     }

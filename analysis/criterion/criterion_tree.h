@@ -193,7 +193,9 @@ struct rmap_criterion_node {
     union {
         struct {
             enum rmap_ray_number ray_number;
-            uint64_t id_low, id_high; /* of ID the interval, exactly: a double holds 2^53 */
+            uint64_t id_low, id_high; /* of ID and EVENT the interval, exactly: a double holds 2^53
+                                       */
+            uint64_t ray_low, ray_high; /* of EVENT: ids of rays that it may hold for */
         };
         struct {
             enum rmap_registration_number its_number;

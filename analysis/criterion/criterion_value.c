@@ -33,6 +33,7 @@ double rmap_unit_size_of(const struct rmap_scene *scene, enum rmap_dimension dim
 {
     return dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
            : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
+           : dimension == RMAP_DIMENSION_ENERGY   ? RMAP_EV_J
                                                   : 1.0;
 }
 
@@ -41,8 +42,10 @@ bool rmap_unit_fits(const struct rmap_written_unit *unit, enum rmap_dimension di
 {
     if (dimension == RMAP_DIMENSION_WAVELENGTH)
         dimension = RMAP_DIMENSION_LENGTH;
+    if (dimension == RMAP_DIMENSION_FLUX && scene->flux_unit == RMAP_FLUX_J)
+        dimension = RMAP_DIMENSION_ENERGY;
     return unit->in_criteria && unit->dimension == dimension &&
-           (dimension != RMAP_DIMENSION_FLUX || unit->lumens == (scene->flux_unit == RMAP_FLUX_LM));
+           (dimension != RMAP_DIMENSION_FLUX || unit->flux == scene->flux_unit);
 }
 
 void rmap_unit_list(enum rmap_dimension dimension, const struct rmap_scene *scene,

@@ -132,7 +132,7 @@ static const char *beginning_with(const char *word, const char *const *candidate
 }
 
 /* "unknown KIND 'word' (did you mean 'x'?)" */
-enum { KNOWN_NBYTES = 352 }; /* all words of the longest list */
+enum { KNOWN_NBYTES = 384 }; /* all words of the longest list */
 
 enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
@@ -255,6 +255,7 @@ static const struct rmap_word word_table[] = {
     {"ghost_order", rmap_parse_ghost_order, 11, 9, RMAP_OF_STEPS, true},
     {"scatter_order", rmap_parse_scatter_order, 12, 10, RMAP_OF_STEPS, true},
     {"wavelength", .in_stats = 1, RAY(RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH)},
+    {"photon_energy", .in_stats = 36, RAY(RMAP_RAY_NUMBER_PHOTON_ENERGY, RMAP_DIMENSION_ENERGY)},
     {"flux", .in_stats = 2, RAY(RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX)},
     {"path_length", .in_stats = 3, RAY(RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH)},
     {"optical_path", NULL, 5, 4, RAY(RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH),
@@ -396,6 +397,21 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
     return rmap_word_fail(parser, token, "test", RMAP_WORDS_OF_TESTS);
 }
 
+/* Behind the word `event` stands a relation: it is the number of the ray's event. */
+static const struct rmap_word event_word = {"event", NULL,
+                                            RAY(RMAP_RAY_NUMBER_EVENT, RMAP_DIMENSION_NONE)};
+
+static enum rmap_status check_events(const struct rmap_parser *parser,
+                                     const struct rmap_token *token)
+{
+    const char *trouble = rmap_scene_events_trouble(parser->names->scene);
+    if (parser->detector)
+        return RMAP_PARSER_FAIL(parser, token,
+                                "the number of the event is of the whole ray, not of a "
+                                "registration: put it beside registered(...) with 'and'");
+    return trouble ? RMAP_PARSER_FAIL(parser, token, "%s", trouble) : RMAP_OK;
+}
+
 static enum rmap_status parse_comparison(struct rmap_parser *parser, const struct rmap_word *word,
                                          const struct rmap_token *token,
                                          struct rmap_interval *interval)
@@ -450,6 +466,9 @@ static enum rmap_status set_ids(struct rmap_parser *parser, size_t begin,
     from = fmaxl(from, 0);
     node->id_low = from <= to ? id_of(from) : 1; /* 1 > 0: none */
     node->id_high = from <= to ? id_of(to) : 0;
+    if (node->ray_number == RMAP_RAY_NUMBER_EVENT)
+        rmap_scene_rays_of_events(parser->names->scene, node->id_low, node->id_high, &node->ray_low,
+                                  &node->ray_high);
 out:
     return st;
 }
@@ -480,6 +499,10 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
         word = &its_word; /* optical_path(sensor) */
     if (word->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH && parser->token.kind == RMAP_TOKEN_OPEN)
         word = &path_in_word; /* path_length(glass) */
+    if (word->parse == rmap_parse_event_test && rmap_parser_at_comparison(parser)) {
+        RMAP_TRY(check_events(parser, &token));
+        word = &event_word;
+    }
     if (word->parse) {
         RMAP_TRY(word->parse(parser, &node));
     } else {
@@ -488,7 +511,8 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
     }
     size_t begin = parser->token.begin;
     RMAP_TRY(parse_comparison(parser, word, &token, &node.interval));
-    if (node.kind == RMAP_CRITERION_NUMBER && node.ray_number == RMAP_RAY_NUMBER_ID)
+    if (node.kind == RMAP_CRITERION_NUMBER &&
+        (node.ray_number == RMAP_RAY_NUMBER_ID || node.ray_number == RMAP_RAY_NUMBER_EVENT))
         RMAP_TRY(set_ids(parser, begin, &node));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));

@@ -21,10 +21,10 @@ static void name_units(struct rmap_detector_image *image, const struct rmap_dete
         [RMAP_PER_AREA_AND_ANGLE] = {"radiance", "luminance"},
         [RMAP_PER_CELL] = {"flux per cell", "flux per cell"}};
     const bool lumens = rmap_detector_ask_lumens(ask);
-    image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, lumens)->name;
+    const enum rmap_flux_unit flux = lumens ? RMAP_FLUX_LM : rmap_map_scene(ask->map)->flux_unit;
+    image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, flux)->name;
     image->quantity = name[image->bins.quantity][lumens];
-    image->unit =
-        (ask->unit ? ask->unit : rmap_image_unit_usual(image->bins.quantity, lumens))->name;
+    image->unit = (ask->unit ? ask->unit : rmap_image_unit_usual(image->bins.quantity, flux))->name;
     if (strcmp(image->unit, "%") == 0)
         image->quantity = "daylight factor";
 }

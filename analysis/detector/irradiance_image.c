@@ -112,7 +112,7 @@ enum rmap_status rmap_irradiance_image_create(const struct rmap_irradiance_sums 
     enum rmap_status st = RMAP_OK;
     const struct rmap_irradiance_ask *ask = sums->ask;
     const struct rmap_scene *scene = ask->cells->scene;
-    const bool lumens = ask->luminous || scene->flux_unit == RMAP_FLUX_LM;
+    const enum rmap_flux_unit flux = ask->luminous ? RMAP_FLUX_LM : scene->flux_unit;
     const double size = scene->unit_m * scene->unit_m;
     const struct rmap_image_unit *its = NULL;
     struct rmap_irradiance_image *image = rmap_alloc(1, sizeof *image);
@@ -120,10 +120,10 @@ enum rmap_status rmap_irradiance_image_create(const struct rmap_irradiance_sums 
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for cells");
     image->cells = ask->cells;
     image->side = ask->side;
-    RMAP_TRY(rmap_image_unit_find(RMAP_PER_AREA, lumens, unit, &its, err));
-    image->quantity = lumens ? "illuminance" : "irradiance";
+    RMAP_TRY(rmap_image_unit_find(RMAP_PER_AREA, flux, unit, &its, err));
+    image->quantity = flux == RMAP_FLUX_LM ? "illuminance" : "irradiance";
     image->unit = its->name;
-    image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, lumens)->name;
+    image->flux_unit = rmap_image_unit_usual(RMAP_PER_CELL, flux)->name;
     RMAP_TRY(reserve(image, err));
     fill_cells(sums, size, its->size, image);
     for (size_t p = 0; p <= image->cells->n_part; p++)

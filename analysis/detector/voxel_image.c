@@ -13,18 +13,25 @@
 
 static void name_parts(struct rmap_voxel_image *image)
 {
-    static const struct rmap_voxel_part name[2][RMAP_VOXEL_PARTS] = {
-        {{"fluence_rate", "W/m2", "fluence rate: flux times length of way over the volume",
-          .total_unit = "W m"},
-         {"absorbed", "W/m3", "absorbed in media, over the volume", .total_unit = "W"},
-         {"absorbed_on_surfaces", "W/m3", "absorbed on surfaces in the voxel, over its volume",
-          .total_unit = "W"}},
-        {{"fluence_rate", "lm/m2", "fluence rate: flux times length of way over the volume",
-          .total_unit = "lm m"},
-         {"absorbed", "lm/m3", "absorbed in media, over the volume", .total_unit = "lm"},
-         {"absorbed_on_surfaces", "lm/m3", "absorbed on surfaces in the voxel, over its volume",
-          .total_unit = "lm"}}};
-    memcpy(image->part, name[image->scene->flux_unit == RMAP_FLUX_LM], sizeof image->part);
+#define PARTS(flux, area, volume, way)                                                             \
+    {                                                                                              \
+        {"fluence_rate", area, "fluence rate: flux times length of way over the volume",           \
+         .total_unit = way},                                                                       \
+            {"absorbed", volume, "absorbed in media, over the volume", .total_unit = flux},        \
+        {                                                                                          \
+            "absorbed_on_surfaces", volume, "absorbed on surfaces in the voxel, over its volume",  \
+                .total_unit = flux                                                                 \
+        }                                                                                          \
+    }
+    static const struct rmap_voxel_part name[][RMAP_VOXEL_PARTS] = {
+        [RMAP_FLUX_W] = PARTS("W", "W/m2", "W/m3", "W m"),
+        [RMAP_FLUX_LM] = PARTS("lm", "lm/m2", "lm/m3", "lm m"),
+        [RMAP_FLUX_PHOTON_RATE] =
+            PARTS("photons/s", "photons/(s m2)", "photons/(s m3)", "photons m/s"),
+        [RMAP_FLUX_PHOTONS] = PARTS("photons", "photons/m2", "photons/m3", "photons m"),
+        [RMAP_FLUX_J] = PARTS("J", "J/m2", "J/m3", "J m")};
+#undef PARTS
+    memcpy(image->part, name[image->scene->flux_unit], sizeof image->part);
 }
 
 static void fill(const struct rmap_voxel_sums *sums, const struct rmap_voxel_image *image, int what,

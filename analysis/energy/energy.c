@@ -187,7 +187,7 @@ enum rmap_status rmap_energy_create(const struct rmap_map *map, const char *map_
     energy->map = map_name;
     energy->of = map;
     energy->criterion = criterion;
-    energy->unit = energy->scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    energy->unit = rmap_flux_unit_name(energy->scene);
     for (size_t s = 0; s < sums->n_source; s++) {
         energy->map_rays += tally->emitted[s];
         energy->map_flux += rmap_map_flux_per_weight(map)[s] * tally->emitted[s];

@@ -103,7 +103,7 @@ const char *raymap_length_unit(const raymap_map *self, double *metres_ret)
 
 const char *raymap_flux_unit(const raymap_map *self)
 {
-    return rmap_map_scene(self->map)->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(rmap_map_scene(self->map));
 }
 
 const char *raymap_name(const raymap_map *self, enum raymap_kind kind, size_t i)

@@ -82,7 +82,8 @@ RAYMAP_API size_t raymap_blocks(const raymap_map *map);
 RAYMAP_API int raymap_is_complete(const raymap_map *map); /* 1: its run has ended */
 RAYMAP_API uint64_t raymap_seed(const raymap_map *map);
 RAYMAP_API const char *raymap_length_unit(const raymap_map *map, double *metres_ret); /* NULL: no */
-RAYMAP_API const char *raymap_flux_unit(const raymap_map *map); /* "W", "lm" */
+RAYMAP_API const char *
+raymap_flux_unit(const raymap_map *map); /* "W", "lm", "photons", "photons/s", "J" */
 
 /* Name number i of a kind; NULL behind the last one. */
 RAYMAP_API const char *raymap_name(const raymap_map *map, enum raymap_kind kind, size_t i);

@@ -529,9 +529,8 @@ static json_t *wavelengths(const struct rmap_scene *scene)
 json_t *rmap_page_scene(const struct rmap_scene *scene, struct rmap_error *err)
 {
     json_t *json = json_pack("{s:o, s:s, s:s, s:o, s:o, s:f, s:o, s:o, s:o, s:o}", "unit",
-                             rmap_page_string(scene->unit), "flux_unit",
-                             scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W", "mode",
-                             scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral",
+                             rmap_page_string(scene->unit), "flux_unit", rmap_flux_unit_name(scene),
+                             "mode", scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral",
                              "wavelengths", wavelengths(scene), "centre", vector(scene->centre),
                              "radius", scene->radius, "media", media(scene), "groups",
                              groups(scene), "objects", objects(scene), "sources", sources(scene));

@@ -242,7 +242,7 @@ enum rmap_status rmap_path_matrix_csv(const struct rmap_path_matrix *matrix,
 
 static const char *unit_of(const struct rmap_path_matrix_part *part)
 {
-    return part->scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(part->scene);
 }
 
 static const struct rmap_path_cellsum *order_at(const struct rmap_path_matrix_part *part,

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/detector/detector_bins.h"
+#include "analysis/detector/image_unit.h"
 #include "analysis/paths/path_rank.h"
 #include "analysis/paths/path_report.h"
 #include "analysis/paths/path_text.h"
@@ -393,15 +394,16 @@ out:
 
 static const char *flux_unit(const struct rmap_scene *scene)
 {
-    return scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(scene);
 }
 
 static const char *peak_unit(const struct rmap_scene *scene, int32_t detector)
 {
-    const bool lumens = scene->flux_unit == RMAP_FLUX_LM;
-    if (scene->detector[detector].type == RMAP_DETECTOR_PLANE)
-        return lumens ? "lx" : "W/m2";
-    return lumens ? "cd" : "W/sr";
+    return rmap_image_unit_usual(scene->detector[detector].type == RMAP_DETECTOR_PLANE
+                                     ? RMAP_PER_AREA
+                                     : RMAP_PER_SOLID_ANGLE,
+                                 scene->flux_unit)
+        ->name;
 }
 
 /* What columns but the last take, about; and what is left of a line for it at least and at most. */

@@ -59,7 +59,9 @@ static const char *unit_of(const struct rmap_scene *scene, enum rmap_dimension d
     case RMAP_DIMENSION_TIME:
         return "s";
     case RMAP_DIMENSION_FLUX:
-        return scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+        return rmap_flux_unit_name(scene);
+    case RMAP_DIMENSION_ENERGY:
+        return "eV";
     case RMAP_DIMENSION_NONE:
     case RMAP_DIMENSION_SHARE:
     case RMAP_DIMENSION_TEMPERATURE:
@@ -168,6 +170,14 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         st = rmap_parser_advance(parser);
         if (st == RMAP_OK)
             st = rmap_parse_media(parser, &quantity->media);
+    } else if (rmap_parser_at_word(parser, "event") && !is_called(parser)) {
+        const char *trouble = rmap_scene_events_trouble(making->self->scene);
+        if (trouble)
+            return RMAP_PARSER_FAIL(parser, &parser->token, "%s", trouble);
+        quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
+        quantity->ray_number = RMAP_RAY_NUMBER_EVENT;
+        quantity->is_whole = true;
+        st = rmap_parser_advance(parser);
     } else if (word && word->of_ray && !(is_its && is_called(parser))) {
         quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
         quantity->ray_number = word->ray_number;
@@ -384,6 +394,8 @@ void rmap_quantities_destroy(struct rmap_quantities *self)
         rmap_free(self->of[i].name);
     }
     rmap_path_order_fini(&self->order);
+    rmap_free(self->event);
+    rmap_free(self->event_name);
     rmap_criterion_destroy(self->holder);
     rmap_free(self);
 }

@@ -68,9 +68,12 @@ struct rmap_quantities {
     bool spreads;                   /* `wavelength` is among them */
     bool weighs;                    /* some of the detectors have a response */
     struct rmap_path_order order;   /* when an order is among them */
-    rmap_column_set columns;        /* that reading them needs, with sources and weights */
-    rmap_column_set deferred;       /* those of them that only their flux needs */
-    struct rmap_criterion *holder;  /* of the sets' memory */
+    uint64_t *event;                /* [n_event] ascending, where groups are told by them */
+    char (*event_name)[24];         /* [n_event] */
+    size_t n_event;
+    rmap_column_set columns;       /* that reading them needs, with sources and weights */
+    rmap_column_set deferred;      /* those of them that only their flux needs */
+    struct rmap_criterion *holder; /* of the sets' memory */
 };
 
 /* text: [n], 1 <= n <= RMAP_QUANTITIES_MAX. detector: its name, a group's or a pattern; NULL: not

@@ -205,7 +205,8 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
     const struct rmap_ray_columns *ray = &search->rays->portion->ray;
     const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
     for (size_t k = 0; k < readings->n; k++)
-        value[k] = rmap_ray_number_at(number, ray, readings->ray[k], flux_per_weight);
+        value[k] =
+            rmap_ray_number_at(number, search->self->scene, ray, readings->ray[k], flux_per_weight);
 }
 
 static void read_paths_in(const struct rmap_quantity *quantity, const struct rmap_portion *portion,

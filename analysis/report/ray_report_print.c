@@ -10,6 +10,7 @@
 #include "analysis/report/ray_report_print.h"
 #include "analysis/table/text_table.h"
 #include "io/export/json_number.h"
+#include "scene/events.h"
 
 static const char *name_or_dash(const char *name)
 {
@@ -192,6 +193,9 @@ static void print_header(const struct rmap_ray_report *report, FILE *out)
     fprintf(out, "ray           %" PRIu64 "\n", report->ray);
     fprintf(out, "source        %s%s%s\n", scene->source[report->source].name,
             start ? ", from object " : "", start ? start : "");
+    uint64_t event = 0;
+    if (rmap_scene_event(scene, report->ray, &event))
+        fprintf(out, "event         %" PRIu64 "\n", event);
     fprintf(out, "stop          %s", name_or_dash(rmap_stop_word(report->stop)));
     if (report->n_step > 0) {
         const struct rmap_report_step *last = &report->step[report->n_step - 1];
@@ -202,7 +206,7 @@ static void print_header(const struct rmap_ray_report *report, FILE *out)
             fprintf(out, " in %s", medium_name(scene, last->medium));
     }
     fprintf(out, "\nflux          %.*g %s\n", report->digits, report->flux,
-            scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W");
+            rmap_flux_unit_name(scene));
     if (isnan(report->wavelength_nm))
         fprintf(out, "wavelength    undefined (more than one channel)\n");
     else
@@ -318,12 +322,16 @@ json_t *rmap_ray_report_json(const struct rmap_ray_report *report)
     for (size_t i = 0; i < report->n_registration; i++)
         json_array_append_new(registrations,
                               registration_json(report->scene, &report->registration[i]));
-    return json_pack("{s:I, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "ray",
-                     (json_int_t)report->ray, "source", report->scene->source[report->source].name,
-                     "stop", text_or_null(rmap_stop_word(report->stop)), "flux",
-                     rmap_json_number(report->flux), "wavelength",
-                     rmap_json_number(report->wavelength_nm), "path_length",
-                     rmap_json_number(report->path_length), "optical_path",
-                     rmap_json_number(report->optical_path), "start", vector(report->start),
-                     "steps", steps, "registrations", registrations);
+    json_t *json = json_pack(
+        "{s:I, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "ray", (json_int_t)report->ray,
+        "source", report->scene->source[report->source].name, "stop",
+        text_or_null(rmap_stop_word(report->stop)), "flux", rmap_json_number(report->flux),
+        "wavelength", rmap_json_number(report->wavelength_nm), "path_length",
+        rmap_json_number(report->path_length), "optical_path",
+        rmap_json_number(report->optical_path), "start", vector(report->start), "steps", steps,
+        "registrations", registrations);
+    uint64_t event = 0;
+    if (json && rmap_scene_event(report->scene, report->ray, &event))
+        (void)json_object_set_new(json, "event", json_integer((json_int_t)event));
+    return json;
 }

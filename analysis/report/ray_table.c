@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_mark.h"
+#include "analysis/criterion/ray_number.h"
 #include "analysis/report/ray_report.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
@@ -38,6 +39,12 @@ static double flux(const struct at *at)
 {
     const struct rmap_ray_columns *ray = &at->ray->portion->ray;
     return ray->weight[at->ray->row] * rmap_map_flux_per_weight(at->map)[ray->source[at->ray->row]];
+}
+
+static double event(const struct at *at)
+{
+    return rmap_ray_number_at(RMAP_RAY_NUMBER_EVENT, at->scene, &at->ray->portion->ray,
+                              at->ray->row, NULL);
 }
 
 /* At the end of segment `row`; NaN where more than one channel is left, and where channels are red,
@@ -102,6 +109,7 @@ static const rmap_column_set of_segment =
     RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
 
 #define FLUX         "flux of the ray"
+#define EVENT        "number of the event that the ray is of; NaN: of none"
 #define WAVELENGTH   "vacuum wavelength there; NaN where more than one is left"
 #define FLUX_COLUMNS RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight)
 #define COLOUR       RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)
@@ -109,6 +117,7 @@ static const rmap_column_set of_segment =
 #define REPORTED     RMAP_COLUMNS_ALL
 static const struct rmap_table_quantity quantity_table[] = {
     {RMAP_TABLE_RAY, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
+    {RMAP_TABLE_RAY, "event", "1", EVENT, event, RMAP_COLUMN_BIT(RMAP_RAY_id)},
     {RMAP_TABLE_SEGMENT, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
     {RMAP_TABLE_SEGMENT, "wavelength", "nm", WAVELENGTH, segment_wavelength, COLOUR},
     {RMAP_TABLE_SEGMENT, "length", NULL, "0 where the ray leaves the scene", length, REPORTED},
@@ -116,6 +125,7 @@ static const struct rmap_table_quantity quantity_table[] = {
      REPORTED},
     {RMAP_TABLE_SEGMENT, "reflectance", "1",
      "specular, of the light that arrives; NaN of surfaces without", reflectance, REPORTED},
+    {RMAP_TABLE_REGISTRATION, "event", "1", EVENT, event, RMAP_COLUMN_BIT(RMAP_RAY_id)},
     {RMAP_TABLE_REGISTRATION, "flux", "flux", FLUX, flux, FLUX_COLUMNS},
     {RMAP_TABLE_REGISTRATION, "wavelength", "nm", WAVELENGTH, registration_wavelength, COLOUR},
     {RMAP_TABLE_REGISTRATION, "x", NULL, "on the detector; of an intensity detector theta in deg",
@@ -231,18 +241,18 @@ static enum rmap_status add_table(struct catalogue *all, enum rmap_table table,
         RMAP_TRY(add_stored(all, table, RMAP_SEGMENT_colour, err));
     for (size_t i = 0; i < QUANTITIES; i++) {
         const struct rmap_table_quantity *quantity = &quantity_table[i];
-        const struct rmap_table_column given = {
-            .table = table,
-            .element = RMAP_F64,
-            .width = 1,
-            .unit = !quantity->unit ? scene->unit
-                    : strcmp(quantity->unit, "flux") == 0
-                        ? (scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W")
-                        : quantity->unit,
-            .description = quantity->description,
-            .column = RMAP_COLUMN_COUNT,
-            .quantity = quantity};
-        if (quantity->table == table)
+        const struct rmap_table_column given = {.table = table,
+                                                .element = RMAP_F64,
+                                                .width = 1,
+                                                .unit = !quantity->unit ? scene->unit
+                                                        : strcmp(quantity->unit, "flux") == 0
+                                                            ? rmap_flux_unit_name(scene)
+                                                            : quantity->unit,
+                                                .description = quantity->description,
+                                                .column = RMAP_COLUMN_COUNT,
+                                                .quantity = quantity};
+        if (quantity->table == table &&
+            (quantity->read != event || !rmap_scene_events_trouble(scene)))
             RMAP_TRY(add(all, &given, quantity->name, "", err));
     }
 out:

@@ -379,7 +379,7 @@ static void put_sources(const struct rmap_scene *scene, FILE *out)
                                        [RMAP_SOURCE_SUN] = "sun",
                                        [RMAP_SOURCE_BEAM] = "Gaussian beam",
                                        [RMAP_SOURCE_STEPS] = "steps of particles (photons)"};
-    const char *unit = scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    const char *unit = rmap_flux_unit_name(scene);
     fprintf(out,
             "<h3>Sources</h3>\n<div class=\"table\"><table>\n<tr><th>source</th><th>type</th><th "
             "class=\"n\">flux, %s</th><th>in medium</th></tr>\n",

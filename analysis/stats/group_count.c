@@ -12,7 +12,8 @@ struct rmap_group_counting rmap_group_counting(const struct rmap_scene *scene,
                                                enum rmap_stats_by by,
                                                const struct rmap_quantities *quantities)
 {
-    return (struct rmap_group_counting){scene, by, quantities, rmap_stats_group_count(by, scene)};
+    return (struct rmap_group_counting){scene, by, quantities,
+                                        rmap_stats_group_count(by, quantities)};
 }
 
 rmap_column_set rmap_group_count_columns(const struct rmap_group_counting *counting)

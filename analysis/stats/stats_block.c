@@ -20,7 +20,7 @@ void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_qua
                                        .by = by,
                                        .n_source = quantities->scene->n_source,
                                        .budget_nbytes = budget_nbytes};
-    set_groups(setup, rmap_stats_group_count(by, quantities->scene));
+    set_groups(setup, rmap_stats_group_count(by, quantities));
 }
 
 void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
@@ -40,7 +40,7 @@ const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t g
 {
     return setup->criteria ? rmap_stats_criterion_name(setup->criteria, group)
            : setup->paths  ? rmap_stats_path_name(setup->paths, group)
-                           : rmap_stats_group_name(setup->by, setup->quantities->scene, group);
+                           : rmap_stats_group_name(setup->by, setup->quantities, group);
 }
 
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader)

@@ -4,17 +4,22 @@
  */
 #include "analysis/stats/stats_groups.h"
 
+#include <inttypes.h>
+#include <stdio.h>
+
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "scene/events.h"
 
 /* Orders from here on are one group. */
-enum { HIGH_ORDER = 15, STOPS = 4 };
+enum { HIGH_ORDER = 15, STOPS = 4, EVENTS_MAX = 1000 };
 
 const char *rmap_stats_by_word(enum rmap_stats_by by)
 {
     static const char *const word[RMAP_STATS_BY_COUNT] = {
-        NULL,        "source", "detector",    "object",    "ended", "ghost_order", "scatter_order",
-        "criterion", "path",   "path:object", "path:group"};
+        NULL,        "source",      "detector",      "object",
+        "ended",     "ghost_order", "scatter_order", "event",
+        "criterion", "path",        "path:object",   "path:group"};
     return word[by];
 }
 
@@ -23,25 +28,30 @@ static bool is_order(enum rmap_stats_by by)
     return by == RMAP_STATS_BY_GHOST_ORDER || by == RMAP_STATS_BY_SCATTER_ORDER;
 }
 
-size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_scene *scene)
+size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_quantities *quantities)
 {
+    const struct rmap_scene *scene = quantities ? quantities->scene : NULL;
     if (is_order(by))
         return HIGH_ORDER + 1;
     return by == RMAP_STATS_BY_SOURCE     ? scene->n_source
            : by == RMAP_STATS_BY_DETECTOR ? scene->n_detector
            : by == RMAP_STATS_BY_OBJECT   ? scene->n_object + 1
            : by == RMAP_STATS_BY_ENDED    ? STOPS
+           : by == RMAP_STATS_BY_EVENT    ? quantities->n_event + 1
                                           : 1;
 }
 
-const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_scene *scene,
+const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_quantities *quantities,
                                   size_t group)
 {
+    const struct rmap_scene *scene = quantities ? quantities->scene : NULL;
     static const char *const order[HIGH_ORDER + 1] = {"0",  "1",  "2",  "3",         "4",  "5",
                                                       "6",  "7",  "8",  "9",         "10", "11",
                                                       "12", "13", "14", "15 or more"};
     if (is_order(by))
         return order[group];
+    if (by == RMAP_STATS_BY_EVENT)
+        return group < quantities->n_event ? quantities->event_name[group] : "(none)";
     if (by == RMAP_STATS_BY_OBJECT)
         return group < scene->n_object ? scene->object[group].name : "(none)";
     return by == RMAP_STATS_BY_SOURCE     ? scene->source[group].name
@@ -57,6 +67,30 @@ bool rmap_stats_group_of_registration(enum rmap_stats_by by,
            (by == RMAP_STATS_BY_DETECTOR || by == RMAP_STATS_BY_OBJECT || is_order(by));
 }
 
+static enum rmap_status list_events(struct rmap_quantities *quantities, struct rmap_error *err)
+{
+    const char *trouble = rmap_scene_events_trouble(quantities->scene);
+    if (trouble)
+        return rmap_error_set(err, RMAP_INPUT, "--by event: %s", trouble);
+    enum rmap_status st =
+        rmap_scene_events(quantities->scene, &quantities->event, &quantities->n_event, err);
+    if (st != RMAP_OK)
+        return st;
+    if (quantities->n_event > EVENTS_MAX)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "--by event tells %d events apart at most, and this map has %zu: "
+                              "`raymap events` has a table of all",
+                              EVENTS_MAX, quantities->n_event);
+    quantities->event_name = rmap_alloc(quantities->n_event + 1, sizeof *quantities->event_name);
+    if (!quantities->event_name)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for events");
+    for (size_t i = 0; i < quantities->n_event; i++)
+        (void)snprintf(quantities->event_name[i], sizeof quantities->event_name[i], "%" PRIu64,
+                       quantities->event[i]);
+    quantities->columns |= RMAP_COLUMN_BIT(RMAP_RAY_id);
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_stats_group_prepare(enum rmap_stats_by by, struct rmap_quantities *quantities,
                                           struct rmap_error *err)
 {
@@ -65,6 +99,8 @@ enum rmap_status rmap_stats_group_prepare(enum rmap_stats_by by, struct rmap_qua
     enum rmap_status st = RMAP_OK;
     if (is_order(by) && !quantities->order.makes_ghosts)
         st = rmap_path_order_init(&quantities->order, quantities->scene, err);
+    if (by == RMAP_STATS_BY_EVENT)
+        st = list_events(quantities, err);
     quantities->columns |= quantities->order.columns;
     if (by == RMAP_STATS_BY_OBJECT)
         quantities->columns |= rows;
@@ -126,6 +162,18 @@ static void mark_orders(enum rmap_stats_by by, const struct rmap_quantities *qua
             marks->group[k] = HIGH_ORDER;
 }
 
+static void mark_events(const struct rmap_quantities *quantities,
+                        const struct rmap_portion *portion, uint32_t *group)
+{
+    const size_t n = quantities->n_event;
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        uint64_t event = 0;
+        group[i] = (uint32_t)n;
+        if (rmap_scene_event(quantities->scene, portion->ray.id[i], &event))
+            group[i] = (uint32_t)rmap_event_index(quantities->event, n, event);
+    }
+}
+
 enum rmap_status rmap_stats_group_mark(enum rmap_stats_by by,
                                        const struct rmap_quantities *quantities,
                                        const struct rmap_portion *portion,
@@ -138,6 +186,8 @@ enum rmap_status rmap_stats_group_mark(enum rmap_stats_by by,
     if (is_order(by)) {
         RMAP_TRY(RMAP_RESERVE(marks->other, marks->other_cap, n + 1, err));
         mark_orders(by, quantities, its, portion, n, marks);
+    } else if (by == RMAP_STATS_BY_EVENT) {
+        mark_events(quantities, portion, marks->group);
     } else if (by == RMAP_STATS_BY_OBJECT) {
         mark_objects(portion, its, (uint32_t)quantities->scene->n_object, marks->group);
     } else {

@@ -16,6 +16,7 @@ enum rmap_stats_by {
     RMAP_STATS_BY_ENDED,
     RMAP_STATS_BY_GHOST_ORDER, /* analysis/criterion/path_order.h */
     RMAP_STATS_BY_SCATTER_ORDER,
+    RMAP_STATS_BY_EVENT,     /* of the ray (scene/events.h) */
     RMAP_STATS_BY_CRITERION, /* stats_criteria.h tells them apart, */
     RMAP_STATS_BY_PATH,      /* and stats_paths.h these: whose names count */
     RMAP_STATS_BY_PATH_OBJECT,
@@ -26,17 +27,19 @@ enum rmap_stats_by {
 /* What --by calls it; NULL: TOGETHER. */
 const char *rmap_stats_by_word(enum rmap_stats_by by);
 
-/* How many groups there are, and their names: borrowed, NULL of the one of TOGETHER. Not for
+/* How many groups there are, and their names: borrowed of the quantities, which are made ready for
+ * them (rmap_stats_group_prepare; of TOGETHER may be NULL), NULL of the one of TOGETHER. Not for
  * CRITERION and PATH, which is true of the functions below, too. */
-size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_scene *scene);
-const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_scene *scene,
+size_t rmap_stats_group_count(enum rmap_stats_by by, const struct rmap_quantities *quantities);
+const char *rmap_stats_group_name(enum rmap_stats_by by, const struct rmap_quantities *quantities,
                                   size_t group);
 
 /* Whether a registration's group may be another than that of the next one of its ray. */
 bool rmap_stats_group_of_registration(enum rmap_stats_by by,
                                       const struct rmap_quantities *quantities);
 
-/* Makes the quantities read what groups are told by, too. */
+/* Makes the quantities read what groups are told by, too. RMAP_INPUT where the map has no events,
+ * or too many. */
 enum rmap_status rmap_stats_group_prepare(enum rmap_stats_by by, struct rmap_quantities *quantities,
                                           struct rmap_error *err) RMAP_MUST_USE;
 

@@ -196,7 +196,7 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
 
 const char *rmap_stats_flux_unit(const struct rmap_stats *stats)
 {
-    return stats->setup->quantities->scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+    return rmap_flux_unit_name(stats->setup->quantities->scene);
 }
 
 void rmap_stats_name(const struct rmap_stats *stats, size_t quantity, char *name, size_t nbytes)

@@ -372,6 +372,7 @@ enum rmap_status rmap_map_offer_named_rays(struct rmap_map *map, struct rmap_err
     for (size_t i = 0; i < map->spaces.n; i++) {
         map->scene[i]->ray_names = &self->names;
         map->scene[i]->seed = map->summary.seed;
+        map->scene[i]->is_mixed = map->spaces.n > 1;
     }
     return RMAP_OK;
 }

@@ -171,7 +171,7 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
 {
     const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR}, tracer = tracer_of(run);
     const struct rmap_scene *scene = run->scene;
-    const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+    const char *flux = rmap_flux_unit_name(scene);
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_h5_put_text(h5, "/", "filetype", filetype, err));
     RMAP_TRY(rmap_h5_put(h5, "/", "version", RMAP_I32, 2, version, err));

@@ -349,7 +349,9 @@ static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_nod
 /* Of a table over wavelength or angle. */
 static const struct rmap_range *first_range(const char *key)
 {
-    return strcmp(key, "angle") == 0 ? &rmap_range_polar : &rmap_range_wavelength;
+    return strcmp(key, "angle") == 0    ? &rmap_range_polar
+           : strcmp(key, "energy") == 0 ? &rmap_range_photon_energy
+                                        : &rmap_range_wavelength;
 }
 
 void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -362,6 +364,19 @@ void rmap_reader_axis(struct rmap_reader *reader, const struct rmap_yaml_node *n
         *n_ret = n;
 }
 
+/* Rows over photon energy in eV become rows over wavelength in nm. */
+static void turn_energies(double **column, size_t n_column, size_t n)
+{
+    for (size_t k = 0; k < n_column; k++)
+        for (size_t i = 0; column[k] && i < n / 2; i++) {
+            const double last = column[k][n - 1 - i];
+            column[k][n - 1 - i] = column[k][i];
+            column[k][i] = last;
+        }
+    for (size_t i = 0; i < n; i++)
+        column[0][i] = RMAP_HC_EV / column[0][i];
+}
+
 void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const char *keys, size_t n_required, const struct rmap_range *range,
                        size_t *n_ret, double **column)
@@ -370,6 +385,9 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
     bool good = true;
     *n_ret = 0;
     rmap_words_split(keys, &key);
+    const bool of_energy = strcmp(key.word[0], "wavelength") == 0 && rmap_yaml_get(node, "energy");
+    if (of_energy)
+        key.word[0] = "energy";
     for (size_t k = 0; k < key.n; k++)
         column[k] = NULL;
     if (!rmap_reader_check_keys(reader, node, "a table", key.word, key.n))
@@ -398,6 +416,8 @@ void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
     good = good &&
            is_increasing(reader, rmap_yaml_get(node, key.word[0]), key.word[0], column[0], n_row);
+    if (good && of_energy)
+        turn_energies(column, key.n, n_row);
     if (good)
         *n_ret = n_row;
 }
@@ -410,13 +430,17 @@ static bool read_rgb(struct rmap_reader *reader, const struct rmap_yaml_node *no
     return rmap_reader_numbers(reader, node, "rgb", RMAP_REQUIRED, range, 3, 3, spectrum->rgb, &n);
 }
 
-/* {wavelength: [...], value: [...]} */
+/* {wavelength: [...], value: [...]}. density: per nm; over photon energy it is per eV, with
+ * dE = h c / wavelength^2 dwavelength. */
 static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const struct rmap_range *range, struct rmap_spectrum *spectrum, bool *good)
+                       const struct rmap_range *range, bool density, struct rmap_spectrum *spectrum,
+                       bool *good)
 {
     double *column[2];
     rmap_reader_table(reader, node, "wavelength value", 2, range, &spectrum->table.n, column);
     *good = spectrum->table.n > 0;
+    for (size_t i = 0; density && rmap_yaml_get(node, "energy") && i < spectrum->table.n; i++)
+        column[1][i] *= RMAP_HC_EV / (column[0][i] * column[0][i]);
     if (*good) {
         spectrum->kind = RMAP_SPECTRUM_TABLE;
         spectrum->table.wavelength_nm = column[0];
@@ -437,7 +461,7 @@ void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_nod
         (void)rmap_reader_check_map(reader, node, "an rgb value", "rgb");
         good = read_rgb(reader, node, range, &spectrum);
     } else if (rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value")) {
-        read_table(reader, node, range, &spectrum, &good);
+        read_table(reader, node, range, false, &spectrum, &good);
         if (spectrum.table.n > 1) /* one alone is a constant */
             rmap_reader_warn_outside(reader, node, "table of", key, spectrum.table.wavelength_nm[0],
                                      spectrum.table.wavelength_nm[spectrum.table.n - 1],
@@ -571,7 +595,7 @@ void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     if (!rmap_reader_check_map(reader, node, "a spectrum",
-                               "lines table blackbody daylight led rgb wavelength value"))
+                               "lines table blackbody daylight led rgb wavelength energy value"))
         return;
     const struct rmap_yaml_node *lines = rmap_yaml_get(node, "lines");
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
@@ -593,7 +617,7 @@ void rmap_reader_spectrum(struct rmap_reader *reader, const struct rmap_yaml_nod
     else if (lines)
         read_lines(reader, lines, spectrum);
     else if (table || plain)
-        read_table(reader, table ? table : node, &rmap_range_nonnegative, spectrum, &good);
+        read_table(reader, table ? table : node, &rmap_range_nonnegative, true, spectrum, &good);
     else if (rgb)
         (void)read_rgb(reader, node, &rmap_range_nonnegative, spectrum);
     else if (rmap_reader_number(reader, node, "blackbody", RMAP_REQUIRED, &rmap_range_temperature,

@@ -13,6 +13,7 @@
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
+#include "io/scene/scene_reading.h"
 #include "io/scene/scene_response.h"
 
 /* What a detector lies on: an object, some faces of its mesh, or a group; and the frame and size
@@ -314,8 +315,9 @@ const struct rmap_mapping rmap_detector_keys = {
     "detectors",
     "plane intensity",
     {{"a plane detector",
-      "name type on size cells at direction rotate matrix side max_angle response detect"},
-     {"an intensity detector", "name type cells axis at rotate matrix response detect"}},
+      "name type on size cells at direction rotate matrix side max_angle response detect "
+      "reading"},
+     {"an intensity detector", "name type cells axis at rotate matrix response detect reading"}},
     {{"side", RMAP_KEY_WORD, offsetof(struct rmap_detector, side), .words = "front back both"},
      {"max_angle", RMAP_KEY_ANGLE, offsetof(struct rmap_detector, max_angle_rad), &right_angle,
       90}}};
@@ -387,6 +389,7 @@ static void read_detectors(struct rmap_reader *reader, const struct rmap_yaml_no
             continue;
         read_cells(reader, node, detector);
         rmap_reader_response(reader, node, detector);
+        rmap_reader_reading(reader, node, detector);
         if (type == 0)
             read_plane(reader, node, detector);
         else

@@ -26,6 +26,11 @@ static struct rmap_response *read_luminous(struct rmap_reader *reader,
     const struct rmap_scene *scene = reader->scene;
     const struct rmap_channels *channels = &scene->channels;
     const bool in_watts = scene->flux_unit == RMAP_FLUX_W, rgb = channels->mode == RMAP_COLOUR_RGB;
+    if (!in_watts && scene->flux_unit != RMAP_FLUX_LM) {
+        rmap_reader_error(reader, node, "V(lambda) is of light in W or lm, and this is in %s",
+                          rmap_flux_unit_name(scene));
+        return NULL;
+    }
     for (size_t s = 0; s < scene->n_source && in_watts; s++) {
         if (!rgb && rmap_source_has_spectrum(&scene->source[s]))
             continue;

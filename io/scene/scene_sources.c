@@ -407,11 +407,8 @@ void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_
 static void settle(struct rmap_reader *reader, const struct rmap_source_light *light, size_t n)
 {
     struct rmap_scene *scene = reader->scene;
-    bool some_lumens = false, some_watts = false;
     int32_t medium = -1;
-    for (size_t i = 0; i < n; i++)
-        *(light[i].lumens ? &some_lumens : &some_watts) |= !light[i].either;
-    scene->flux_unit = some_lumens && !some_watts ? RMAP_FLUX_LM : RMAP_FLUX_W;
+    rmap_reader_settle_unit(reader, light, n);
     for (size_t i = 0; i < n; i++) {
         rmap_reader_settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];

@@ -27,6 +27,7 @@ const struct rmap_range rmap_range_angle = {FINITE, RMAP_DIMENSION_ANGLE};
 const struct rmap_range rmap_range_polar = {0, 180, "between 0 and 180 degrees",
                                             RMAP_DIMENSION_ANGLE};
 const struct rmap_range rmap_range_wavelength = {POSITIVE, RMAP_DIMENSION_WAVELENGTH};
+const struct rmap_range rmap_range_photon_energy = {POSITIVE, RMAP_DIMENSION_ENERGY};
 const struct rmap_range rmap_range_temperature = {POSITIVE, RMAP_DIMENSION_TEMPERATURE};
 const struct rmap_range rmap_range_delay = {NONNEGATIVE, RMAP_DIMENSION_TIME};
 const struct rmap_range rmap_range_curvature = {FINITE, RMAP_DIMENSION_PER_LENGTH};
@@ -93,6 +94,8 @@ static double scene_unit(const struct rmap_reader *reader, enum rmap_dimension d
         return reader->scene->unit_m;
     if (dimension == RMAP_DIMENSION_PER_LENGTH)
         return 1 / reader->scene->unit_m;
+    if (dimension == RMAP_DIMENSION_ENERGY)
+        return RMAP_EV_J;
     return dimension == RMAP_DIMENSION_WAVELENGTH || dimension == RMAP_DIMENSION_TIME ? 1e-9 : 1;
 }
 
@@ -110,11 +113,22 @@ static enum rmap_dimension dimension_of_units(enum rmap_dimension dimension)
     return dimension == RMAP_DIMENSION_WAVELENGTH ? RMAP_DIMENSION_LENGTH : dimension;
 }
 
+/* A wavelength that is told by the energy of its photons. */
+static bool from_energy(const char *unit, double *nm)
+{
+    const struct rmap_written_unit *of = rmap_unit_of_scene(unit, RMAP_DIMENSION_ENERGY);
+    if (of)
+        *nm = RMAP_HC_J / (*nm * of->size);
+    return of && *nm > 0.0 && isfinite(*nm);
+}
+
 bool rmap_reader_parse_wavelength(const char *text, double *nm_ret)
 {
     const char *unit = NULL;
     if (!rmap_reader_parse_quantity(text, nm_ret, &unit))
         return false;
+    if (from_energy(unit, nm_ret))
+        return true;
     const struct rmap_written_unit *of =
         rmap_unit_of_scene(unit[0] ? unit : "nm", RMAP_DIMENSION_LENGTH);
     if (of)
@@ -150,6 +164,8 @@ static bool read_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
                           node->text, strchr(node->text, ',') ? " (decimals have a point)" : "");
         return false;
     }
+    if (dimension == RMAP_DIMENSION_WAVELENGTH && from_energy(unit, value))
+        return true;
     const struct rmap_written_unit *of = rmap_unit_of_scene(unit, dimension_of_units(dimension));
     if (!of) {
         wrong_unit(reader, node, what, unit, dimension);

@@ -28,8 +28,9 @@ struct rmap_range {
 extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
     rmap_range_share, rmap_range_length, rmap_range_positive_length, rmap_range_nonnegative_length,
     rmap_range_angle, rmap_range_polar /* 0 to 180 */, rmap_range_wavelength,
-    rmap_range_temperature, rmap_range_delay /* in ns */, rmap_range_curvature,
-    rmap_range_attenuation, rmap_range_size; /* a length, of what positions can reach */
+    rmap_range_photon_energy /* in eV */, rmap_range_temperature, rmap_range_delay /* in ns */,
+    rmap_range_curvature, rmap_range_attenuation,
+    rmap_range_size; /* a length, of what positions can reach */
 
 /* All of these: false after a complaint (or when a required key is missing, complained of);
  * true with *value untouched when an optional key is absent. */

@@ -122,9 +122,12 @@ static enum rmap_status write_light(struct rmap_h5 *h5, const struct rmap_scene 
     enum rmap_status st = RMAP_OK;
     size_t n = scene->n_source, n_channel = (size_t)scene->channels.n;
     const struct rmap_h5_unit nm = {"nm", 1e-9, {1}};
-    const struct rmap_h5_unit flux_unit = scene->flux_unit == RMAP_FLUX_W
-                                              ? (struct rmap_h5_unit){"W", 1.0, {2, 1, -3}}
-                                              : (struct rmap_h5_unit){"lm", 1.0, {[6] = 1}};
+    const struct rmap_h5_unit flux_unit[] = {
+        [RMAP_FLUX_W] = {"W", 1.0, {2, 1, -3}},
+        [RMAP_FLUX_LM] = {"lm", 1.0, {[6] = 1}},
+        [RMAP_FLUX_PHOTON_RATE] = {"photons/s", 1.0, {[2] = -1}},
+        [RMAP_FLUX_PHOTONS] = {"photons", 1.0, {0}},
+        [RMAP_FLUX_J] = {"J", 1.0, {2, 1, -2}}};
     double *flux = rmap_alloc(n, sizeof *flux);
     double *colour = rmap_alloc(n * n_channel, sizeof *colour);
     if (!flux || !colour) {
@@ -137,7 +140,7 @@ static enum rmap_status write_light(struct rmap_h5 *h5, const struct rmap_scene 
     }
     const struct rmap_h5_array array[] = {
         {"/channel/wavelength", RMAP_F64, 1, {n_channel}, nm, "vacuum wavelength of each channel"},
-        {"/source/flux", RMAP_F64, 1, {n}, flux_unit, "flux of each source"},
+        {"/source/flux", RMAP_F64, 1, {n}, flux_unit[scene->flux_unit], "flux of each source"},
         {"/source/emitted",
          RMAP_F64,
          1,

@@ -61,6 +61,10 @@ enum rmap_status rmap_ray_file_out_begin(const struct rmap_map *map,
             rmap_error_set(err, RMAP_INPUT,
                            "photons of MCPL have an energy, and this map's light is red, "
                            "green and blue: trace it with --color spectral, or write .tm25ray"));
+    if (format == RMAP_RAYS_TM25 && scene->flux_unit > RMAP_FLUX_LM)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
+                                "TM-25 has flux in W or lm, and this map's is in %s: write .mcpl",
+                                rmap_flux_unit_name(scene)));
     RMAP_TRY(rmap_whole_file_open(&self->whole, request->path, err));
     RMAP_TRY(rmap_ray_writer_begin(self->whole.file, format, scene->flux_unit == RMAP_FLUX_LM,
                                    coloured, request->criterion, &self->writer, err));

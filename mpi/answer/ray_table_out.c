@@ -42,12 +42,10 @@ static enum rmap_status put_text(struct rmap_table_out *self,
                                  const struct rmap_table_request *request, struct rmap_error *err)
 {
     const struct rmap_scene *scene = rmap_map_scene(self->map);
-    const char *const text[][2] = {{"program_version", RMAP_VERSION},
-                                   {"map", request->from},
-                                   {"criterion", request->criterion},
-                                   {"length_unit", scene->unit},
-                                   {"flux_unit", scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W"},
-                                   {"event_bits", rmap_event_bits()}};
+    const char *const text[][2] = {
+        {"program_version", RMAP_VERSION},         {"map", request->from},
+        {"criterion", request->criterion},         {"length_unit", scene->unit},
+        {"flux_unit", rmap_flux_unit_name(scene)}, {"event_bits", rmap_event_bits()}};
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; st == RMAP_OK && i < sizeof text / sizeof *text; i++)
         st = rmap_table_h5_put_text(self->file, text[i][0], text[i][1], err);

@@ -54,7 +54,7 @@ enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by *by,
         return rmap_error_set(err, RMAP_USAGE, "--by '%s': did you mean '%s'?", word, nearest);
     return rmap_error_set(err, RMAP_USAGE,
                           "--by '%s': say source, detector, object, ended, ghost_order, "
-                          "scatter_order, criterion, path, path:object or path:group",
+                          "scatter_order, event, criterion, path, path:object or path:group",
                           word);
 }
 

@@ -470,7 +470,7 @@ static enum rmap_status ask_daylight(struct rmap_map *map, struct request *reque
     if (st == RMAP_OK && request->unit)
         st = rmap_error_set(err, RMAP_USAGE, "the daylight factor is in %%: leave --unit out");
     request->percent = (struct rmap_image_unit){
-        .quantity = RMAP_PER_AREA, .lumens = true, .name = "%", .size = 0.01 * horizontal};
+        .quantity = RMAP_PER_AREA, .flux = RMAP_FLUX_LM, .name = "%", .size = 0.01 * horizontal};
     return st;
 }
 
@@ -596,8 +596,9 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "the polar diagram is a picture: --plot OUT.svg or OUT.png; -o "
                               "OUT.csv has the numbers");
-    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, rmap_detector_ask_lumens(ask), request->unit,
-                                  &ask->unit, err));
+    const enum rmap_flux_unit flux =
+        rmap_detector_ask_lumens(ask) ? RMAP_FLUX_LM : rmap_map_scene(ask->map)->flux_unit;
+    RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, flux, request->unit, &ask->unit, err));
     if (request->daylight)
         ask->unit = &request->percent;
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&

@@ -229,7 +229,7 @@ static enum rmap_status choose(const struct request *request, const struct rmap_
         strcmp(request->quantity, "irradiance") == 0)
         return rmap_error_set(err, RMAP_USAGE,
                               "--quantity irradiance: the sources are in lm: ask for illuminance");
-    RMAP_TRY(rmap_image_unit_find(RMAP_PER_AREA, ask->luminous || scene->flux_unit == RMAP_FLUX_LM,
+    RMAP_TRY(rmap_image_unit_find(RMAP_PER_AREA, ask->luminous ? RMAP_FLUX_LM : scene->flux_unit,
                                   request->unit, &unit, err));
     RMAP_TRY(cut(scene, request, cells_ret, err));
     ask->cells = *cells_ret;

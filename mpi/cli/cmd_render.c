@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/detector/image_unit.h"
 #include "analysis/table/figure_axes.h"
 #include "analysis/table/photo.h"
 #include "base/alloc.h"
@@ -176,7 +177,7 @@ out:
 
 static const char *unit_of(const struct rmap_scene *scene)
 {
-    return scene->flux_unit == RMAP_FLUX_LM ? "cd/m2" : "W/(m2 sr)";
+    return rmap_image_unit_usual(RMAP_PER_AREA_AND_ANGLE, scene->flux_unit)->name;
 }
 
 /* On rank 0, after each pass. */

@@ -219,6 +219,7 @@ static enum rmap_status report_scene(const struct rmap_context *context,
         st = rmap_scene_options_read(given, &options_given, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_scene(context, given->operand[0], &options_given, &bundle, &scene, err));
+    scene->seed = seed;
     if (context->rank == 0) {
         st = open_csv(given, scene, &csv, err);
         if (st == RMAP_OK)

@@ -45,8 +45,9 @@ static const struct rmap_option options[] = {
      "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order, "
      "criterion (of --where or of the FILE of --criteria), path (the classes of "
      "`raymap paths` with most flux, and the others), path:object, path:group",
-     .words = "source detector object ended ghost_order scatter_order criterion path path:object "
-              "path:group"},
+     .words =
+         "source detector object ended ghost_order scatter_order event criterion path path:object "
+         "path:group"},
     {"top", 0, "N", "so many classes of --by path (default 10)", "by"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},

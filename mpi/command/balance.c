@@ -18,7 +18,7 @@ enum { SHOWN_MAX = 10 };
 
 const char *rmap_flux_unit_text(const struct rmap_scene *scene)
 {
-    return scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+    return rmap_flux_unit_name(scene);
 }
 
 static double sum(const double *value, size_t n)

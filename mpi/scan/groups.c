@@ -30,7 +30,7 @@ static enum rmap_status list(const struct rmap_map *map, const struct rmap_group
         if (st != RMAP_OK)
             return st;
         rmap_group_counts_read(counts, g, &count);
-        *own = (struct rmap_ray_group){.name = rmap_stats_group_name(of->by, of->scene, g),
+        *own = (struct rmap_ray_group){.name = rmap_stats_group_name(of->by, of->quantities, g),
                                        .rays = count.rays,
                                        .segments = count.segments};
         rmap_count_flux(&count, map, &own->flux, &own->standard_error);
@@ -69,13 +69,14 @@ enum rmap_status rmap_ray_groups_run(const struct rmap_context *context, const s
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_group_count_kind.destroy(state);
-    rmap_quantities_destroy(quantities);
+    groups->quantities = quantities;
     return st;
 }
 
 void rmap_ray_groups_fini(struct rmap_ray_groups *groups)
 {
     rmap_free(groups->group);
+    rmap_quantities_destroy(groups->quantities);
     *groups = (struct rmap_ray_groups){0};
 }
 

@@ -13,7 +13,7 @@
 #include "mpi/command/command.h"
 
 struct rmap_ray_group {
-    const char *name; /* borrowed from the scene */
+    const char *name; /* borrowed from the scene, or the quantities */
     uint64_t rays, segments;
     double flux, standard_error;
 };
@@ -21,8 +21,9 @@ struct rmap_ray_group {
 struct rmap_ray_groups {
     enum rmap_stats_by by;
     size_t n;
-    struct rmap_ray_group *group; /* those that have rays, in the order of the scene */
-    const char *unit;             /* of flux */
+    struct rmap_ray_group *group;       /* those that have rays, in the order of the scene */
+    const char *unit;                   /* of flux */
+    struct rmap_quantities *quantities; /* that groups were told by */
 };
 
 /* Collective; the groups are rank 0's. overlay: receivers, or NULL. rmap_ray_groups_fini whatever

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/table/csv_field.h"
+#include "scene/events.h"
 
 #define CSV_HEADER                                                                                 \
     "ray,source,stop,flux,wavelength,step,object,face,primitive,events,medium,x0,y0,z0,x,y,z,nx,"  \
@@ -89,7 +90,9 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
                                     struct rmap_error *err)
 {
     const struct rmap_scene *scene = report->scene;
-    const bool curved = rmap_scene_is_curved(scene);
+    const bool curved = rmap_scene_is_curved(scene), events = rmap_scene_has_events(scene);
+    uint64_t event = 0;
+    const bool has = events && rmap_scene_event(scene, report->ray, &event);
     struct rmap_vec3 from = report->start;
     (void)err;
     for (size_t i = 0; i < report->n_step; i++) {
@@ -113,6 +116,8 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
         write_number(out, report->digits, step->reflectance);
         if (curved)
             write_curve(out, report, step);
+        if (events)
+            fprintf(out, has ? ",%" PRIu64 : ",", event);
         fputc('\n', out);
         from = step->position;
     }
@@ -121,7 +126,10 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
 
 const char *rmap_ray_csv_header(const struct rmap_scene *scene)
 {
-    return rmap_scene_is_curved(scene) ? CSV_HEADER ",curve\n" : CSV_HEADER "\n";
+    const bool events = rmap_scene_has_events(scene);
+    if (rmap_scene_is_curved(scene))
+        return events ? CSV_HEADER ",curve,event\n" : CSV_HEADER ",curve\n";
+    return events ? CSV_HEADER ",event\n" : CSV_HEADER "\n";
 }
 
 static bool lies_on_object(const struct rmap_detector *detector)

@@ -30,8 +30,10 @@ enum rmap_rng_slot {
     RMAP_RNG_SLOT_TABLE(RMAP_RNG_ENUM)
 #undef RMAP_RNG_ENUM
         RMAP_RNG_SLOT_COUNT,
-    RMAP_RNG_LOBE = 1024,     /* and those above: tries at a direction of a scatter model */
-    RMAP_RNG_VOLUME = 65536,  /* and those above: tries at a place in a body */
+    RMAP_RNG_LOBE = 1024,       /* and those above: tries at a direction of a scatter model */
+    RMAP_RNG_VOLUME = 65536,    /* and those above: tries at a place in a body */
+    RMAP_RNG_READING = 1 << 29, /* and those above, eight per detector: what its reading makes of an
+                                   event; in the place of the ray stands the event */
     RMAP_RNG_DETECT = 1 << 30 /* and those above, one per detector: whether light that it registers
                                  is detected; the step is the segment's */
 };

@@ -5,7 +5,6 @@
 #include "optics/photon_number.h"
 
 #include "base/portable.h"
-#include "base/rng.h"
 #include "formula/azimuth.h"
 
 /* Of a mean that a uniform number of 32 bits reaches the tails of. */
@@ -26,14 +25,15 @@ static uint64_t invert(double mean, double u)
 }
 
 /* The sum of independent numbers of smaller means. */
-static uint64_t poisson(double mean, uint64_t seed, uint64_t which)
+uint64_t rmap_poisson(double mean, uint64_t seed, uint64_t which, enum rmap_rng_slot slot,
+                      uint32_t *step)
 {
     const uint64_t n_part = (uint64_t)(mean / PART_MEAN) + 1;
     uint64_t sum = 0;
     double u[4];
     for (uint64_t part = 0; part < n_part; part++) {
         if (part % 4 == 0)
-            rmap_rng(seed, which, (uint32_t)(part / 4), RMAP_RNG_PHOTON_NUMBER, u);
+            rmap_rng(seed, which, (*step)++, slot, u);
         sum += invert(mean / (double)n_part, u[part % 4]);
     }
     return sum;
@@ -53,9 +53,10 @@ static uint64_t normal(double mean, double resolution, uint64_t seed, uint64_t w
 
 uint64_t rmap_photon_number(double mean, double resolution, uint64_t seed, uint64_t which)
 {
+    uint32_t step = 0;
     if (!(mean > 0.0))
         return 0;
     return (resolution == 1.0 && mean <= POISSON_MAX) || mean <= 10.0
-               ? poisson(mean, seed, which)
+               ? rmap_poisson(mean, seed, which, RMAP_RNG_PHOTON_NUMBER, &step)
                : normal(mean, resolution, seed, which);
 }

@@ -212,6 +212,16 @@ bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_det
            rmap_scene_in_group(scene, (int32_t)object, detector->on_group);
 }
 
+const char *rmap_flux_unit_name(const struct rmap_scene *scene)
+{
+    static const char *const name[] = {[RMAP_FLUX_W] = "W",
+                                       [RMAP_FLUX_LM] = "lm",
+                                       [RMAP_FLUX_PHOTON_RATE] = "photons/s",
+                                       [RMAP_FLUX_PHOTONS] = "photons",
+                                       [RMAP_FLUX_J] = "J"};
+    return name[scene->flux_unit];
+}
+
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret)
 {
     uint64_t period = ray / scene->schedule_len;

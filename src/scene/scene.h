@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "base/unit.h"
 #include "base/vec.h"
 #include "geometry/mesh.h"
 #include "geometry/shape.h"
@@ -25,6 +26,7 @@
 #include "scene/phase.h"
 #include "scene/profile.h"
 #include "scene/ray_names.h"
+#include "scene/reading.h"
 #include "scene/response.h"
 #include "scene/sky.h"
 #include "scene/species.h"
@@ -124,8 +126,6 @@ enum rmap_distribution {
     RMAP_DISTRIBUTION_STEPS   /* STEPS */
 };
 
-enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
-
 struct rmap_list_ray {
     struct rmap_vec3 origin, direction; /* direction: unit */
     int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
@@ -179,8 +179,9 @@ struct rmap_detector {
     int32_t on_group;     /* group or -1; both -1: free in space */
     uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
     struct rmap_response
-        *response;        /* NULL: all that it registers counts alike; no ray knows of it */
-    int32_t line, column; /* in the scene file */
+        *response;               /* NULL: all that it registers counts alike; no ray knows of it */
+    struct rmap_reading reading; /* of events (raymap events); no ray knows of it */
+    int32_t line, column;        /* in the scene file */
 };
 
 enum rmap_camera_type { RMAP_CAMERA_PINHOLE, RMAP_CAMERA_THIN_LENS };
@@ -240,6 +241,7 @@ struct rmap_scene {
 
     const struct rmap_ray_names *ray_names; /* borrowed of the map that it comes from, or NULL */
     uint64_t seed;                          /* of that map: of draws at detectors */
+    bool is_mixed;                          /* that map has other colour spaces, too */
 
     /* Derived by rmap_scene_finish. */
     bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
@@ -411,6 +413,9 @@ int32_t rmap_scene_surrounding_medium(const struct rmap_scene *scene);
 int rmap_detector_along(const struct rmap_detector *detector, int axis);
 /* The detector's coordinate of one in the world along there. */
 double rmap_detector_from_world(const struct rmap_detector *detector, int axis, double value);
+
+/* "W", "lm", "photons/s", "photons", "J". */
+const char *rmap_flux_unit_name(const struct rmap_scene *scene);
 
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);

@@ -30,6 +30,7 @@ UNITS = {
     "W": {"kW": 1e3, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
     "lm": {"klm": 1e3, "lm": 1.0, "mlm": 1e-3},
     "wavelength": {word: value / 1e-9 for word, value in LENGTH.items()},
+    "photon_energy": {"eV": 1.0, "keV": 1e3, "MeV": 1e6, "GeV": 1e9, "J": 1 / 1.602176634e-19, "mJ": 1e-3 / 1.602176634e-19},
 }
 RELATIONS = {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
              ">": operator.gt, ">=": operator.ge}
@@ -37,7 +38,7 @@ TOKEN = re.compile(r"""\s*(?:
     (?P<number>[-+]?(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?) | (?P<quoted>'(?:[^']|'')*') |
     (?P<string>"[^"]*") | (?P<word>[A-Za-z_*?](?:[\w*?]|\.(?!\.))*) |
     (?P<sign>==|!=|<=|>=|&&|\|\||\.\.|[<>!&|(),@+-]) | (?P<end>$))""", re.VERBOSE)
-OF_RAY = ("segments", "ray", "wavelength", "flux", "path_length", "optical_path")
+OF_RAY = ("segments", "ray", "wavelength", "photon_energy", "flux", "path_length", "optical_path")
 OF_REGISTRATION = ("angle", "x", "y", "time", "optical_path")
 
 
@@ -211,11 +212,12 @@ class Evaluator:
 
     def _ray_numbers(self):
         m = self.map
-        return {"segments": m.ray["segment_count"], "ray": m.ray["id"], "wavelength": m.ray["wavelength"], "flux": m.flux,
+        return {"segments": m.ray["segment_count"], "ray": m.ray["id"], "wavelength": m.ray["wavelength"],
+                "photon_energy": 6.62607015e-34 * 299792458 / 1.602176634e-19 * 1e9 / m.ray["wavelength"], "flux": m.flux,
                 "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
 
     def _ray_units(self, word):
-        return {"wavelength": UNITS["wavelength"], "flux": UNITS[self.map.flux_unit],
+        return {"wavelength": UNITS["wavelength"], "photon_energy": UNITS["photon_energy"], "flux": UNITS[self.map.flux_unit],
                 "path_length": self._length(), "optical_path": self._length()}.get(word)
 
     # ------------------------------------------------------------------ numbers compared with each other

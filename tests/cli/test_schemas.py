@@ -142,6 +142,15 @@ run("draw", "a.raymap", "-o", "a.svg", "--limit", 9, "--force")
 run("detector", "a.raymap", "sensor", "--where", "source(star)", "--mtf")
 run("voxels", "a.raymap", "--cells", "3")
 run("irradiance", "a.raymap", "cover", "--cells", "3")
+with open("rays.csv", "w", encoding="utf-8") as file:
+    file.write("x,y,z,dx,dy,dz,event\n0,0,0,0,0,1,7\n0,0,0,0,0,-1,8\n")
+with open("events.yaml", "w", encoding="utf-8") as file:
+    file.write("raymap: 1\ntime: on\nmedia: {air: {index: 1}}\nsources: [{name: a, type: ray_file, file: rays.csv, medium: air, flux: 2 photons}]\n"
+               "detectors:\n  - {name: one, type: plane, size: 1, cells: 1, at: [0, 0, 1], reading: {dark: 1 MHz, window: 99 ns}}\n"
+               "  - {name: two, type: plane, size: 1, cells: 1, at: [0, 0, 2]}\n")
+run("trace", "events.yaml", "-o", "e.raymap", "-n", 2, "--force")
+run("events", "e.raymap", "-o", "ev.json", "--force", file="ev.json", name="events")
+run("events", "e.raymap")
 run("stats", "a.raymap", "--of", "bounces", "-o", "s.json", "--force", file="s.json", name="stats")
 run("stats", "a.raymap", "--of", "x(sensor)", "--of", "y(sensor)", "--by", "source")
 run("paths", "a.raymap", "--detector", "sensor", "--matrix", "all", "-o", "w.json", "--force", file="w.json", name="paths")
