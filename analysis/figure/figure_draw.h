@@ -5,6 +5,7 @@
 #ifndef RMAP_FIGURE_DRAW_H
 #define RMAP_FIGURE_DRAW_H
 
+#include "analysis/figure/figure_rays.h"
 #include "analysis/figure/figure_view.h"
 #include "analysis/figure/near_plane.h"
 #include "analysis/figure/ray_paint.h"
@@ -22,10 +23,12 @@ struct rmap_figure_draw {
     const double *cut;                /* place of a section along its axis; NULL: as suits */
     double stretch; /* of a section, upwards over to the right; 0: 1, or so that long ones fill the
                        picture */
-    const struct rmap_near_plane *near; /* what chose the rays; NULL: nothing of the sort */
-    bool *misses_ret;                   /* or NULL: whether that is beside all objects */
-    const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
-    double opacity;                     /* of the strongest ray; 0: by their number */
+    const struct rmap_near_plane *near;    /* what chose the rays; NULL: nothing of the sort */
+    bool *misses_ret;                      /* or NULL: whether that is beside all objects */
+    const struct rmap_ray_paint *paint;    /* of the rays; NULL: in the colour of their light */
+    double opacity;                        /* of the strongest ray; 0: by their number */
+    const struct rmap_time_window *window; /* the light under way then, and what was registered
+                                              until then; NULL: whole rays */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 
