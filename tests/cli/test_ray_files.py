@@ -296,7 +296,47 @@ def check_from_map():
         check(said in run("check", scene(file, more, text), status=3), f"{file} {more}: {said}")
 
 
+def check_published():
+    """The same 200 rays of a cylinder as TM-25 and as LightTools text (tests/data/rays)."""
+    data = asking.SOURCE / "tests" / "data" / "rays"
+    text = SCENE.replace("2 W", "2 lm").replace("[450, 550, 650]", "[550]")
+    seen = []
+    for name in "cylinder.tm25ray", "cylinder.ray":
+        (pathlib.Path(name)).write_bytes((data / name).read_bytes())
+        run("trace", scene(name, text=text), "-o", "p.raymap", "-n", 400, "--quiet", "--force")
+        seen.append(rays("p.raymap"))
+    gap = [np.abs(a - b).max() for a, b in zip(*seen)]
+    check(gap[0] < 2e-5 and gap[1] < 2e-6 and gap[2] == 0 and len(seen[0][0]) == 400, f"one cylinder in two formats: {gap}")
+    check(len(np.unique(seen[0][0].round(4), axis=0)) > 150, "many different rays")
+
+
+def check_mcpl_library():
+    """What MCPL's own library writes is read, and it reads what a query writes."""
+    library = ray_files.mcpl_library()
+    if not library:
+        print("MCPL's library is not here (libmcpl1): its files are those of our writer alone")
+        return
+    for double in False, True:
+        ray_files.mcpl_by_library(library, "l.mcpl", place, way, nm, time, np.full(N, 2.5), event, double)
+        run("trace", scene("l.mcpl"), "-o", "l.raymap", "-n", N, "--quiet", "--force", "--time", "on")
+        starts, directions, waves = rays("l.raymap")
+        slack = 1e-12 if double else 2e-6
+        check(np.abs(starts - place).max() < 20 * slack + 1e-5 and np.abs(directions - way).max() < 1e-6 and np.abs(waves - nm).max() < 1e-3,
+              f"particles of the library, double {double}")
+        told = json.loads(run("stats", "l.raymap", "--of", "time(far)", "--json"))["mean"]["value"]
+        check(abs(told * 1e9 - time.mean()) < 1e-5, f"times of the library: {told}, {time.mean()}")
+    run("query", "o.raymap", "registered(mid)", "-o", "q.mcpl", "--at", "mid", "--force")
+    run("query", "o.raymap", "registered(mid)", "-o", "q.tm25ray", "--at", "mid", "--force")
+    at, to, wave, when, weight, flags = ray_files.mcpl_read(library, "q.mcpl")
+    head, names, row = ray_files.read_tm25("q.tm25ray")
+    check(len(at) == len(row) and np.abs(at - row[:, :3]).max() < 1e-3 and np.abs(to - row[:, 3:6]).max() < 1e-5, "the library reads our rays")
+    check(np.abs(wave - row[:, 7]).max() < 1e-2 and (flags == row[:, -2] * 4096 + row[:, -1]).all(), "with colours and ids")
+    check(np.abs(weight / weight.sum() - row[:, 6] / row[:, 6].sum()).max() < 1e-9 and (np.diff(when) != 0).any(), "weights and times")
+
+
 check_written()
+check_published()
+check_mcpl_library()
 check_from_map()
 check_formats()
 check_maps()
