@@ -17,7 +17,7 @@ test_packages=(
     g++ libcmocka-dev python3 python3-numpy python3-h5py python3-jsonschema python3-yaml python3-pip python3-venv
     python3-setuptools
     hdf5-tools clang-format binutils dpkg-dev file strace iproute2
-    chromium
+    chromium libmcpl1
 )
 # A test brings up a Slurm of its own. Debian's daemons start only where a slurm.conf is, and a
 # machine that has one, or a Slurm from elsewhere, is left as it is.

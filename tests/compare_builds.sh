@@ -102,6 +102,8 @@ outputs() { # PROGRAM FOLDER
     scene_outputs room floor_map
     scene_outputs selfoc image
     scene_outputs telescope disturbed
+    scene_outputs wls-fibre near
+    scene_outputs light-guide front
     for encoding in plain compact; do
         mpirun -np 2 "$program" trace "$source/examples/double-gauss/scene.yaml" -o "two.raymap" -n 5000 --encoding $encoding \
             --force --quiet >/dev/null

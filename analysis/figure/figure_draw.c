@@ -11,6 +11,7 @@
 #include "analysis/figure/figure_marks.h"
 #include "analysis/figure/figure_parts.h"
 #include "analysis/figure/figure_rays.h"
+#include "analysis/figure/figure_registered.h"
 #include "analysis/figure/figure_section.h"
 #include "analysis/figure/figure_solid.h"
 #include "analysis/figure/scene_mesh.h"
@@ -102,9 +103,10 @@ static void draw_painted_captions(const struct rmap_figure_draw *options,
 
 static void draw_captions(const struct rmap_scene *scene, const struct rmap_portion *rays,
                           const struct rmap_figure_draw *options,
-                          const struct rmap_view_frame *frame, struct rmap_svg *svg)
+                          const struct rmap_view_frame *frame, uint64_t registered,
+                          struct rmap_svg *svg)
 {
-    char asked[1024], line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN],
+    char asked[1024], line[1024], shown[2048], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN],
         kept[RMAP_GROUPED_LEN];
     (void)snprintf(asked, sizeof asked, "rays: %s",
                    options->criterion ? options->criterion : "all");
@@ -131,7 +133,12 @@ static void draw_captions(const struct rmap_scene *scene, const struct rmap_port
             "; of the first %s of %s rays %s run within %.4g %s of its plane all their way",
             rmap_grouped(near->looked, drawn), rmap_grouped(options->n_matched, matched),
             rmap_grouped(near->near, kept), near->distance, scene->unit);
-    rmap_captions(svg, MARGIN, (const char *const[]){options->title, asked, line}, 3);
+    if (options->window)
+        (void)snprintf(
+            shown, sizeof shown, "light from %.6g to %.6g ns; registered by then: %s; %s",
+            options->window->from, options->window->until, rmap_grouped(registered, drawn), line);
+    rmap_captions(svg, MARGIN,
+                  (const char *const[]){options->title, asked, options->window ? shown : line}, 3);
 }
 
 static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,
@@ -188,8 +195,8 @@ out:
 /* Scene, rays and marks, inside the frame. */
 static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                     const struct rmap_figure_draw *options,
-                                    struct rmap_ray_lines *lines, struct rmap_svg *svg,
-                                    struct rmap_error *err)
+                                    struct rmap_ray_lines *lines, uint64_t *registered,
+                                    struct rmap_svg *svg, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_view_frame *frame = lines->frame;
@@ -207,7 +214,10 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     lines->map = options->map;
     lines->paint = options->paint;
     lines->opacity = options->opacity;
+    lines->window = options->window;
     RMAP_TRY(rmap_rays_draw(scene, rays, lines, svg, err));
+    if (lines->window)
+        *registered = rmap_registered_draw(scene, rays, lines, svg);
     struct rmap_labels labels = {.area = {frame->x, frame->y, frame->width, frame->height}};
     const double foot = frame->y + frame->height; /* where the axes' arrows stand */
     rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
@@ -244,8 +254,9 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
                              TOP + frame.height +
                                  fmax(legend, marks + SCALE_BAR - RMAP_LEGEND_ROW) + BELOW,
                              options->title, &svg, err));
+    uint64_t registered = 0;
     RMAP_TRY(options->painted ? draw_painted(scene, options->painted, &frame, svg, err)
-                              : draw_inside(scene, rays, options, &lines, svg, err));
+                              : draw_inside(scene, rays, options, &lines, &registered, svg, err));
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
@@ -256,7 +267,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     if (options->painted)
         draw_painted_captions(options, &frame, svg);
     else
-        draw_captions(scene, rays, options, &frame, svg);
+        draw_captions(scene, rays, options, &frame, registered, svg);
     *svg_ret = svg;
     svg = NULL;
 out:

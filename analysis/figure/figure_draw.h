@@ -6,6 +6,7 @@
 #define RMAP_FIGURE_DRAW_H
 
 #include "analysis/detector/irradiance_cells.h"
+#include "analysis/figure/figure_rays.h"
 #include "analysis/figure/figure_view.h"
 #include "analysis/figure/near_plane.h"
 #include "analysis/figure/ray_paint.h"
@@ -39,6 +40,8 @@ struct rmap_figure_draw {
     double opacity;                          /* of the strongest ray; 0: by their number */
     const struct rmap_figure_cells *painted; /* in a view of solids, large, in place of rays; NULL:
                                                 none */
+    const struct rmap_time_window *window;   /* the light under way then, and what was registered
+                                                until then; NULL: whole rays */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 

@@ -66,6 +66,11 @@ struct pen {
     struct rmap_vec3 last;  /* pixel and depth of the point before */
     struct rmap_vec3 place; /* of it, for a camera */
     bool down;              /* there is one */
+    struct {
+        struct rmap_vec3 place;
+        double time; /* ns, with a window */
+        bool begun;
+    } passed; /* where the light came from, drawn or not */
     enum rmap_status status;
     struct rmap_error *err;
 };
@@ -126,7 +131,7 @@ static void put_seen(struct pen *pen, struct rmap_vec3 point)
     put_parts(pen, projected(pen, to));
 }
 
-static void put_point(struct pen *pen, struct rmap_vec3 point)
+static void draw_to(struct pen *pen, struct rmap_vec3 point)
 {
     if (pen->lines->frame->view->perspective) {
         put_seen(pen, point);
@@ -139,6 +144,39 @@ static void put_point(struct pen *pen, struct rmap_vec3 point)
         put_parts(pen, to);
     pen->last = to;
     pen->down = true;
+}
+
+static void lift(struct pen *pen)
+{
+    struct stroke *const stroke[] = {&pen->seen, &pen->hidden};
+    for (int k = 0; k < 2; k++)
+        if (stroke[k]->n > 0)
+            stroke_add(pen, stroke[k], (double)NAN, 0.0);
+    pen->down = false;
+}
+
+/* The light comes to a point at a time, which counts with a window alone. */
+static void put_point(struct pen *pen, struct rmap_vec3 point, double time)
+{
+    const struct rmap_time_window *window = pen->lines->window;
+    if (!window) {
+        draw_to(pen, point);
+        return;
+    }
+    const struct rmap_vec3 from = pen->passed.place, way = rmap_sub(point, from);
+    const double begin = pen->passed.time, took = time - begin;
+    const double a = fmax((window->from - begin) / took, 0.0);
+    const double b = fmin((window->until - begin) / took, 1.0);
+    if (pen->passed.begun && took > 0.0 && a < b) {
+        if (a > 0.0 || !pen->down) {
+            lift(pen);
+            draw_to(pen, rmap_axpy(a, way, from));
+        }
+        draw_to(pen, rmap_axpy(b, way, from));
+    }
+    pen->passed.place = point;
+    pen->passed.time = time;
+    pen->passed.begun = true;
 }
 
 /* Points of one path at most: filling in pixels takes time with the square of its length. */
@@ -163,7 +201,7 @@ static void finish_line(struct pen *pen)
         put_line(pen, part[k].stroke);
         part[k].stroke->n = 0;
     }
-    pen->down = false;
+    pen->down = pen->passed.begun = false;
 }
 
 /* A curved segment: its ends and the points between them. */
@@ -171,6 +209,7 @@ struct curved_segment {
     struct rmap_vec3 from, to;
     const float *point; /* [n][3] */
     size_t n;
+    double begin, end; /* times */
 };
 
 static struct rmap_vec3 node(const struct curved_segment *segment, size_t k)
@@ -203,33 +242,40 @@ static struct rmap_vec3 slope(const struct curved_segment *segment, size_t k, do
 /* Cubics through the nodes, up to the last one, which stays to be put. */
 static void put_curve(struct pen *pen, const struct curved_segment *segment)
 {
+    double whole = 0.0, before = 0.0; /* time is shared out by length of chord */
+    for (size_t k = 0; k <= segment->n; k++)
+        whole += rmap_length(rmap_sub(node(segment, k + 1), node(segment, k)));
     for (size_t k = 0; k <= segment->n; k++) {
         struct rmap_vec3 p = node(segment, k), q = node(segment, k + 1), chord = rmap_sub(q, p);
         double h = rmap_length(chord);
+        const double pace = whole > 0.0 ? (segment->end - segment->begin) / whole : 0.0;
         struct rmap_vec3 u = slope(segment, k, h), v = slope(segment, k + 1, h);
         for (int s = 1;
              s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= segment->n; s++) {
             double t = (double)s / RMAP_RAY_CURVE_STROKES, r = 1.0 - t;
             struct rmap_vec3 at = rmap_axpy(t * t * (3.0 - 2.0 * t), chord, p);
-            put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)));
+            put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)),
+                      segment->begin + pace * (before + t * h));
         }
+        before += h;
     }
 }
 
-/* The ink of a segment that arrives with these shares of colour. */
-static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
+const char *rmap_segment_ink(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                             const struct rmap_ray_paint *paint, size_t ray, size_t segment,
+                             char ink[8])
 {
-    const struct rmap_ray_paint *paint = pen->lines->paint;
-    const int n_channel = pen->rays->n_channel;
+    const int n_channel = rays->n_channel;
+    const uint16_t *colour = rays->colour + segment * (size_t)n_channel;
     double share[RMAP_CHANNEL_MAX];
     if (paint && paint->of_ray) {
-        memcpy(pen->ink, paint->group[paint->of_ray[ray]].ink, sizeof pen->ink);
-        pen->style.dash = paint->group[paint->of_ray[ray]].dash;
-        return;
+        memcpy(ink, paint->group[paint->of_ray[ray]].ink, 8);
+        return paint->group[paint->of_ray[ray]].dash;
     }
-    for (int c = 0; c < pen->scene->channels.n; c++)
+    for (int c = 0; c < scene->channels.n; c++)
         share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
-    rmap_ray_ink(pen->scene, share, pen->ink);
+    rmap_ray_ink(scene, share, ink);
+    return NULL;
 }
 
 /* A point of a ray, further on, that lies outside the picture or, of one that runs towards the eye
@@ -257,17 +303,24 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
     const uint16_t *last = NULL;
     size_t point, n_point = rmap_portion_curve_of(rays, rays->ray.id[ray], &point);
     struct rmap_vec3 from = rmap_vec3_of(rays->ray.start + 3 * ray);
+    const struct rmap_light_times *times = pen->lines->window ? pen->lines->window->times : NULL;
     for (size_t i = first; i < first + rays->ray.segment_count[ray]; i++) {
         const uint16_t *colour = rays->colour + i * n_channel;
+        const double begin = times ? times->begin[i] : 0.0, end = times ? times->end[i] : 0.0;
+        pen->passed.time = begin; /* fluorescence may have waited */
         if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
             finish_line(pen);
-            choose_ink(pen, ray, colour);
-            put_point(pen, from);
+            pen->style.dash =
+                rmap_segment_ink(pen->scene, rays, pen->lines->paint, ray, i, pen->ink);
+            put_point(pen, from, begin);
             last = colour;
         }
         struct rmap_vec3 to = rmap_vec3_of(rays->segment.position + 3 * i);
-        struct curved_segment segment = {
-            .from = from, .to = to, .point = rays->curve.position + 3 * point};
+        struct curved_segment segment = {.from = from,
+                                         .to = to,
+                                         .point = rays->curve.position + 3 * point,
+                                         .begin = begin,
+                                         .end = end};
         while (segment.n < n_point && rays->curve.segment[point + segment.n] == i - first)
             segment.n++;
         if (segment.n > 0)
@@ -276,10 +329,13 @@ static void draw_ray(struct pen *pen, size_t ray, size_t first)
         n_point -= segment.n;
         const uint32_t event = rays->segment.event[i];
         if (!(event & RMAP_EVENT_LEFT) || event & RMAP_EVENT_GRADIENT)
-            put_point(pen, from = to);
-        if (event & RMAP_EVENT_LEFT)
-            put_point(pen, beyond_edge(pen->lines->frame, from,
-                                       rmap_vec3_of(rays->ray.end_direction + 3 * ray)));
+            put_point(pen, from = to, end);
+        if (event & RMAP_EVENT_LEFT) {
+            const struct rmap_vec3 direction = rmap_vec3_of(rays->ray.end_direction + 3 * ray);
+            to = beyond_edge(pen->lines->frame, from, direction);
+            put_point(pen, to,
+                      end + (times ? times->leaving[ray] : 0.0) * rmap_length(rmap_sub(to, from)));
+        }
     }
     finish_line(pen);
 }

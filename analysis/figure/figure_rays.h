@@ -8,8 +8,15 @@
 
 #include "analysis/figure/figure_solid.h"
 #include "analysis/figure/ray_paint.h"
+#include "analysis/overlay/light_times.h"
 #include "io/map/map_reader.h"
 #include "portion/portion.h"
+
+/* The light that is under way between two times, ns. */
+struct rmap_time_window {
+    const struct rmap_light_times *times; /* borrowed */
+    double from, until;
+};
 
 /* How rays are drawn; all borrowed. */
 struct rmap_ray_lines {
@@ -18,6 +25,7 @@ struct rmap_ray_lines {
     const struct rmap_ray_paint *paint; /* NULL: in the colour of their light, all alike strong */
     const struct rmap_solid *solid;     /* what hides them, drawn faint then; NULL: nothing */
     double opacity;                     /* of the strongest; 0: by the number of rays */
+    const struct rmap_time_window *window; /* NULL: whole rays */
 };
 
 /* Between two recorded points a curve is drawn in so many strokes. */
@@ -34,5 +42,11 @@ double rmap_ray_opacity(double n_ray);
 
 /* "#rrggbb" on white paper for light with these shares. */
 void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8]);
+
+/* The ink of a segment, a row of /segment, of its light as it arrives or of the ray's group; its
+ * dash, NULL: solid. */
+const char *rmap_segment_ink(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                             const struct rmap_ray_paint *paint, size_t ray, size_t segment,
+                             char ink[8]);
 
 #endif

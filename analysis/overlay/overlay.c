@@ -129,9 +129,11 @@ rmap_column_set rmap_overlay_columns(const struct rmap_overlay *overlay, rmap_co
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive);
     const bool optical = (wanted & (RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) |
                                     RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path))) != 0;
-    if (wanted & RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay))
+    const bool delay = (wanted & RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay)) != 0;
+    if (delay)
         columns |= RMAP_COLUMN_BIT(RMAP_RAY_delay);
-    if ((optical && overlay->needs_index) || overlay->needs_wavelength)
+    if ((optical && overlay->needs_index) || overlay->needs_wavelength ||
+        (delay && scene->fluoresces))
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
     return columns;
 }
@@ -344,8 +346,7 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
     const float *start = stored->ray.start + 3 * ray->row;
     struct rmap_vec3 from = rmap_vec3((double)start[0], (double)start[1], (double)start[2]);
     double optical = 0.0;
-    ray->clock = (struct rmap_clock){.delay_ns = stored->ray.delay ? stored->ray.delay[ray->row]
-                                                                   : 0.0}; /* whenever it came */
+    ray->clock = (struct rmap_clock){.delay_ns = rmap_overlay_emission_delay(ray)};
     for (uint32_t k = 0; k < ray->n_segment; k++) {
         const int32_t object = stored->segment.object[ray->segment + k];
         const int16_t medium = stored->segment.medium[ray->segment + k];
@@ -355,8 +356,10 @@ static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_o
                                   "damaged map: segment %u of ray %" PRIu64
                                   " has an object or a medium that the scene has not",
                                   k, stored->ray.id[ray->row]);
-        rmap_overlay_segment(self->overlay, ray, k, from, optical, &segment);
+        rmap_overlay_segment(&self->overlay->scene, ray, k, from, optical, &segment);
         RMAP_TRY(watch(self, ray, &segment, err));
+        if (ray->scene->fluoresces)
+            ray->clock.delay_ns += rmap_overlay_delay(ray, k);
         optical = segment.optical_from + segment.index * segment.length;
         ray->clock.group_path += ray->clock.group_index * segment.length;
         from = segment.to;

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "analysis/overlay/overlay_segment.h"
+#include "trace/luminescence.h"
 
 /* The refractive index along a straight segment, n or n_group of its medium: of the mean over its
  * colour, as traced. */
@@ -34,7 +35,44 @@ static double distance_out(const struct rmap_scene *scene, struct rmap_vec3 orig
     return gap > 0.0 ? sqrt(along * along + gap) - along : 0.0;
 }
 
-void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overlay_ray *ray,
+/* The channel whose light the segment carries: one alone where the field is dispersive. */
+static int channel_of(const struct rmap_overlay_ray *ray, size_t row)
+{
+    const struct rmap_portion *portion = ray->portion;
+    int most = 0;
+    if (!portion->colour)
+        return 0;
+    const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
+    for (int c = 1; c < portion->n_channel; c++)
+        if (share[c] > share[most])
+            most = c;
+    return most;
+}
+
+double rmap_overlay_delay(const struct rmap_overlay_ray *ray, uint32_t segment)
+{
+    const struct rmap_portion *portion = ray->portion;
+    const size_t row = ray->segment + segment;
+    const int16_t medium = portion->segment.medium[row];
+    const int channel = channel_of(ray, row), n_channel = ray->scene->channels.n;
+    const struct rmap_draw draw = {ray->scene->seed, portion->ray.id[ray->row], segment + 1};
+    struct rmap_reemission back;
+    const bool known = portion->segment.event[row] & RMAP_EVENT_FLUORESCE && medium >= 0 &&
+                       (size_t)medium < ray->scene->n_medium && channel < n_channel;
+    return known && rmap_reemit(&ray->scene->medium[medium], n_channel, &draw, channel, &back)
+               ? back.delay_ns
+               : 0.0;
+}
+
+double rmap_overlay_emission_delay(const struct rmap_overlay_ray *ray)
+{
+    double delay = ray->portion->ray.delay ? ray->portion->ray.delay[ray->row] : 0.0;
+    for (uint32_t k = 0; k < ray->n_segment && ray->scene->fluoresces; k++)
+        delay -= rmap_overlay_delay(ray, k);
+    return delay;
+}
+
+void rmap_overlay_segment(const struct rmap_scene *within, struct rmap_overlay_ray *ray,
                           uint32_t segment, struct rmap_vec3 from, double optical,
                           struct rmap_segment *out)
 {
@@ -51,7 +89,7 @@ void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overla
     bool leaves = event & RMAP_EVENT_LEFT && !(event & RMAP_EVENT_GRADIENT);
     if (leaves && rmap_dot(end, end) > 0.0) {
         out->direction = rmap_normalize(end);
-        out->length = distance_out(&overlay->scene, from, out->direction);
+        out->length = distance_out(within, from, out->direction);
         out->to = rmap_axpy(out->length, out->direction, from);
     } else {
         struct rmap_vec3 way = rmap_sub(to, from);
@@ -94,20 +132,6 @@ static const struct rmap_gradient *gradient_of(const struct rmap_overlay_ray *ra
         if (scene->gradient[g].medium == medium)
             return &scene->gradient[g];
     return NULL;
-}
-
-/* The channel whose light the segment carries: one alone where the field is dispersive. */
-static int channel_of(const struct rmap_overlay_ray *ray, size_t row)
-{
-    const struct rmap_portion *portion = ray->portion;
-    int most = 0;
-    if (!portion->colour)
-        return 0;
-    const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
-    for (int c = 1; c < portion->n_channel; c++)
-        if (share[c] > share[most])
-            most = c;
-    return most;
 }
 
 /* A curved segment being followed from point to point. */
@@ -208,7 +232,8 @@ void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray 
             .clock = out->clock,
             .gradient = path.gradient,
             .channel = path.channel};
-        rmap_detect_curve(scene, &piece, recorder);
+        if (scene)
+            rmap_detect_curve(scene, &piece, recorder);
         out->optical_from += step.optical;
         if (out->clock)
             ray->clock.group_path += path.gradient

@@ -32,13 +32,19 @@ struct rmap_overlay_ray {
 
 /* Segment `segment` of the ray, as light that detectors watch. false: it has no length. from: where
  * the segment before ended; optical: the path up to there. The straight segment's `to` is where it
- * ends, or for one that left, on the overlay's bounding sphere. */
-void rmap_overlay_segment(const struct rmap_overlay *overlay, struct rmap_overlay_ray *ray,
+ * ends, or for one that left, on the bounding sphere of the scene `within`. */
+void rmap_overlay_segment(const struct rmap_scene *within, struct rmap_overlay_ray *ray,
                           uint32_t segment, struct rmap_vec3 from, double optical,
                           struct rmap_segment *out);
 
-/* Lets the free planes of `scene` watch the curved segment; `out`: as rmap_overlay_segment left it,
- * gets the direction at its end, and its optical path there as `optical_from` with index 0. */
+/* Delay of the fluorescence at the end of the segment, ns, drawn again: 0 for other events. And
+ * that of the emission: the rest of the ray's. */
+double rmap_overlay_delay(const struct rmap_overlay_ray *ray, uint32_t segment);
+double rmap_overlay_emission_delay(const struct rmap_overlay_ray *ray);
+
+/* Lets the free planes of `scene` (NULL: none) watch the curved segment; `out`: as
+ * rmap_overlay_segment left it, gets the direction at its end, and its optical path there as
+ * `optical_from` with index 0. */
 void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray *ray,
                         struct rmap_segment *out, struct rmap_recorder *recorder);
 

@@ -29,6 +29,7 @@ const leg = unpackAll(data.rays.leg);
 const registration = unpackAll(data.rays.registration);
 const curve = unpackAll(data.rays.curve);
 const colour = unpackAll(data.rays.colour);
+const times = data.times ? unpackAll(data.times) : null; // ns, of maps with arrival times
 const words = data.rays.words;
 const scene = data.scene;
 const detectors = data.detectors.list;

@@ -6,6 +6,7 @@
  */
 #include <string.h>
 
+#include "analysis/overlay/light_times.h"
 #include "analysis/page/page.h"
 #include "analysis/page/page_asset.h"
 #include "analysis/page/page_colour.h"
@@ -206,6 +207,23 @@ static json_t *page_rays(const struct rmap_page *page, struct rmap_error *err)
     return json;
 }
 
+/* Arrival times, ns; of a leg that leaves when it began and how long it takes per length. */
+static json_t *page_times(const struct rmap_page *page, struct rmap_error *err)
+{
+    const size_t *n = page->rays->n_row;
+    struct rmap_light_times *times = NULL;
+    if (rmap_light_times_create(page->map, page->rays, &times, err) != RMAP_OK)
+        return NULL;
+    json_t *json = json_pack("{s:o, s:o, s:o}", "begin",
+                             rmap_page_doubles(times->begin, n[RMAP_TABLE_SEGMENT]), "end",
+                             rmap_page_doubles(times->end, n[RMAP_TABLE_SEGMENT]), "leaving",
+                             rmap_page_doubles(times->leaving, n[RMAP_TABLE_RAY]));
+    rmap_light_times_destroy(times);
+    if (!json)
+        (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the times of a page");
+    return json;
+}
+
 static json_t *view_json(const struct rmap_page *page)
 {
     struct rmap_view view;
@@ -243,6 +261,8 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
     RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
     RMAP_TRY(put(data, "geometries", rmap_page_geometries(scene, err), err));
     RMAP_TRY(put(data, "rays", page_rays(page, err), err));
+    if (rmap_map_scene(page->map)->timed)
+        RMAP_TRY(put(data, "times", page_times(page, err), err));
     RMAP_TRY(put(data, "classes", rmap_page_classes(page, err), err));
     RMAP_TRY(put(data, "order", rmap_page_orders(page, err), err));
     RMAP_TRY(put(data, "where", rmap_page_where(page, err), err));

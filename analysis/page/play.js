@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// Light on its way: every ray is drawn up to the path travelled, the same for all of them.
+// Light on its way: every ray is drawn up to the path travelled, the same for all of them; where
+// the map has times, up to the same time.
 
 const DURATION = 6; // seconds from the first emission to the last end, at speed 1
 const TRAIL = 0.05; // of the longest path
 
+if (times) byId("scrub").setAttribute("aria-label", "time");
 const player = { playing: false, at: 1, last: 0 };
 rayUniforms.trail.value = Math.max(TRAIL * longestPath, 1e-12);
 
@@ -15,7 +17,7 @@ function setTravelled(at) {
   rayUniforms.now.value = still ? 3e38 : player.at * longestPath;
   rayUniforms.fade.value = still ? 1 : 0.45;
   byId("scrub").value = String(Math.round(1000 * player.at));
-  byId("travelled").textContent = still ? "whole paths" : `${figure(player.at * longestPath, 4)} ${scene.unit}`;
+  byId("travelled").textContent = still ? "whole paths" : `${figure(firstTime + player.at * longestPath, 4)} ${times ? "ns" : scene.unit}`;
   redraw();
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // All rays as one set of lines: one draw call. A leg is one stroke, a curved one several. Every
-// vertex knows the path travelled up to it, by which the animation cuts the lines, and the state of
-// its ray.
+// vertex knows the path travelled up to it, or where the map has times when its light was there, by
+// which the animation cuts the lines, and the state of its ray.
 
 const HIDDEN = 0, DIM = 1, SHOWN = 2, STRONG = 3;
 const CURVE_STROKES = curve.leg.length > 50000 ? 1 : 4; // between two points of a curved leg
@@ -37,6 +37,17 @@ function legEnd(r, l, from) {
   return [0, 1, 2].map((k) => from[k] + length * ray.end_direction[3 * r + k]);
 }
 
+const distance = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+const firstTime = times && leg.count ? times.begin.reduce((least, v) => Math.min(least, v), Infinity) : 0;
+
+/* What length along a leg adds. */
+function paceOf(r, l, from, points) {
+  if (!times) return 1;
+  if (leg.event[l] & EVENT_LEFT && !(leg.event[l] & (1 << words.event.indexOf("gradient")))) return times.leaving[r];
+  const length = points.reduce(([sum, at], to) => [sum + distance(at, to), to], [0, from])[0];
+  return length > 0 ? (times.end[l] - times.begin[l]) / length : 0;
+}
+
 /* position: [2 strokes][3], path: [2 strokes], leg: [strokes]; first: stroke of a leg's first. */
 const strokes = (() => {
   const n = leg.count + CURVE_STROKES * (curve.leg.length * 2);
@@ -50,11 +61,14 @@ const strokes = (() => {
       while (point < curve.leg.length && curve.leg[point] === l) point++;
       const end = legEnd(r, l, from);
       first[l] = count;
-      for (const to of point > firstPoint ? curvePoints(from, firstPoint, point, end) : [end]) {
+      const points = point > firstPoint ? curvePoints(from, firstPoint, point, end) : [end];
+      const pace = paceOf(r, l, from, points);
+      if (times) travelled = times.begin[l] - firstTime;
+      for (const to of points) {
         position.set(from, 6 * count);
         position.set(to, 6 * count + 3);
         path[2 * count] = travelled;
-        travelled += Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+        travelled += pace * distance(from, to);
         path[2 * count + 1] = travelled;
         of[count++] = l;
         from = to;

@@ -2,6 +2,7 @@
  *
  * Rays go to their classes one by one; those that share a path together (path_count.c).
  */
+#include <math.h>
 #include <string.h>
 
 #include "analysis/paths/path_count.h"
@@ -17,6 +18,11 @@ rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context
 {
     rmap_column_set columns =
         rmap_path_keys_columns(context->keys) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    if (context->timed && rmap_path_keys_view(context->keys)->until_detector)
+        columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) |
+                   RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay);
+    else if (context->timed)
+        columns |= RMAP_COLUMN_BIT(RMAP_RAY_group_path) | RMAP_COLUMN_BIT(RMAP_RAY_delay);
     return context->most_cells ? columns | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) : columns;
 }
 
@@ -88,6 +94,43 @@ static bool counts(const struct rmap_path_counting *context, struct rmap_key key
                                    context->least[rmap_path_source_of(key)];
 }
 
+/* ---- times ---- */
+
+/* Unit of weight x time: 2^-20 ns. */
+static const double TIME_UNIT = 1.0 / (1 << 20), MOST_TIME = 9e18;
+
+/* Of one path of a ray of that weight. */
+static void set_time(const struct rmap_path_counts *self, const struct rmap_portion *portion,
+                     const struct rmap_path_place_of_ray *place, struct rmap_key_sum *one)
+{
+    const struct rmap_scene *scene = rmap_map_scene(self->context->map);
+    const double ns = scene->unit_m / 0.299792458; /* per length */
+    const size_t row = place->until - (place->until > 0);
+    const double time =
+        place->until ? portion->registration.delay[row] + ns * portion->registration.group_path[row]
+                     : portion->ray.delay[place->ray] + ns * portion->ray.group_path[place->ray];
+    const double units = rint(one->weight * time / TIME_UNIT);
+    const int64_t whole = (int64_t)fmin(fmax(units, -MOST_TIME), MOST_TIME);
+    one->number[RMAP_PATH_CLASS_TIME] = (uint64_t)whole;
+    one->number[RMAP_PATH_CLASS_TIME_HIGH] = whole < 0 ? UINT64_MAX : 0;
+}
+
+static void add_time(uint64_t *sum, const uint64_t *more)
+{
+    sum[0] += more[0];
+    sum[1] += more[1] + (sum[0] < more[0]);
+}
+
+double rmap_path_class_time(const struct rmap_key_sum *sum)
+{
+    const uint64_t *time = sum->number + RMAP_PATH_CLASS_TIME;
+    const bool negative = time[1] >> 63;
+    const uint64_t low = negative ? 0 - time[0] : time[0];
+    const uint64_t high = negative ? ~time[1] + (time[0] == 0) : time[1];
+    const double size = ldexp((double)high, 64) + (double)low;
+    return (negative ? -size : size) * TIME_UNIT / sum->weight;
+}
+
 static void add_to(struct rmap_key_sum *sum, const struct rmap_key_sum *more)
 {
     const bool is_new = sum->number[RMAP_PATH_CLASS_RAYS] == 0;
@@ -99,6 +142,7 @@ static void add_to(struct rmap_key_sum *sum, const struct rmap_key_sum *more)
     sum->number[RMAP_PATH_CLASS_RAYS] += more->number[RMAP_PATH_CLASS_RAYS];
     sum->number[RMAP_PATH_CLASS_SEGMENTS] += more->number[RMAP_PATH_CLASS_SEGMENTS];
     sum->number[RMAP_PATH_CLASS_REGISTRATIONS] += more->number[RMAP_PATH_CLASS_REGISTRATIONS];
+    add_time(sum->number + RMAP_PATH_CLASS_TIME, more->number + RMAP_PATH_CLASS_TIME);
 }
 
 /* Of one that counts. */
@@ -227,6 +271,8 @@ static enum rmap_status add_path(struct rmap_path_counts *self, const struct rma
                                weight,
                                (2.0 * (double)before + 1.0) * weight * weight,
                                {before == 0, ray->id[place->ray], before == 0 ? n_segment : 0, 0}};
+    if (self->context->timed)
+        set_time(self, portion, place, &one);
     RMAP_TRY(add_hits(self, portion, place, key, &one.number[RMAP_PATH_CLASS_REGISTRATIONS], err));
     st = add_counted(self, &one, err);
 out:
@@ -298,7 +344,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     struct rmap_path_summary summary = {.paths = NULL};
     enum rmap_status st = RMAP_OK;
     bool done = false;
-    if (!cells)
+    if (!cells && !self->context->timed) /* times are each ray's own */
         RMAP_TRY(rmap_fold_path_summary(rays, &summary, err));
     if (rmap_path_shares_matter(rays, &summary))
         RMAP_TRY(path_counts_add_summary(self, rays, &summary, &done, err));

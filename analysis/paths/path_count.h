@@ -19,8 +19,15 @@ enum {
     RMAP_PATH_CLASS_RAYS,
     RMAP_PATH_CLASS_FIRST_RAY, /* the smallest id */
     RMAP_PATH_CLASS_SEGMENTS,
-    RMAP_PATH_CLASS_REGISTRATIONS
+    RMAP_PATH_CLASS_REGISTRATIONS,
+    RMAP_PATH_CLASS_TIME, /* sum of weight x time, two's complement of 128 bits, the low ones first:
+                             whole numbers, so that the order is no matter */
+    RMAP_PATH_CLASS_TIME_HIGH
 };
+
+/* Mean arrival time of a class, ns, weighted by flux: of its registrations where paths end at a
+ * detector, else of its rays' ends. */
+double rmap_path_class_time(const struct rmap_key_sum *sum);
 
 /* An entry of cells: what of a class was registered in a cell; a ray's registrations in it are one
  * contribution. */
@@ -41,6 +48,7 @@ struct rmap_path_counting {
     const struct rmap_path_sketch *sketch; /* NULL: count all */
     const uint32_t *least;                 /* [n_source] with a sketch */
     const struct rmap_key_sums *chosen;    /* NULL, or keys of the only classes that count */
+    bool timed;                            /* mean times are wanted, which the map has */
 };
 
 /* State of the fold. */

@@ -35,13 +35,15 @@ static void fill_row(struct rmap_path_report *report, const struct rmap_key_sum 
                      struct rmap_path_row *row, struct rmap_count *rest)
 {
     const int32_t source = rmap_path_source_of(sum->key);
-    *row = (struct rmap_path_row){.key = sum->key,
-                                  .source = source,
-                                  .rays = sum->number[RMAP_PATH_CLASS_RAYS],
-                                  .segments = sum->number[RMAP_PATH_CLASS_SEGMENTS],
-                                  .registrations = sum->number[RMAP_PATH_CLASS_REGISTRATIONS],
-                                  .first_ray = sum->number[RMAP_PATH_CLASS_FIRST_RAY],
-                                  .peak.detector = -1};
+    *row =
+        (struct rmap_path_row){.key = sum->key,
+                               .source = source,
+                               .rays = sum->number[RMAP_PATH_CLASS_RAYS],
+                               .segments = sum->number[RMAP_PATH_CLASS_SEGMENTS],
+                               .registrations = sum->number[RMAP_PATH_CLASS_REGISTRATIONS],
+                               .first_ray = sum->number[RMAP_PATH_CLASS_FIRST_RAY],
+                               .mean_time = report->timed ? rmap_path_class_time(sum) : (double)NAN,
+                               .peak.detector = -1};
     rmap_path_flux(report->map, (size_t)source, sum->weight, sum->weight_squared, &row->flux,
                    &row->standard_error);
     row->share = report->total.flux > 0.0 ? row->flux / report->total.flux : 0.0;
@@ -78,6 +80,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
                                         .n_class = n,
                                         .exact = bound == 0.0,
                                         .bound = bound,
+                                        .timed = counts->context->timed,
                                         .n_row = n < top ? n : (size_t)top};
     report->total = total_of(map, &counts->total);
     report->row = rmap_alloc(report->n_row + 1, sizeof *report->row);
@@ -435,6 +438,8 @@ static void add_row(struct rmap_text_table *table, const struct rmap_path_report
                             peak_unit(scene, row->peak.detector));
     else
         rmap_text_table_add(table, "-");
+    if (report->timed)
+        rmap_text_table_add(table, "%.5g", row->mean_time);
     rmap_text_table_add(table, "%" PRIu64, row->first_ray);
     rmap_path_shorten(row->sequence, width, path, sizeof path);
     rmap_text_table_add(table, "%s: %s", scene->source[row->source].name, path);
@@ -450,7 +455,7 @@ static void add_rest(struct rmap_text_table *table, const struct rmap_path_repor
     add_error(table, rest->standard_error);
     rmap_text_table_add(table, "%" PRIu64, rest->rays);
     rmap_text_table_add(table, "%.4g", (double)rest->segments / (double)rest->rays);
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3 + report->timed; c++)
         rmap_text_table_add(table, "%s", "");
     if (report->exact)
         rmap_text_table_add(table, "%zu more", report->n_class - report->n_row);
@@ -482,9 +487,9 @@ static void print_head(const struct rmap_path_report *report, FILE *out)
 enum rmap_status rmap_path_report_print(const struct rmap_path_report *report, size_t width,
                                         FILE *out, struct rmap_error *err)
 {
-    static const char *const head[] = {"#",    "share", "flux",       "+-",        "rays",
-                                       "legs", "seen",  "peak +- se", "first ray", "path"};
-    enum { N = sizeof head / sizeof *head };
+    static const char *const head[] = {"#",    "share",      "flux",    "+-",        "rays", "legs",
+                                       "seen", "peak +- se", "mean ns", "first ray", "path"};
+    enum { N = sizeof head / sizeof *head, TIME = N - 3 };
     struct rmap_text_table table;
     size_t room = width > OTHER_COLUMNS + LEAST ? width - OTHER_COLUMNS : LEAST;
     room = width == 0 || room > MOST ? MOST : room;
@@ -493,9 +498,10 @@ enum rmap_status rmap_path_report_print(const struct rmap_path_report *report, s
         fputs("  no ray has such a path\n", out);
         return RMAP_OK;
     }
-    rmap_text_table_init(&table, N);
+    rmap_text_table_init(&table, N - !report->timed);
     for (size_t c = 0; c < N; c++)
-        rmap_text_table_add(&table, "%s", head[c]);
+        if (c != TIME || report->timed)
+            rmap_text_table_add(&table, "%s", head[c]);
     for (size_t k = 0; k < report->n_row; k++)
         add_row(&table, report, k, room);
     if (report->rest.rays > 0)
@@ -525,14 +531,17 @@ static json_t *row_json(const struct rmap_path_report *report, size_t k)
 {
     const struct rmap_path_row *row = &report->row[k];
     const struct rmap_scene *scene = report->scene;
-    return json_pack("{s:I, s:s, s:s, s:s?, s:I, s:I, s:o, s:o, s:o, s:I, s:I, s:o}", "rank",
-                     (json_int_t)(k + 1), "source", scene->source[row->source].name, "sequence",
-                     row->sequence, "criterion", row->criterion, "rays", (json_int_t)row->rays,
-                     "segments", (json_int_t)row->segments, "flux", rmap_json_number(row->flux),
-                     "share", rmap_json_number(row->share), "standard_error",
-                     rmap_json_number(row->standard_error), "first_ray", (json_int_t)row->first_ray,
-                     "registrations", (json_int_t)row->registrations, "peak",
-                     peak_json(scene, &row->peak));
+    json_t *json = json_pack("{s:I, s:s, s:s, s:s?, s:I, s:I, s:o, s:o, s:o, s:I, s:I, s:o}",
+                             "rank", (json_int_t)(k + 1), "source", scene->source[row->source].name,
+                             "sequence", row->sequence, "criterion", row->criterion, "rays",
+                             (json_int_t)row->rays, "segments", (json_int_t)row->segments, "flux",
+                             rmap_json_number(row->flux), "share", rmap_json_number(row->share),
+                             "standard_error", rmap_json_number(row->standard_error), "first_ray",
+                             (json_int_t)row->first_ray, "registrations",
+                             (json_int_t)row->registrations, "peak", peak_json(scene, &row->peak));
+    if (report->timed && json)
+        (void)json_object_set_new(json, "mean_time", rmap_json_number(row->mean_time));
+    return json;
 }
 
 json_t *rmap_path_report_json(const struct rmap_path_report *report)
@@ -564,6 +573,14 @@ json_t *rmap_path_report_json(const struct rmap_path_report *report)
         report->exact ? json_null() : json_real(report->bound));
 }
 
+static void put_time(const struct rmap_path_report *report, const struct rmap_path_row *row,
+                     FILE *out)
+{
+    if (report->timed)
+        rmap_csv_put_number(row->mean_time, out);
+    fputc('\n', out);
+}
+
 static void put_row(const struct rmap_path_report *report, size_t k, FILE *out)
 {
     const struct rmap_path_row *row = &report->row[k];
@@ -578,7 +595,8 @@ static void put_row(const struct rmap_path_report *report, size_t k, FILE *out)
     rmap_csv_put_number(row->standard_error, out);
     fprintf(out, ",%" PRIu64 ",%" PRIu64, row->first_ray, row->registrations);
     if (row->peak.detector < 0) {
-        fputs(",,,,,,\n", out);
+        fputs(",,,,,,", out);
+        put_time(report, row, out);
         return;
     }
     rmap_csv_put_text(scene->detector[row->peak.detector].name, out);
@@ -587,7 +605,7 @@ static void put_row(const struct rmap_path_report *report, size_t k, FILE *out)
     rmap_csv_put_number(row->peak.x, out);
     rmap_csv_put_number(row->peak.y, out);
     rmap_csv_put_text(peak_unit(scene, row->peak.detector), out);
-    fputc('\n', out);
+    put_time(report, row, out);
 }
 
 void rmap_path_report_csv(const struct rmap_path_report *report, FILE *out)
@@ -601,8 +619,9 @@ void rmap_path_report_csv(const struct rmap_path_report *report, FILE *out)
     if (!report->exact)
         fprintf(out, "# not all classes: those with a share of %.17g or more\n", report->bound);
     fputs("rank,source,sequence,criterion,rays,segments,flux,share,standard_error,first_ray,"
-          "registrations,peak_detector,peak,peak_standard_error,peak_x,peak_y,peak_unit\n",
+          "registrations,peak_detector,peak,peak_standard_error,peak_x,peak_y,peak_unit",
           out);
+    fputs(report->timed ? ",mean_time_ns\n" : "\n", out);
     for (size_t k = 0; k < report->n_row; k++)
         put_row(report, k, out);
 }

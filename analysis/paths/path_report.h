@@ -30,6 +30,7 @@ struct rmap_path_row {
     int32_t source;
     uint64_t rays, segments, registrations, first_ray;
     double flux, share, standard_error;
+    double mean_time; /* ns; of a report with times */
     struct rmap_path_peak peak;
     char *sequence, *criterion; /* criterion NULL: none can be written */
 };
@@ -54,6 +55,7 @@ struct rmap_path_report {
     bool exact;                         /* these are all; else those above `bound`, and some */
     double bound;                       /* share of the flux from which on all are known */
     bool peaks_missing;                 /* of some rows */
+    bool timed;                         /* rows have mean times */
     size_t n_row;
     struct rmap_path_row *row;
 };

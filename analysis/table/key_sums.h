@@ -25,7 +25,7 @@ static inline bool rmap_keys_equal(struct rmap_key a, struct rmap_key b)
 struct rmap_key_sum {
     struct rmap_key key;
     double weight, weight_squared;
-    uint64_t number[4]; /* what they are is the user's; 0 in a new entry */
+    uint64_t number[6]; /* what they are is the user's; 0 in a new entry */
 };
 
 struct rmap_key_sums {

@@ -161,25 +161,42 @@ static enum rmap_status rasterise(const char *text, size_t nbytes, int width, in
     return st;
 }
 
-enum rmap_status rmap_picture_write(struct rmap_svg *svg, const char *path, double scale,
-                                    struct rmap_error *err)
+enum rmap_status rmap_picture_png(struct rmap_svg *svg, double scale, uint8_t **png_ret,
+                                  size_t *nbytes_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct bytes png = {0};
     const char *text = NULL;
     size_t nbytes = 0;
+    RMAP_TRY(rmap_svg_finish(svg, &text, &nbytes, err));
+    RMAP_TRY(rasterise(text, nbytes, (int)(rmap_svg_width(svg) * scale + 0.5),
+                       (int)(rmap_svg_height(svg) * scale + 0.5), &png, err));
+    *png_ret = png.data;
+    *nbytes_ret = png.n;
+    png.data = NULL;
+out:
+    rmap_free(png.data);
+    return st;
+}
+
+enum rmap_status rmap_picture_write(struct rmap_svg *svg, const char *path, double scale,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *png = NULL;
+    const char *text = NULL;
+    size_t nbytes = 0;
     enum rmap_picture kind = rmap_picture_kind(path);
     if (kind == RMAP_PICTURE_NONE)
         return rmap_error_set(err, RMAP_USAGE, "'%s': a picture's name ends in .svg or .png", path);
-    RMAP_TRY(rmap_svg_finish(svg, &text, &nbytes, err));
     if (kind == RMAP_PICTURE_SVG) {
+        RMAP_TRY(rmap_svg_finish(svg, &text, &nbytes, err));
         st = rmap_whole_file_put_bytes(path, text, nbytes, err);
         goto out;
     }
-    RMAP_TRY(rasterise(text, nbytes, (int)(rmap_svg_width(svg) * scale + 0.5),
-                       (int)(rmap_svg_height(svg) * scale + 0.5), &png, err));
-    st = rmap_whole_file_put_bytes(path, png.data, png.n, err);
+    RMAP_TRY(rmap_picture_png(svg, scale, &png, &nbytes, err));
+    st = rmap_whole_file_put_bytes(path, png, nbytes, err);
 out:
-    rmap_free(png.data);
+    rmap_free(png);
     return st;
 }

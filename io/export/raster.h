@@ -25,6 +25,10 @@ enum rmap_picture { RMAP_PICTURE_NONE, RMAP_PICTURE_SVG, RMAP_PICTURE_PNG };
 /* Kind of picture that a file name's suffix asks for. */
 enum rmap_picture rmap_picture_kind(const char *path);
 
+/* Finishes the picture as PNG at `scale` pixels per SVG pixel. *png_ret: rmap_free. */
+enum rmap_status rmap_picture_png(struct rmap_svg *svg, double scale, uint8_t **png_ret,
+                                  size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* Finishes the picture and writes it to `path`, in place of what stood there; PNG at `scale`
  * pixels per SVG pixel. RMAP_USAGE for another suffix, RMAP_SYSTEM when it cannot be written. */
 enum rmap_status rmap_picture_write(struct rmap_svg *svg, const char *path, double scale,

@@ -14,7 +14,14 @@
 #include "geometry/mesh.h"
 #include "gradient/grid.h"
 #include "io/file/diagnostics.h"
+#include "scene/file_rays.h"
 #include "scene/scene.h"
+
+/* The rays that a detector of a map (NULL: its only one) registered of those that match a criterion
+ * (NULL: all). RMAP_INPUT, RMAP_SYSTEM, RMAP_FORMAT. */
+typedef enum rmap_status rmap_map_rays_reader(const char *path, const char *detector,
+                                              const char *where, struct rmap_file_rays **set_ret,
+                                              struct rmap_error *err);
 
 /* What part of a scene takes part, and in which light. All strings owned; NULL or 0: not given. */
 struct rmap_scene_options {
@@ -26,6 +33,8 @@ struct rmap_scene_options {
     size_t n_only, n_without, n_set;
     bool allows_plugins; /* of any path; a map does not keep this, nor the next */
     char *allowing;      /* the command line that would allow them, for messages; NULL: unknown */
+    rmap_map_rays_reader *read_map; /* scenes are read below maps and criteria: of who can. NULL:
+                                       no source may be a map */
 };
 void rmap_scene_options_fini(struct rmap_scene_options *options);
 

@@ -250,7 +250,7 @@ const struct rmap_mapping rmap_source_keys = {
      {"steps of particles",
       "name type file format unit emit count seed wavelengths at rotate scale matrix rays_share "
       "medium within"},
-     {"a file of rays", "name type file format detector unit at rotate scale matrix " LIGHT}},
+     {"a file of rays", "name type file format detector where unit at rotate scale matrix " LIGHT}},
     {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
      {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 

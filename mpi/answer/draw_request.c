@@ -5,11 +5,13 @@
 #include "mpi/answer/draw_request.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "base/alloc.h"
+#include "base/unit.h"
 #include "mpi/answer/page_run.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/output.h"
@@ -58,9 +60,10 @@ static enum rmap_status read_format(const char *path, enum rmap_draw_format *for
     static const struct {
         const char *suffix;
         enum rmap_draw_format format;
-    } known[] = {{".svg", RMAP_DRAW_PICTURE}, {".png", RMAP_DRAW_PICTURE},
-                 {".html", RMAP_DRAW_PAGE},   {".vtp", RMAP_DRAW_POLYDATA},
-                 {".glb", RMAP_DRAW_GLTF},    {".gltf", RMAP_DRAW_GLTF}};
+    } known[] = {{".svg", RMAP_DRAW_PICTURE},  {".png", RMAP_DRAW_PICTURE},
+                 {".apng", RMAP_DRAW_PICTURE}, {".html", RMAP_DRAW_PAGE},
+                 {".vtp", RMAP_DRAW_POLYDATA}, {".glb", RMAP_DRAW_GLTF},
+                 {".gltf", RMAP_DRAW_GLTF}};
     const char *suffix = path ? strrchr(path, '.') : NULL;
     if (!path)
         return rmap_error_set(err, RMAP_USAGE,
@@ -135,6 +138,67 @@ out:
     return st;
 }
 
+enum rmap_status rmap_frame_path(const char *path, uint32_t frame, char out[RMAP_FRAME_PATH_LEN],
+                                 struct rmap_error *err)
+{
+    const char *suffix = strrchr(path, '.');
+    const int n = snprintf(out, RMAP_FRAME_PATH_LEN, "%.*s-%04u%s", (int)(suffix - path), path,
+                           frame + 1, suffix);
+    return n < RMAP_FRAME_PATH_LEN ? RMAP_OK
+                                   : rmap_error_set(err, RMAP_USAGE, "-o: the name is too long");
+}
+
+/* "0:12:0.5", "0:800:20 ps" */
+static enum rmap_status read_time(const char *text, struct rmap_draw_request *request,
+                                  struct rmap_error *err)
+{
+    enum { MOST = 9999 };
+    const char *at = text;
+    char *end = NULL;
+    bool fine = true;
+    double *time = request->time;
+    for (int k = 0; k < 3 && fine; k++, at = end + 1) {
+        time[k] = strtod(at, &end);
+        fine = end != at && isfinite(time[k]) && (k == 2 || *end == ':');
+    }
+    if (fine && *end == ' ')
+        end++;
+    if (fine && *end) {
+        const struct rmap_written_unit *unit = rmap_unit_of_scene(end, RMAP_DIMENSION_TIME);
+        fine = unit != NULL;
+        for (int k = 0; k < 3 && fine; k++)
+            time[k] *= unit->size / 1e-9;
+    }
+    if (!fine || !(time[1] > time[0]) || !(time[2] > 0.0))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--time '%s': say FROM:TO:STEP in ns, such as 0:12:0.5, or with a "
+                              "unit, 0:800:20 ps",
+                              text);
+    const double n = ceil((time[1] - time[0]) / time[2] * (1.0 - 1e-9));
+    if (n > MOST)
+        return rmap_error_set(err, RMAP_USAGE, "--time '%s': %.0f pictures, at most %d are drawn",
+                              text, n, MOST);
+    request->n_frame = (uint32_t)n;
+    return RMAP_OK;
+}
+
+/* One film, or numbered pictures, none of which may stand there. */
+static enum rmap_status check_film(struct rmap_draw_request *request, bool force,
+                                   struct rmap_error *err)
+{
+    static const char *const suffixes[] = {".png", ".svg", ".apng", NULL};
+    enum rmap_status st = RMAP_OK;
+    request->animated = rmap_output_is(request->output_path, ".apng");
+    RMAP_TRY(rmap_output_check(request->output_path, suffixes, force || !request->animated, err));
+    for (uint32_t k = 0; k < request->n_frame && !request->animated; k++) {
+        char path[RMAP_FRAME_PATH_LEN];
+        RMAP_TRY(rmap_frame_path(request->output_path, k, path, err));
+        RMAP_TRY(rmap_output_free(path, force, err));
+    }
+out:
+    return st;
+}
+
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                         struct rmap_draw_request *request, struct rmap_error *err)
 {
@@ -163,8 +227,13 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                   "several --where are for --color criterion; join them by 'or'");
         request->paint = RMAP_PAINT_CRITERION;
     }
-    st = rmap_output_check(request->output_path, suffixes, rmap_argument(given, "force") != NULL,
-                           err);
+    const bool force = rmap_argument(given, "force") != NULL;
+    if (rmap_argument(given, "time")) {
+        RMAP_TRY(read_time(rmap_argument(given, "time"), request, err));
+        st = check_film(request, force, err);
+    } else {
+        st = rmap_output_check(request->output_path, suffixes, force, err);
+    }
 out:
     return st;
 }

@@ -28,16 +28,24 @@ struct rmap_draw_request {
     enum rmap_paint_kind paint;
     enum rmap_path_level level;
     bool has_eye, has_cut, has_level;
-    double eye[2];  /* azimuth, elevation, degrees */
-    double cut;     /* scene units */
-    double stretch; /* 0: as suits */
-    double near;    /* of a section's plane rays must run, scene units; 0: anywhere */
-    double opacity; /* 0: by the number of rays */
+    double eye[2];    /* azimuth, elevation, degrees */
+    double cut;       /* scene units */
+    double stretch;   /* 0: as suits */
+    double near;      /* of a section's plane rays must run, scene units; 0: anywhere */
+    double opacity;   /* 0: by the number of rays */
+    double time[3];   /* of a film: from, until, step, ns */
+    uint32_t n_frame; /* 0: one picture of whole rays */
+    bool animated;    /* one file for all of them */
 };
 
 /* "-62,28": azimuth and elevation. RMAP_USAGE. */
 enum rmap_status rmap_read_eye(const char *text, double eye[2],
                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* "film.png" as "film-0001.png" for the first (0) of many. RMAP_USAGE where it is too long. */
+#define RMAP_FRAME_PATH_LEN 4096
+enum rmap_status rmap_frame_path(const char *path, uint32_t frame, char out[RMAP_FRAME_PATH_LEN],
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 /* RMAP_USAGE; rmap_draw_request_fini whatever happened. */
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,

@@ -5,10 +5,9 @@
 #include "mpi/answer/ray_file_out.h"
 
 #include <errno.h>
-#include <math.h>
 #include <string.h>
 
-#include "analysis/criterion/criterion_mark.h"
+#include "analysis/query/map_light.h"
 #include "base/alloc.h"
 #include "io/file/whole_file.h"
 #include "io/rays/ray_write.h"
@@ -75,34 +74,8 @@ out:
     return st;
 }
 
-/* One of the wavelengths that a ray has at the end of a segment, drawn by their shares: evenly over
- * the rays of the file (Weyl's sequence of the golden ratio). */
-static double wavelength(const struct rmap_ray_file_out *self, const struct rmap_streamed_ray *ray,
-                         size_t segment)
+static void put(struct rmap_ray_file_out *self, const struct rmap_ray_written *row)
 {
-    const struct rmap_channels *channels = &rmap_map_scene_of(self->map, ray->space)->channels;
-    const uint16_t *share = ray->portion->colour + segment * (size_t)channels->n;
-    double sum = 0.0, below = 0.0;
-    for (int c = 0; c < channels->n; c++)
-        sum += (double)share[c];
-    const double level = fmod(((double)self->n + 0.5) * 0.61803398874989484820, 1.0) * sum;
-    for (int c = 0; c < channels->n; c++) {
-        below += (double)share[c];
-        if (level < below)
-            return channels->wavelength_nm[c];
-    }
-    return (double)NAN;
-}
-
-static void add(struct rmap_ray_file_out *self, const struct rmap_streamed_ray *ray, size_t segment,
-                struct rmap_ray_written *row)
-{
-    const struct rmap_ray_columns *of = &ray->portion->ray;
-    row->position = rmap_scale(row->position, rmap_map_scene(self->map)->unit_m);
-    row->flux = of->weight[ray->row] * rmap_map_flux_per_weight(self->map)[of->source[ray->row]];
-    row->id = of->id[ray->row];
-    if (rmap_map_scene(self->map)->channels.mode == RMAP_COLOUR_SPECTRAL)
-        row->nm = wavelength(self, ray, segment);
     rmap_ray_writer_add(self->writer, row);
     self->n++;
 }
@@ -122,24 +95,11 @@ static void add_end(struct rmap_ray_file_out *self, const struct rmap_streamed_r
     const double length = rmap_length(way);
     if (!(length > 0.0))
         return;
-    struct rmap_ray_written row = {.position = left ? start : end,
-                                   .direction = rmap_scale(way, 1.0 / length)};
-    add(self, ray, last, &row);
-}
-
-static void add_registration(struct rmap_ray_file_out *self, const struct rmap_streamed_ray *ray,
-                             size_t k)
-{
-    const struct rmap_portion *portion = ray->portion;
-    const struct rmap_scene *scene = rmap_map_scene_of(self->map, ray->space);
     struct rmap_ray_written row = {
-        .position = {rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_X),
-                     rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_Y),
-                     rmap_registration_number(scene, portion, k, RMAP_REGISTRATION_WORLD_Z)},
-        .direction = rmap_vec3_of(&portion->registration.direction[3 * k]),
-        .time_ns = 1e9 * rmap_registration_number(scene, portion, k,
-                                                  rmap_time_in(scene, RMAP_REGISTRATION_TIME))};
-    add(self, ray, ray->segment + portion->registration.segment[k], &row);
+        .position = rmap_scale(left ? start : end, rmap_map_scene(self->map)->unit_m),
+        .direction = rmap_scale(way, 1.0 / length)};
+    rmap_map_light_of_ray(self->map, ray->space, portion, ray->row, last, self->n, &row);
+    put(self, &row);
 }
 
 enum rmap_status rmap_ray_file_out_take(struct rmap_ray_file_out *self,
@@ -151,8 +111,12 @@ enum rmap_status rmap_ray_file_out_take(struct rmap_ray_file_out *self,
         add_end(self, ray);
     for (size_t k = ray->registration; self->detector >= 0 && k < end; k++)
         if (portion->registration.detector[k] == self->detector &&
-            portion->registration.registered[k])
-            add_registration(self, ray, k);
+            portion->registration.registered[k]) {
+            struct rmap_ray_written row;
+            rmap_map_light_at(self->map, ray->space, portion, ray->row, ray->segment, k, self->n,
+                              &row);
+            put(self, &row);
+        }
     return ferror(self->whole.file) ? rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s",
                                                      self->whole.path, strerror(errno))
                                     : RMAP_OK;

@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "io/export/raster.h"
 #include "io/map/map_json.h"
+#include "mpi/answer/draw_film.h"
 #include "mpi/answer/draw_pick.h"
 #include "mpi/answer/draw_polydata.h"
 #include "mpi/answer/draw_request.h"
@@ -63,6 +64,10 @@ static const struct rmap_option options[] = {
      "whose names tell paths apart: surface, object or group (default: object for --color path, "
      "surface in a page; a picture's paths are coarser where most have a ray each)",
      .words = "surface object group"},
+    {"time", 0, "FROM:TO:STEP",
+     "a film of the light on its way, of a map with arrival times: for each step (ns, or with a "
+     "unit behind) the light that is under way, and what was registered by then; OUT-0001.png and "
+     "so on (or .svg), or OUT.apng, which browsers play"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
@@ -120,6 +125,10 @@ static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *er
                                      .paint = self->paint,
                                      .opacity = request->opacity,
                                      .map = self->map};
+    if (request->n_frame > 0) {
+        st = rmap_draw_film(request, self->scene, self->seen, &given, err);
+        goto out;
+    }
     RMAP_TRY(rmap_figure_draw(self->scene, self->rays, &given, &svg, err));
     RMAP_TRY(rmap_picture_write(svg, request->output_path, RMAP_FIGURE_SCALE, err));
 out:
@@ -203,14 +212,16 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
             json_object_set_new(rays, "looked_at", json_integer((json_int_t)self->near.looked));
             json_object_set_new(rays, "near", json_integer((json_int_t)self->near.near));
         }
-        return rmap_json_print(
-            rmap_json_of_map(json_pack("{s:s, s:s, s:o}", "output", path, "criterion",
-                                       self->each.text ? self->each.text : "all", "rays", rays),
-                             self->map),
-            stdout, err);
+        json_t *json = json_pack("{s:s, s:s, s:o}", "output", path, "criterion",
+                                 self->each.text ? self->each.text : "all", "rays", rays);
+        if (self->request.n_frame > 0 && json)
+            json_object_set_new(json, "pictures", json_integer(self->request.n_frame));
+        return rmap_json_print(rmap_json_of_map(json, self->map), stdout, err);
     }
     if (self->context->quiet)
         return RMAP_OK;
+    if (self->request.n_frame > 0)
+        printf("%u pictures: ", self->request.n_frame);
     printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
            (unsigned long long)n_matched);
     if (self->request.near > 0.0)
@@ -329,7 +340,10 @@ static enum rmap_status run(struct drawing *self, const struct rmap_arguments *g
     RMAP_TRY(rmap_load_map(context, self->request.map_path, &self->map, err));
     RMAP_TRY(rmap_overlay_load(context, given, self->map, &self->overlay, err));
     self->scene = rmap_scene_with(self->map, self->overlay);
-    st = compile(self, err);
+    if (self->request.n_frame > 0)
+        st = rmap_light_times_check(self->map, err);
+    if (st == RMAP_OK)
+        st = compile(self, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(count(self, err));
     RMAP_TRY(collect(self, err));
@@ -384,6 +398,8 @@ const struct rmap_command rmap_command_draw = {
             "from above what bodies hide of a ray is faint; glass hides nothing.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' --color order -o rays.svg\n\n"
             "gives each order of ghosts its colour; rays of more flux are more opaque.\n\n"
+            "  raymap draw bar.raymap --time 0:10:0.1 -o film.apng\n\n"
+            "is a film of the light on its way.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' -o lens.html\n\n"
             "writes one page that any browser opens, without a network: the scene and the rays in\n"
             "three dimensions, light on its way, every ray's report, classes of paths, and images\n"

@@ -352,6 +352,7 @@ static enum rmap_status run_paths(const struct rmap_context *context,
         st = rmap_path_keys_create(scene, &paths->view, &keys, err);
     RMAP_TRY(rmap_agree(context, st, err));
     paths->map = map;
+    paths->timed = scene->timed;
     paths->overlay = overlay;
     paths->criterion = criterion;
     paths->which = chosen.which;

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/query/map_light.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map/map_directory.h"
@@ -22,7 +23,7 @@ enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
                                          struct rmap_scene_options *options, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *options = (struct rmap_scene_options){0};
+    *options = (struct rmap_scene_options){.read_map = rmap_map_light_read};
     const char *simulation = rmap_argument(given, "simulation");
     const char *color = rmap_argument(given, "color");
     if (color && strcmp(color, "rgb") != 0 && strcmp(color, "spectral") != 0)

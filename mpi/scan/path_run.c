@@ -174,6 +174,7 @@ static enum rmap_status count_cells(struct run *run, struct rmap_path_report *re
     RMAP_TRY(share_rows(run, report, &chosen, err));
     run->counting.chosen = &chosen;
     run->counting.sketch = NULL;
+    run->counting.timed = false; /* they are known */
     run->counting.most_classes = chosen.n;
     run->counting.most_cells = (size_t)run->request->most_cells;
     RMAP_TRY(fold(run, &counts, err));
@@ -237,7 +238,8 @@ enum rmap_status rmap_path_run(const struct rmap_context *context,
                      .keys = request->keys,
                      .detector = request->view.until_detector ? request->view.detector : -1,
                      .most_classes = (size_t)request->most_classes,
-                     .most_cells = (size_t)request->most_cells}};
+                     .most_cells = (size_t)request->most_cells,
+                     .timed = request->timed}};
     struct rmap_map_summary summary;
     bool is_full = false;
     *report_ret = NULL;

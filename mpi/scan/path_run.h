@@ -24,6 +24,7 @@ struct rmap_path_request {
     enum rmap_path_sort sort;
     uint64_t top;
     uint64_t most_classes, most_cells;
+    bool timed; /* mean times are wanted, which the map has */
 };
 
 /* Collective. *report_ret: on rank 0, NULL on the others. Where not all classes are counted, all

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Writers and a reader of files of rays, from the formats' descriptions alone (numpy, h5py, struct): rays are arrays of
 position (mm), direction, power, wavelength (nm), time (ns), event."""
+import ctypes
+import os
 import pathlib
 import struct
 
@@ -63,6 +65,49 @@ def hdf5(path, datasets):
             if unit:
                 file[name].attrs["units"] = unit
     return path
+
+
+class Particle(ctypes.Structure):
+    """mcpl_particle_t of mcpl.h, packed: MeV, cm, ms."""
+    _pack_ = 1
+    _fields_ = [("ekin", ctypes.c_double), ("polarisation", 3 * ctypes.c_double), ("position", 3 * ctypes.c_double),
+                ("direction", 3 * ctypes.c_double), ("time", ctypes.c_double), ("weight", ctypes.c_double), ("code", ctypes.c_int32),
+                ("flags", ctypes.c_uint32)]
+
+
+def mcpl_library():
+    """MCPL's own library (Debian: libmcpl1), or None."""
+    try:
+        library = ctypes.CDLL(os.environ.get("RAYMAP_TEST_MCPL", "libmcpl.so.1"))
+    except OSError:
+        return None
+    for name in "create_outfile", "open_file", "read":
+        getattr(library, "mcpl_" + name).restype = ctypes.c_void_p
+    return library
+
+
+def mcpl_by_library(library, path, position, direction, nm, time_ns, weight, flags, double):
+    out = ctypes.c_void_p(library.mcpl_create_outfile(str(path).encode()))
+    library.mcpl_enable_userflags(out)
+    if double:
+        library.mcpl_enable_doubleprec(out)
+    for p, d, wave, t, w, f in zip(position, direction, nm, time_ns, weight, flags):
+        one = Particle(1239.841984332e-6 / wave, (0, 0, 0), tuple(p / 10), tuple(d), t * 1e-6, w, 22, int(f))
+        library.mcpl_add_particle(out, ctypes.byref(one))
+    library.mcpl_close_outfile(out)
+    return path
+
+
+def mcpl_read(library, path):
+    """Position (mm), direction, wavelength, time (ns), weight, flags of every photon, by MCPL's library."""
+    file, rows = ctypes.c_void_p(library.mcpl_open_file(str(path).encode())), []
+    while at := library.mcpl_read(file):
+        one = Particle.from_address(at)
+        assert one.code == 22
+        rows.append([*one.position, *one.direction, one.ekin, one.time, one.weight, one.flags])
+    library.mcpl_close_file(file)
+    rows = np.array(rows)
+    return 10 * rows[:, :3], rows[:, 3:6], 1239.841984332e-6 / rows[:, 6], 1e6 * rows[:, 7], rows[:, 8], rows[:, 9]
 
 
 def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single=False, codes=None, polarised=False):

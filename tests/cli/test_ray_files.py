@@ -166,7 +166,7 @@ def check_mistakes():
                            ({"position": (place.T, "mm")}, "'position' is no table of numbers, three of each ray")):
         told = run("check", scene(ray_files.hdf5("y.h5", datasets)), status=3)
         check(said in told, f"{said}\n{told}")
-    for file, more, said in (("none.tm25ray", "", "none.tm25ray: cannot be opened"), ("x.ray", ", detector: far", "'detector' is for a file .h5"),
+    for file, more, said in (("none.tm25ray", "", "none.tm25ray: cannot be opened"), ("x.ray", ", detector: far", "'detector' is for a map, or a file .h5"),
                              ("x.ray", ", format: step", "unknown format 'step'")):
         told = run("check", scene(file, more), status=3)
         check(said in told, f"{file}{more}: {said}\n{told}")
@@ -226,7 +226,7 @@ def check_written():
     crossed = "registered(mid) and source(a)"
     flux = arrived("o.raymap", "far")
     whole = arrived("o.raymap", "mid")
-    for name in "w.tm25ray", "w.mcpl", "w.h5":
+    for name in "w.tm25ray", "w.mcpl", "w.h5":  # and maps: check_from_map
         told = run("query", "o.raymap", "registered(mid)", "-o", name, "--force", *(["--at", "mid"] if name != "w.h5" else []), "--json")
         rows = json.loads(told)["rays"]
         given = f", flux: {whole} W" if name == "w.mcpl" else ""  # its weights have no unit
@@ -263,7 +263,81 @@ def check_written():
     check("photons of MCPL have an energy" in run("query", "g.raymap", "all", "-o", "x.mcpl", "--force", status=3), "no energy")
 
 
+def check_from_map():
+    """The light of a map goes on as a source: as the same rays from a file, on any number of ranks, picked by a criterion."""
+    run("trace", scene("", text=LIGHT.replace("SOURCES", OWN)), "-o", "o.raymap", "-n", 30000, "--time", "on", "--quiet", "--force")
+    run("trace", "scene.yaml", "-o", "o3.raymap", "-n", 30000, "--time", "on", "--quiet", "--force", "--encoding", "plain", ranks=3)
+    which = "registered(mid where time > 0.2 ns) and source(a)"
+    told = json.loads(run("query", "o.raymap", which, "-o", "w.tm25ray", "--at", "mid", "--force", "--json"))
+    run("query", "o.raymap", which, "-o", "w.mcpl", "--at", "mid", "--force")
+
+    def again(file, more, name, *options):
+        run("trace", scene(file, more, SCENE.replace(", flux: 2 W", "")), "-o", name, "-n", told["rays"], "--quiet", "--force", "--time", "on", *options)
+        return rays(name)
+
+    for name in "o.raymap", "o3.raymap/":
+        got = again(name, f", detector: mid, where: '{which}'", f"r{len(name)}.raymap")
+        want = again("w.tm25ray", "", "f.raymap")
+        gap = [np.abs(a - b).max() for a, b in zip(got, want)]
+        check(gap[0] < 1e-4 and gap[1] < 1e-6 and gap[2] == 0, f"{name}: the rays of the file {gap}")
+    digests = {json.loads(run("info", name, "--json"))["digest"] for name in ("r8.raymap", "r10.raymap")}
+    check(len(digests) == 1, "a map of any number of ranks and either encoding is one source")
+    before, after = (json.loads(run("stats", *words, "--where", which if words[0][0] == "o" else "all", "--json"))["mean"]["value"]
+                     for words in (("o.raymap", "--of", "time(mid)"), ("r8.raymap", "--of", "time(far)")))
+    check(abs(after / before - 1) < 1e-6, f"times go on: {before}, {after}")
+    light = json.loads(run("query", "r8.raymap", "all", "--json"))["flux"]["matched"]
+    check(abs(light / json.loads(run("query", "o.raymap", which, "--json"))["flux"]["matched"] - 1) < 1e-9, f"{light} W go on")
+    text = LIGHT.replace("SOURCES", "{name: led, type: ray_file, file: FILE, medium: airMORE}")
+    for file, more, said in (("o.raymap", "", "it has 2 planes that detect: name one"), ("o.raymap", ", detector: all", "no plane 'all'"),
+                             ("o.raymap", ", detector: mid, where: hit(bell)", "did you mean 'ball'"),
+                             ("o.raymap", ", detector: mid, where: segments > 99", "none of its rays was registered there"),
+                             ("w.tm25ray", ", where: all", "'where' is for a map"), ("w.tm25ray", ", detector: mid", "'detector' is for a map"),
+                             ("none.raymap", "", "cannot open the ray map")):
+        check(said in run("check", scene(file, more, text), status=3), f"{file} {more}: {said}")
+
+
+def check_published():
+    """The same 200 rays of a cylinder as TM-25 and as LightTools text (tests/data/rays)."""
+    data = asking.SOURCE / "tests" / "data" / "rays"
+    text = SCENE.replace("2 W", "2 lm").replace("[450, 550, 650]", "[550]")
+    seen = []
+    for name in "cylinder.tm25ray", "cylinder.ray":
+        (pathlib.Path(name)).write_bytes((data / name).read_bytes())
+        run("trace", scene(name, text=text), "-o", "p.raymap", "-n", 400, "--quiet", "--force")
+        seen.append(rays("p.raymap"))
+    gap = [np.abs(a - b).max() for a, b in zip(*seen)]
+    check(gap[0] < 2e-5 and gap[1] < 2e-6 and gap[2] == 0 and len(seen[0][0]) == 400, f"one cylinder in two formats: {gap}")
+    check(len(np.unique(seen[0][0].round(4), axis=0)) > 150, "many different rays")
+
+
+def check_mcpl_library():
+    """What MCPL's own library writes is read, and it reads what a query writes."""
+    library = ray_files.mcpl_library()
+    if not library:
+        print("MCPL's library is not here (libmcpl1): its files are those of our writer alone")
+        return
+    for double in False, True:
+        ray_files.mcpl_by_library(library, "l.mcpl", place, way, nm, time, np.full(N, 2.5), event, double)
+        run("trace", scene("l.mcpl"), "-o", "l.raymap", "-n", N, "--quiet", "--force", "--time", "on")
+        starts, directions, waves = rays("l.raymap")
+        slack = 1e-12 if double else 2e-6
+        check(np.abs(starts - place).max() < 20 * slack + 1e-5 and np.abs(directions - way).max() < 1e-6 and np.abs(waves - nm).max() < 1e-3,
+              f"particles of the library, double {double}")
+        told = json.loads(run("stats", "l.raymap", "--of", "time(far)", "--json"))["mean"]["value"]
+        check(abs(told * 1e9 - time.mean()) < 1e-5, f"times of the library: {told}, {time.mean()}")
+    run("query", "o.raymap", "registered(mid)", "-o", "q.mcpl", "--at", "mid", "--force")
+    run("query", "o.raymap", "registered(mid)", "-o", "q.tm25ray", "--at", "mid", "--force")
+    at, to, wave, when, weight, flags = ray_files.mcpl_read(library, "q.mcpl")
+    head, names, row = ray_files.read_tm25("q.tm25ray")
+    check(len(at) == len(row) and np.abs(at - row[:, :3]).max() < 1e-3 and np.abs(to - row[:, 3:6]).max() < 1e-5, "the library reads our rays")
+    check(np.abs(wave - row[:, 7]).max() < 1e-2 and (flags == row[:, -2] * 4096 + row[:, -1]).all(), "with colours and ids")
+    check(np.abs(weight / weight.sum() - row[:, 6] / row[:, 6].sum()).max() < 1e-9 and (np.diff(when) != 0).any(), "weights and times")
+
+
 check_written()
+check_published()
+check_mcpl_library()
+check_from_map()
 check_formats()
 check_maps()
 check_flux()

@@ -13,10 +13,10 @@ checks = Checks()
 EXAMPLES = os.path.join(os.environ["SOURCE_DIR"], "examples")
 
 
-def trace_example(name, n):
+def trace_example(name, n, *more):
     target = name + ".raymap"
     shutil.rmtree(target, ignore_errors=True)
-    run("trace", os.path.join(EXAMPLES, name, "scene.yaml"), "-o", target, "-n", n, "--quiet")
+    run("trace", os.path.join(EXAMPLES, name, "scene.yaml"), "-o", target, "-n", n, "--quiet", *more)
     return target
 
 
@@ -85,8 +85,38 @@ def check_office():
     drop(target)
 
 
+def check_wls_fibre():
+    """Near and far end get what the fibre keeps; the way between them takes longer; what is taken up twice is redder."""
+    target = trace_example("wls-fibre", 20_000, "--time", "on")
+    (green, near, far, blue, wrong), _ = rays(target, "event(fluoresce)", "registered(near)", "registered(far)",
+                                              "(registered(near) or registered(far)) and not event(fluoresce)", "ended(error) or ended(limit)")
+    checks.true(f"{near} and {far} of {green} at the ends, {blue} of the tile's own light", 0.01 * green < far < near < 0.05 * green and blue == 0)
+    checks.true(f"{wrong} rays ended badly", wrong == 0)
+    ns = [json.loads(run("stats", target, "--of", f"time({end})", "--unit", "ns", "--json"))["mean"] for end in ("near", "far")]
+    late = ns[1]["value"] - ns[0]["value"]
+    # 500 mm further, along the axis at least, at the steepest angle that is kept (cos = 1.49 / 1.59) at most; a skew ray's is steeper still
+    least, error = 500 * 1.6 / 299.79, math.hypot(ns[0]["standard_error"], ns[1]["standard_error"])
+    checks.true(f"{late} ns later at the far end", least - 4 * error < late < 1.4 * least + 4 * error + 1)
+    drop(target)
+
+
+def check_light_guide():
+    """Two thirds of the light come out in front, evenly; both halves alike."""
+    target = trace_example("light-guide", 12_000)
+    (wrong, south, north), total = rays(target, "ended(error) or ended(limit)", "source(leds.south) and registered(front)",
+                                        "source(leds.north) and registered(front)")
+    checks.true(f"{wrong} rays of the light guide ended badly", wrong == 0)
+    checks.share("light of the south row", south, south + north, 0.5)
+    checks.true(f"{south + north} of {total} through the front", 0.4 < (south + north) / total < 0.7)
+    seen = json.loads(run("detector", target, "front", "--cells", "4x3", "--json"))
+    checks.true(f"evenness {seen['uniformity']['U0']}", seen["uniformity"]["U0"]["value"] > 0.75)
+    drop(target)
+
+
 check_milk()
 check_concentrator()
+check_wls_fibre()
+check_light_guide()
 check_office()
 check_room()
 checks.finish()

@@ -319,15 +319,18 @@ def check_furnace():
         for n, at, axis in (("floor", (0, 0, -1), (0, 0, 1)), ("west", (-1, 0, 0), (1, 0, 0)),
                             ("north", (0, 1, 0), (0, -1, 0))))
     bodies = {"white": ("lambert, reflectance: 1", "air"), "glass": ("fresnel", "glass"),
-              "mirror_ball": ("mirror, reflectance: 1", "air"), "grey": ("lambert, reflectance: 0.5", "air")}
+              "mirror_ball": ("mirror, reflectance: 1", "air"), "grey": ("lambert, reflectance: 0.5", "air"),
+              "luneburg": ("fresnel", "luneburg"), "cloud": ("fresnel", "cloud")}
     radius = 0.55
     for name, (surface, inside) in bodies.items():
-        head = HEAD.replace("{air: {index: 1}}", "{air: {index: 1}, glass: {index: 1.5}}")
+        head = HEAD.replace("{air: {index: 1}}", "{air: {index: 1}, glass: {index: 1.5}, "
+                            f"luneburg: {{gradient: {{type: luneburg, radius: {radius}}}}}, "
+                            f"cloud: {{index: 1, scattering: {5 / radius}, scattering_g: 0.8}}}}")
         text = head + f"  body: {{type: {surface}}}\n" + box(
             2, 2, 2, "black", f"  ball: {{type: sphere, radius: {radius}}}\n") + (
             f"  - {{name: ball, geometry: ball, at: [0.3, -0.2, -0.4], surface: body, inside: {inside}, outside: air}}\n"
         ) + panels
-        n = many(240_000 if name == "glass" else 360_000)
+        n = many({"glass": 240_000, "luneburg": 40_000, "cloud": 60_000}.get(name, 360_000))
         target = trace("furnace", text, n, options=("--set", "limits.steps=100000"))
         cells = [f"registered({wall}_map, cells({i}..{i}, {j}..{j}))"
                  for wall in ("floor", "west", "north") for i in range(4) for j in range(4)]

@@ -185,6 +185,39 @@ detectors:
     drop(target)
 
 
+def exr(pixels):
+    """The same picture as OpenEXR: scan lines of float, not compressed."""
+    h, w = pixels.shape[:2]
+
+    def attribute(name, kind, value):
+        return f"{name}\0{kind}\0".encode() + struct.pack("<i", len(value)) + value
+
+    channels = b"".join(f"{c}\0".encode() + struct.pack("<iiii", 2, 0, 1, 1) for c in "BGR") + b"\0"
+    window = struct.pack("<4i", 0, 0, w - 1, h - 1)
+    head = struct.pack("<ii", 20000630, 2) + attribute("channels", "chlist", channels) + attribute("compression", "compression", b"\0")
+    head += attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window)
+    head += attribute("lineOrder", "lineOrder", b"\0") + attribute("pixelAspectRatio", "float", struct.pack("<f", 1))
+    head += attribute("screenWindowCenter", "v2f", bytes(8)) + attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    lines = [struct.pack("<ii", y, 12 * w) + pixels[y, :, ::-1].T.astype("<f4").tobytes() for y in range(h)]
+    first = len(head) + 8 * h
+    return head + b"".join(struct.pack("<Q", first + k * len(lines[0])) for k in range(h)) + b"".join(lines)
+
+
+def check_exr():
+    """A sky of .exr shines as the same picture of .hdr does."""
+    pixels = 2.0 ** numpy.random.default_rng(3).integers(-3, 1, (16, 32, 3))
+    pixels[4, 9] = [512, 256, 256]
+    for name, data in (("sky.hdr", rgbe(pixels)), ("sky.exr", exr(pixels))):
+        with open(name, "wb") as file:
+            file.write(data)
+    seen = [tally("exr", HEAD + f"""background: {{file: sky.{end}}}
+detectors:
+  - {{name: up, type: plane, size: 2, cells: 1, direction: [0, 0, 1]}}
+  - {{name: side, type: plane, size: 2, cells: 1, direction: [0.6, 0.8, 0]}}
+""", 20000) for end in ("hdr", "exr")]
+    checks.true(f"the same light of either picture: {seen}", seen[0] == seen[1] and min(n for n, _ in seen[0].values()) > 500)
+
+
 def check_pictures():
     """A white ball in a uniform surrounding is as bright as that, and a grey floor as sky and sun light it."""
     ball = HEAD + """surfaces: {white: {type: lambert, reflectance: 0.5}}
@@ -255,6 +288,7 @@ check_opening()
 check_portals_overlap()
 check_orientation()
 check_irradiance()
+check_exr()
 check_pictures()
 check_sun()
 checks.finish()

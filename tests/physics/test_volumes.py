@@ -74,6 +74,10 @@ def check_fibre():
         else:  # light that starts near an end reaches it without total reflection
             far = share(target, "hit(left) and start_z > 60 or hit(right) and start_z < 40")
             near(far, 0.8 * per_end, n, "to the far end from the whole core")
+    # The same core bare in air.
+    target = trace(FIBRE.replace("clad: {index: 1.49}", "clad: {index: 1}").replace("WHERE", "in: fibre"), n)
+    far = share(target, "hit(left) and start_z > 60 or hit(right) and start_z < 40")
+    near(far, 0.8 * 0.304688, n, "to the far end of a bare core")
 
 
 BODIES = """raymap: 1
