@@ -81,9 +81,7 @@ static enum rmap_status fill(const struct rmap_comparison *comparison,
             add_part(&sample[2], source[0], b, 2, &scalar[s]);
         }
         rmap_difference_scalar(strata, scalar, &found);
-        const double extent =
-            bins->is_image ? rmap_detector_bins_extent(&bins->grid, (uint32_t)(b % bins->n[0]))
-                           : 1.0;
+        const double extent = bins->is_image ? rmap_detector_bins_extent(&bins->grid, b) : 1.0;
         for (int k = 0; k < 2; k++) {
             bins->value[k][b] = found.value[k] / extent;
             bins->error[k][b] = found.error[k] / extent;

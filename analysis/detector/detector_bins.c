@@ -41,6 +41,9 @@ rmap_column_set rmap_detector_bins_columns(const struct rmap_detector_bins *bins
 {
     if (bins->stored)
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
+    if (bins->camera)
+        return RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction) |
+               RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     return bins->directions ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction)
                             : RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
 }
@@ -66,6 +69,22 @@ static void direction_of(const struct rmap_detector_bins *bins, const float *d, 
     uv[1] = bins->low[1] + phi - turn * floor(phi / turn);
 }
 
+/* Through the place where the light crossed the opening, from that on the plane in focus. False: it
+ * is not of the picture. */
+static bool seen_from(const struct rmap_detector_bins *bins, const struct rmap_portion *portion,
+                      size_t row, double uv[2])
+{
+    const struct rmap_detector *detector = bins->detector;
+    const float *d = portion->registration.direction + 3 * row;
+    const struct rmap_vec3 v = rmap_vec3(-(double)d[0], -(double)d[1], -(double)d[2]);
+    const double ahead = rmap_dot(v, detector->axis);
+    double x, y;
+    rmap_detector_bins_place(bins, portion, row, &x, &y);
+    uv[0] = rmap_dot(v, detector->x) / ahead + x / detector->camera.focus;
+    uv[1] = rmap_dot(v, detector->y) / ahead + y / detector->camera.focus;
+    return ahead > 0.0 && hypot(x, y) <= detector->camera.radius;
+}
+
 size_t rmap_detector_bins_cell(const struct rmap_detector_bins *bins,
                                const struct rmap_portion *portion, size_t row)
 {
@@ -76,7 +95,10 @@ size_t rmap_detector_bins_cell(const struct rmap_detector_bins *bins,
         return at[0] < bins->n[0] && at[1] < bins->n[1] ? at[0] + (size_t)at[1] * bins->n[0]
                                                         : SIZE_MAX - 1;
     }
-    if (bins->directions) {
+    if (bins->camera) {
+        if (!seen_from(bins, portion, row, uv))
+            return SIZE_MAX;
+    } else if (bins->directions) {
         direction_of(bins, portion->registration.direction + 3 * row, uv);
     } else {
         double x, y;
@@ -124,10 +146,45 @@ static double extent(const struct rmap_detector_bins *bins, double a, double b, 
     return 2.0 * sin(0.5 * (a + b)) * sin(0.5 * (b - a)) * turn;
 }
 
-double rmap_detector_bins_extent(const struct rmap_detector_bins *bins, uint32_t i)
+/* Solid angle weighted by the cosine of the tangents [0, x] x [0, y]: the integral of
+ * 1 / (1 + x^2 + y^2)^2. */
+static double projected_to(double x, double y)
+{
+    const double a = sqrt(1.0 + x * x), b = sqrt(1.0 + y * y);
+    return 0.5 * (x / a * atan(y / a) + y / b * atan(x / b));
+}
+
+/* Of the tangents [low, high]: from a point (x, y) of the opening one looks at what is in focus by
+ * tangents that are smaller by x and y over its distance. Four points at 1/sqrt(2) of the radius
+ * stand for the disc, exact to its third moments. */
+static double camera_extent(const struct rmap_detector_bins *bins, const double low[2],
+                            const double high[2])
+{
+    static const double point[4][2] = {{1.0, 0.0}, {-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}};
+    const struct rmap_detector_camera *camera = &bins->detector->camera;
+    const double shift = sqrt(0.5) * camera->radius / camera->focus;
+    const double area = RMAP_PI * camera->radius * camera->radius * bins->unit_m * bins->unit_m;
+    double sum = 0.0;
+    if (bins->quantity == RMAP_PER_CELL)
+        return 1.0;
+    for (int k = 0; k < 4; k++) {
+        const double x[2] = {low[0] - shift * point[k][0], high[0] - shift * point[k][0]};
+        const double y[2] = {low[1] - shift * point[k][1], high[1] - shift * point[k][1]};
+        sum += projected_to(x[1], y[1]) - projected_to(x[0], y[1]) - projected_to(x[1], y[0]) +
+               projected_to(x[0], y[0]);
+    }
+    return 0.25 * sum * area;
+}
+
+double rmap_detector_bins_extent(const struct rmap_detector_bins *bins, size_t cell)
 {
     const double step[2] = {(bins->high[0] - bins->low[0]) / bins->n[0],
                             (bins->high[1] - bins->low[1]) / bins->n[1]};
+    const double i = (double)(cell % bins->n[0]), j = (double)(cell / bins->n[0]);
+    if (bins->camera)
+        return camera_extent(
+            bins, (const double[2]){bins->low[0] + i * step[0], bins->low[1] + j * step[1]},
+            (const double[2]){bins->low[0] + (i + 1) * step[0], bins->low[1] + (j + 1) * step[1]});
     if (!bins->directions)
         return extent(bins, 0.0, step[0], step[1]);
     return extent(bins, bins->low[0] + i * step[0], bins->low[0] + (i + 1) * step[0], step[1]);
@@ -135,6 +192,8 @@ double rmap_detector_bins_extent(const struct rmap_detector_bins *bins, uint32_t
 
 double rmap_detector_bins_whole(const struct rmap_detector_bins *bins)
 {
+    if (bins->camera)
+        return camera_extent(bins, bins->low, bins->high);
     return extent(bins, bins->low[0], bins->high[0], bins->high[1] - bins->low[1]);
 }
 
@@ -335,15 +394,41 @@ static enum rmap_status read_quantity(const struct rmap_detector_bins_asked *ask
     return RMAP_OK;
 }
 
-enum rmap_status rmap_detector_bins_read(const struct rmap_scene *scene, int32_t detector,
-                                         const struct rmap_detector_bins_asked *asked,
-                                         struct rmap_detector_bins *bins, struct rmap_error *err)
+/* All that the camera sees. */
+static enum rmap_status read_picture(const struct rmap_detector_bins_asked *asked,
+                                     struct rmap_detector_bins *bins, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    rmap_detector_bins_own(scene, detector, bins);
-    const bool directed = bins->directions;
+    const struct rmap_detector_camera *camera = &bins->detector->camera;
     const bool turned = !isnan(asked->rotate_deg) && asked->rotate_deg != 0.0;
-    RMAP_TRY(read_quantity(asked, bins, err));
+    if (asked->region || turned || asked->over || asked->world)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "'%.60s' is a camera, whose picture is of all that it sees: it goes "
+                              "with none of --region, --rotate, --over and --frame world",
+                              bins->detector->name);
+    if (bins->directions || (asked->quantity && bins->quantity == RMAP_PER_AREA &&
+                             strcmp(asked->quantity, "spectral") != 0))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "'%.60s' is a camera: it has luminance (radiance), flux or spectral",
+                              bins->detector->name);
+    if (bins->quantity == RMAP_PER_AREA)
+        bins->quantity = RMAP_PER_AREA_AND_ANGLE;
+    bins->camera = true;
+    bins->stored = false;
+    for (int k = 0; k < 2; k++) {
+        bins->n[k] = asked->cells[0] ? asked->cells[k] : camera->pixels[k];
+        bins->high[k] = camera->slope[k];
+        bins->low[k] = -camera->slope[k];
+    }
+    return RMAP_OK;
+}
+
+/* Of any other detector, which is one of directions or not. */
+static enum rmap_status read_cells(const struct rmap_scene *scene,
+                                   const struct rmap_detector_bins_asked *asked, bool directed,
+                                   struct rmap_detector_bins *bins, struct rmap_error *err)
+{
+    const bool turned = !isnan(asked->rotate_deg) && asked->rotate_deg != 0.0;
+    enum rmap_status st = RMAP_OK;
     bins->stored = !asked->cells[0] && !asked->region && !turned && bins->directions == directed;
     if (bins->stored)
         return RMAP_OK;
@@ -354,16 +439,26 @@ enum rmap_status rmap_detector_bins_read(const struct rmap_scene *scene, int32_t
     }
     cover(bins);
     if (asked->region)
-        RMAP_TRY(read_region(scene, asked->region, asked->world, bins, err));
-    if (asked->cells[0]) {
-        memcpy(bins->n, asked->cells, sizeof bins->n);
-    } else if (bins->directions != directed) { /* of 2 degrees */
-        bins->n[0] =
-            (uint32_t)fmax(ceil((bins->high[0] - bins->low[0]) * 90.0 / RMAP_PI - 1e-9), 1.0);
-        bins->n[1] =
-            (uint32_t)fmax(ceil((bins->high[1] - bins->low[1]) * 90.0 / RMAP_PI - 1e-9), 1.0);
-    }
-    if ((uint64_t)bins->n[0] * bins->n[1] > RMAP_DETECTOR_CELLS_MAX)
+        st = read_region(scene, asked->region, asked->world, bins, err);
+    for (int k = 0; k < 2; k++)
+        if (asked->cells[0])
+            bins->n[k] = asked->cells[k];
+        else if (bins->directions != directed) /* of 2 degrees */
+            bins->n[k] =
+                (uint32_t)fmax(ceil((bins->high[k] - bins->low[k]) * 90.0 / RMAP_PI - 1e-9), 1.0);
+    return st;
+}
+
+enum rmap_status rmap_detector_bins_read(const struct rmap_scene *scene, int32_t detector,
+                                         const struct rmap_detector_bins_asked *asked,
+                                         struct rmap_detector_bins *bins, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    rmap_detector_bins_own(scene, detector, bins);
+    const bool directed = bins->directions, sees = bins->detector->camera.radius > 0.0;
+    RMAP_TRY(read_quantity(asked, bins, err));
+    RMAP_TRY(sees ? read_picture(asked, bins, err) : read_cells(scene, asked, directed, bins, err));
+    if ((uint64_t)bins->n[0] * bins->n[1] > RMAP_DETECTOR_CELLS_MAX && !bins->stored)
         st = rmap_error_set(err, RMAP_USAGE, "%u x %u cells are too many: %u at most", bins->n[0],
                             bins->n[1], RMAP_DETECTOR_CELLS_MAX);
 out:

@@ -6,7 +6,8 @@
  * u and v: over the area x and y in the scene's unit, in axes turned counterclockwise by `rotate`
  * about the detector's centre; over directions theta from the detector's axis and phi about it (of
  * where the light comes from for a plane, of where it goes for an intensity grid), in radians, phi
- * counted from `rotate`.
+ * counted from `rotate`. Of a camera the tangents of where it comes from, to the right and upwards,
+ * as seen from the middle of its opening through a place on the plane in focus.
  */
 #ifndef RMAP_DETECTOR_BINS_H
 #define RMAP_DETECTOR_BINS_H
@@ -30,6 +31,7 @@ struct rmap_detector_bins {
     enum rmap_detector_quantity quantity;
     bool stored;     /* the detector's own cells */
     bool directions; /* over directions, else over the area */
+    bool camera;     /* neither: a camera's picture */
     uint32_t n[2];
     double low[2], high[2]; /* of u and v */
     double rotate_rad, cosine, sine;
@@ -70,8 +72,8 @@ size_t rmap_detector_bins_cell(const struct rmap_detector_bins *bins,
 void rmap_detector_bins_place(const struct rmap_detector_bins *bins,
                               const struct rmap_portion *portion, size_t row, double *x, double *y);
 
-/* By what the flux of cell (i, j), and of the whole region, is divided: m2, sr, m2 sr or 1. */
-double rmap_detector_bins_extent(const struct rmap_detector_bins *bins, uint32_t i);
+/* By what the flux of cell i + n[0] j, and of the whole region, is divided: m2, sr, m2 sr or 1. */
+double rmap_detector_bins_extent(const struct rmap_detector_bins *bins, size_t cell);
 double rmap_detector_bins_whole(const struct rmap_detector_bins *bins);
 
 /* Centre of cell (i, j) in the detector's own coordinates: x, y, or theta and phi in degrees. */

@@ -158,8 +158,7 @@ enum rmap_status rmap_detector_colour_create(const struct rmap_detector_sums *su
     colour->cri_of_cells = !colour->no_cri && sums->ask.channels;
     for (size_t c = 0; c < sums->n_cell; c++) {
         struct rmap_cri cri;
-        read_cell(sums, &locus, c, rmap_detector_bins_extent(bins, (uint32_t)(c % bins->n[0])),
-                  &colour->cell[c]);
+        read_cell(sums, &locus, c, rmap_detector_bins_extent(bins, c), &colour->cell[c]);
         if (colour->cri_of_cells)
             render(sums, c, &colour->cell[c], &cri);
     }

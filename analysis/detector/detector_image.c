@@ -62,7 +62,7 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
             image->rays[c] += w[0];
         }
         uint32_t i = (uint32_t)(c % image->n[0]);
-        double extent = rmap_detector_bins_extent(&image->bins, i),
+        double extent = rmap_detector_bins_extent(&image->bins, c),
                error = rmap_flux_error(variance);
         seen_value(sums, (struct sources){0, sums->n_source}, c, &flux, &error);
         image->value[c] = flux / extent;
@@ -163,7 +163,7 @@ static enum rmap_status fill_channels(struct rmap_detector_image *image,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a spectral image");
     for (size_t k = 0; k < n_channel; k++) {
         for (size_t c = 0; c < n; c++) {
-            double extent = rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
+            double extent = rmap_detector_bins_extent(&image->bins, c);
             channel_value(sums, k, c, &image->cube[k * n + c], &image->cube_error[k * n + c]);
             image->cube[k * n + c] /= extent;
             image->cube_error[k * n + c] /= extent;
@@ -281,7 +281,7 @@ struct rmap_vec3 rmap_detector_image_place(const struct rmap_detector_image *ima
 
 const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image)
 {
-    return image->bins.directions ? "deg" : image->scene->unit;
+    return image->bins.directions ? "deg" : image->bins.camera ? "tan" : image->scene->unit;
 }
 
 void rmap_detector_image_channel(const struct rmap_detector_image *image, size_t channel,
@@ -458,7 +458,7 @@ static void describe_bins(const struct rmap_detector_image *image, json_t *docum
 {
     const struct rmap_detector_bins *bins = &image->bins;
     const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
-    if (bins->stored)
+    if (bins->stored || bins->camera)
         return;
     (void)json_object_set_new(
         document, "region",
@@ -535,13 +535,16 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
     bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
     json_t *document = json_pack(
         "{s:s, s:s, s:[i, i], s:s, s:o, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
-        "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
-        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all", "which",
-        rmap_which_json(image->which), "registrations", (json_int_t)llround(image->registrations),
-        "flux", "total", rmap_json_number(image->flux), "standard_error",
-        rmap_json_number(image->flux_error), "unit", image->flux_unit, "quantity", image->quantity,
-        "unit", image->unit, "mean", "value", rmap_json_number(image->mean), "standard_error",
-        rmap_json_number(image->mean_error), "peak", peak);
+        "detector", image->detector->name, "type",
+        image->bins.camera ? "camera"
+        : plane            ? "plane"
+                           : "intensity",
+        "cells", (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
+        "which", rmap_which_json(image->which), "registrations",
+        (json_int_t)llround(image->registrations), "flux", "total", rmap_json_number(image->flux),
+        "standard_error", rmap_json_number(image->flux_error), "unit", image->flux_unit, "quantity",
+        image->quantity, "unit", image->unit, "mean", "value", rmap_json_number(image->mean),
+        "standard_error", rmap_json_number(image->mean_error), "peak", peak);
     if (!document)
         return NULL;
     if (image->world)

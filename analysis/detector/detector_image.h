@@ -74,7 +74,7 @@ void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_
 struct rmap_vec3 rmap_detector_image_place(const struct rmap_detector_image *image, double x,
                                            double y);
 
-/* "mm" or "deg"; "656.27 nm" or "red" of a channel. */
+/* "mm", "deg" or, of a camera, "tan"; "656.27 nm" or "red" of a channel. */
 const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image);
 void rmap_detector_image_channel(const struct rmap_detector_image *image, size_t channel,
                                  char text[32]);

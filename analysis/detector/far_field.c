@@ -29,7 +29,7 @@ static double flux_of(const struct rmap_detector_image *image, size_t i, size_t 
             const size_t t = 2 * i + half, p = (n_phi - 2 * k + n_phi - side) % n_phi;
             if (t > 0 && t <= n_theta)
                 flux += image->value[(t - 1) + p * n_theta] *
-                        rmap_detector_bins_extent(&image->bins, (uint32_t)(t - 1));
+                        rmap_detector_bins_extent(&image->bins, t - 1);
         }
     return flux / (2.0 * RMAP_PI / (0.5 * (double)n_phi));
 }

@@ -99,7 +99,7 @@ static void lay_out(struct picture *picture)
         }
         axes->x_label = turned ? "x′" : "x";
         axes->y_label = turned ? "y′" : "y";
-        axes->x_unit = axes->y_unit = image->scene->unit;
+        axes->x_unit = axes->y_unit = rmap_detector_image_coordinate_unit(image);
         if (image->world && !turned) {
             axes->x_label = "x (detector)";
             axes->y_label = "y (detector)";

@@ -185,7 +185,7 @@ static struct rmap_path_peak peak_of(const struct rmap_path_report *report,
     rmap_detector_bins_own(report->scene, first->at.detector, &bins);
     for (const struct placed *cell = first; cell < last; cell++) {
         const uint32_t i = cell->at.cell % bins.n[0], j = cell->at.cell / bins.n[0];
-        const double extent = rmap_detector_bins_extent(&bins, i);
+        const double extent = rmap_detector_bins_extent(&bins, cell->at.cell);
         double flux, error;
         rmap_path_flux(report->map, source, cell->weight, cell->weight_squared, &flux, &error);
         if (flux / extent <= peak.value)

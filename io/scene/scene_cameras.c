@@ -104,13 +104,14 @@ static void read_sensor(struct rmap_reader *reader, const struct rmap_yaml_node 
                              2, sensor, &n))
         return;
     double distance = f;
-    if (camera->type == RMAP_CAMERA_THIN_LENS && !(camera->focus > f)) {
+    const bool near = camera->type == RMAP_CAMERA_THIN_LENS && camera->focus > 0;
+    if (near && !(camera->focus > f)) {
         rmap_reader_error(reader, at,
                           "camera '%.60s' cannot focus nearer than its focal length of %g",
                           camera->name, f);
         return;
     }
-    if (camera->type == RMAP_CAMERA_THIN_LENS)
+    if (near)
         distance = f * camera->focus / (camera->focus - f);
     camera->slope = 0.5 * sensor[1] / distance;
     double wanted = sensor[0] / sensor[1];
@@ -151,26 +152,31 @@ const struct rmap_mapping rmap_camera_keys = {
      {"aperture", RMAP_KEY_NUMBER, offsetof(struct rmap_camera, aperture),
       &rmap_range_positive_length, .need = RMAP_REQUIRED}}};
 
+void rmap_reader_view(struct rmap_reader *reader, const struct rmap_yaml_node *node, bool far,
+                      struct rmap_camera *camera)
+{
+    double distance = 0;
+    if (read_forward(reader, node, camera, &distance))
+        read_up(reader, node, camera);
+    camera->focus = distance;
+    if (camera->type == RMAP_CAMERA_THIN_LENS)
+        (void)rmap_reader_number(reader, node, "focus",
+                                 distance > 0 || far ? RMAP_OPTIONAL : RMAP_REQUIRED,
+                                 &rmap_range_positive_length, &camera->focus);
+    read_resolution(reader, node, camera);
+    read_field(reader, node, camera);
+}
+
 static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_camera *camera)
 {
-    double distance = 0;
     int type = 0;
     if (!rmap_reader_choice(reader, node, "type", RMAP_OPTIONAL, rmap_camera_keys.types, &type))
         return;
     camera->type = (enum rmap_camera_type)type;
-    bool thin = camera->type == RMAP_CAMERA_THIN_LENS;
-    if (read_forward(reader, node, camera, &distance))
-        read_up(reader, node, camera);
-    camera->focus = distance;
-    if (thin)
-        (void)rmap_reader_number(reader, node, "focus",
-                                 distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED,
-                                 &rmap_range_positive_length, &camera->focus);
     (void)rmap_reader_known(reader, node, &rmap_camera_keys, type);
     (void)rmap_reader_fill(reader, node, &rmap_camera_keys, type, camera);
-    read_resolution(reader, node, camera);
-    read_field(reader, node, camera);
+    rmap_reader_view(reader, node, false, camera);
     if (camera->medium < 0 && !rmap_yaml_get(node, "medium"))
         rmap_reader_surrounding_medium(reader, &camera->medium);
     rmap_reader_place_within(reader, node, camera->medium, &camera->gradient);

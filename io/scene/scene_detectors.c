@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "io/scene/scene_detectors.h"
 
+#include "io/scene/scene_cameras.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
@@ -252,7 +253,6 @@ static void read_cells(struct rmap_reader *reader, const struct rmap_yaml_node *
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "cells");
     double cells[2] = {1, 1};
     size_t n = 0;
-    detector->cells[0] = detector->cells[1] = 1;
     if (!rmap_reader_numbers(reader, node, "cells", RMAP_REQUIRED, &range, 1, 2, cells, &n))
         return;
     if (n == 1)
@@ -311,13 +311,16 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
 
 static const struct rmap_range right_angle = {
     1e-9, 90, "an angle greater than 0 and up to 90 degrees", RMAP_DIMENSION_ANGLE};
+enum { CAMERA_KEYS = 2 }; /* of types below */
 const struct rmap_mapping rmap_detector_keys = {
     "detectors",
-    "plane intensity",
+    "plane intensity camera",
     {{"a plane detector",
       "name type on size cells at direction rotate matrix side max_angle response detect "
       "reading"},
-     {"an intensity detector", "name type cells axis at rotate matrix response detect reading"}},
+     {"an intensity detector", "name type cells axis at rotate matrix response detect reading"},
+     {"a camera detector", "name type at look_at direction up resolution fov sensor focal_length "
+                           "focus aperture response detect reading"}},
     {{"side", RMAP_KEY_WORD, offsetof(struct rmap_detector, side), .words = "front back both"},
      {"max_angle", RMAP_KEY_ANGLE, offsetof(struct rmap_detector, max_angle_rad), &right_angle,
       90}}};
@@ -360,6 +363,31 @@ static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_no
     detector->max_angle_rad = RMAP_PI / 2;
 }
 
+/* Keys as of a thin lens under `cameras`. */
+static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_detector *detector)
+{
+    struct rmap_camera view = {
+        .name = detector->name, .type = RMAP_CAMERA_THIN_LENS, .slope = 1, .aperture = 1};
+    (void)rmap_reader_known(reader, node, &rmap_detector_keys, CAMERA_KEYS);
+    rmap_reader_view(reader, node, true, &view);
+    (void)rmap_reader_number(reader, node, "aperture", RMAP_REQUIRED, &rmap_range_positive_length,
+                             &view.aperture);
+    detector->type = RMAP_DETECTOR_PLANE;
+    detector->side = RMAP_SIDE_FRONT;
+    detector->max_angle_rad = RMAP_PI / 2;
+    detector->origin = view.at;
+    detector->x = view.right;
+    detector->y = view.up;
+    detector->axis = view.forward;
+    detector->size[0] = detector->size[1] = 2 * view.aperture;
+    detector->camera = (struct rmap_detector_camera){
+        .radius = view.aperture,
+        .focus = view.focus > 0 ? view.focus : (double)INFINITY,
+        .slope = {view.slope * view.resolution[0] / view.resolution[1], view.slope},
+        .pixels = {view.resolution[0], view.resolution[1]}};
+}
+
 static void read_detectors(struct rmap_reader *reader, const struct rmap_yaml_node *detectors,
                            size_t reading_receivers)
 {
@@ -387,11 +415,15 @@ static void read_detectors(struct rmap_reader *reader, const struct rmap_yaml_no
         int type = rmap_reader_type(reader, node, &rmap_detector_keys);
         if (type < 0)
             continue;
-        read_cells(reader, node, detector);
+        detector->cells[0] = detector->cells[1] = 1;
+        if (type != CAMERA_KEYS)
+            read_cells(reader, node, detector);
         rmap_reader_response(reader, node, detector);
         rmap_reader_reading(reader, node, detector);
         if (type == 0)
             read_plane(reader, node, detector);
+        else if (type == CAMERA_KEYS)
+            read_camera(reader, node, detector);
         else
             read_intensity(reader, node, detector);
     }

@@ -212,8 +212,7 @@ static enum rmap_status write_lamp(const struct rmap_detector_image *image, cons
     rmap_which_caption(image->which, criterion, title + n, sizeof title - (size_t)n);
     for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
         if (2 * (c % image->n[0]) < image->n[0])
-            words.down_lm += image->value[c] *
-                             rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
+            words.down_lm += image->value[c] * rmap_detector_bins_extent(&image->bins, c);
     enum rmap_status st = rmap_far_field_fit(image, &file, err);
     RMAP_TRY(st);
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));

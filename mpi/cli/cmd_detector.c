@@ -601,12 +601,21 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     RMAP_TRY(rmap_image_unit_find(ask->bins.quantity, flux, request->unit, &ask->unit, err));
     if (request->daylight)
         ask->unit = &request->percent;
+    const struct rmap_channels *channels = &rmap_map_scene(map)->channels;
+    if (context->rank == 0 && ask->xyz && channels->mode == RMAP_COLOUR_SPECTRAL &&
+        (channels->n == 2 || channels->n == 3) && scene->flux_unit == RMAP_FLUX_W)
+        fprintf(stderr, "raymap: %d wavelengths do not carry V(lambda): XYZ are of these lines\n",
+                channels->n);
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
         strcmp(request->bins.quantity, "luminance") == 0)
         fputs("raymap: --quantity luminance: the sources are in W: this is the radiance\n", stderr);
-    if (request->spot && scene->detector[ask->detector].type != RMAP_DETECTOR_PLANE)
-        st = rmap_error_set(err, RMAP_USAGE, "'%s' is an intensity grid: a spot lies on a plane",
-                            request->detector);
+    if (request->spot &&
+        (scene->detector[ask->detector].type != RMAP_DETECTOR_PLANE || ask->bins.camera))
+        st = rmap_error_set(err, RMAP_USAGE, "'%s' is %s: a spot lies on a plane",
+                            request->detector, ask->bins.camera ? "a camera" : "an intensity grid");
+    if (request->tally && ask->bins.camera)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--tally: the picture of a camera is of rays: leave it out");
 out:
     return st;
 }

@@ -41,7 +41,15 @@ static double registered(const struct rmap_map *map, size_t detector)
 
 static const char *detector_type(const struct rmap_detector *detector)
 {
-    return detector->type == RMAP_DETECTOR_PLANE ? "plane" : "intensity";
+    return detector->camera.radius > 0.0           ? "camera"
+           : detector->type == RMAP_DETECTOR_PLANE ? "plane"
+                                                   : "intensity";
+}
+
+/* Of what it shows. */
+static const uint32_t *cells_of(const struct rmap_detector *detector)
+{
+    return detector->camera.radius > 0.0 ? detector->camera.pixels : detector->cells;
 }
 
 static json_t *objects_json(const struct rmap_scene *scene)
@@ -69,8 +77,8 @@ static json_t *detectors_json(const struct rmap_map *map)
         const struct rmap_detector *detector = &scene->detector[d];
         (void)json_array_append_new(list, json_pack("{s:s, s:s, s:[I,I], s:I}", "name",
                                                     detector->name, "type", detector_type(detector),
-                                                    "cells", (json_int_t)detector->cells[0],
-                                                    (json_int_t)detector->cells[1], "registered",
+                                                    "cells", (json_int_t)cells_of(detector)[0],
+                                                    (json_int_t)cells_of(detector)[1], "registered",
                                                     (json_int_t)registered(map, d)));
     }
     return list;
@@ -195,7 +203,8 @@ static void print_detectors(const struct rmap_map *map, FILE *out)
     for (size_t d = 0; d < scene->n_detector; d++) {
         const struct rmap_detector *detector = &scene->detector[d];
         fprintf(out, "  detector %s: %s, %u x %u cells, %s\n", detector->name,
-                detector_type(detector), (unsigned)detector->cells[0], (unsigned)detector->cells[1],
+                detector_type(detector), (unsigned)cells_of(detector)[0],
+                (unsigned)cells_of(detector)[1],
                 rmap_counted((uint64_t)registered(map, d), "registration").text);
     }
 }

@@ -164,6 +164,15 @@ struct rmap_source {
 enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
 enum rmap_side { RMAP_SIDE_FRONT, RMAP_SIDE_BACK, RMAP_SIDE_BOTH };
 
+/* What a plane sees as the opening of a camera that looks along `axis`, y being upwards in the
+ * picture: a disc as wide as the plane. No ray knows of it. */
+struct rmap_detector_camera {
+    double radius; /* 0: no camera */
+    double focus;  /* distance along the axis of the plane in focus; infinity: all parallel light */
+    double slope[2]; /* half the picture's width and height at distance 1 */
+    uint32_t pixels[2];
+};
+
 /* PLANE: size[0] x size[1] about `origin` along unit x and y; `axis` points to the light.
  * INTENSITY: theta in [0, pi] from `axis`, phi in [0, 2 pi) from x towards y; cells (theta, phi);
  * catches what leaves the scene. */
@@ -177,6 +186,7 @@ struct rmap_detector {
     double max_angle_rad; /* from the normal of the side that the light meets */
     int32_t on_object;    /* object or -1; */
     int32_t on_group;     /* group or -1; both -1: free in space */
+    struct rmap_detector_camera camera;
     uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
     struct rmap_response
         *response;               /* NULL: all that it registers counts alike; no ray knows of it */

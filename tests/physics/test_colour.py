@@ -227,6 +227,9 @@ found = ask("detector", heat, "plain", "--xyz")["colour"]
 checks.true("no light", found["XYZ"] == [0, 0, 0] and found["xy"] == [None, None] and "no light" in found["reason"]["cct"])
 
 
+lines = trace("lines", [{"name": "three", "x": 0, "flux": "1 W", "more": ", spectrum: {lines: {486.13: 1, 587.56: 1, 656.27: 1}}"}], nm="[486.13, 587.56, 656.27]", rays=100)
+done = subprocess.run([os.environ["RAYMAP"], "detector", lines, "plain", "--xyz"], capture_output=True, text=True, check=True)
+checks.true("three lines", "do not carry V(lambda)" in done.stderr and "CRI            none: it takes wavelengths" in done.stdout)
 guess = trace("guess", [{"name": "lamp", "x": 0, "flux": "1 lm", "more": ""}], rays=100)
 refused("does not say the spectrum of source 'lamp'", "detector", guess, "plain", "--xyz")
 checks.true("guessed spectra have no colour", "colour" not in ask("detector", guess, "eye"))
