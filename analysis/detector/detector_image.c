@@ -344,8 +344,7 @@ static void print_sum(const char *name, double value, double error, const char *
     fprintf(out, " %s\n", unit);
 }
 
-static void print_biased(const char *name, const struct rmap_biased *of, const char *unit,
-                         FILE *out)
+void rmap_biased_print(const char *name, const struct rmap_biased *of, const char *unit, FILE *out)
 {
     fprintf(out, "%-14s %.4g %s", name, of->value, unit);
     if (isfinite(of->standard_error))
@@ -363,7 +362,7 @@ static void print_uniformity(const struct rmap_detector_image *image, FILE *out)
     size_t n_empty = 0;
     for (size_t c = 0; c < n_cell; c++)
         n_empty += (size_t) !(image->rays[c] > 0.0);
-    print_biased("least", &of->least, image->unit, out);
+    rmap_biased_print("least", &of->least, image->unit, out);
     if (n_empty > 0)
         fprintf(out, "%-14s %zu of %zu cells: what is least there, more rays or fewer cells tell\n",
                 "empty", n_empty, n_cell);
@@ -371,8 +370,8 @@ static void print_uniformity(const struct rmap_detector_image *image, FILE *out)
     for (int k = 0; k < RMAP_PERCENTILES; k++)
         fprintf(out, "%s %d %%: %.4g", k ? "," : "", rmap_percentile[k], of->percentile[k]);
     fprintf(out, " %s\n", image->unit);
-    print_biased("U0", &of->u0, "least / mean", out);
-    print_biased("Ud", &of->ud, "least / greatest", out);
+    rmap_biased_print("U0", &of->u0, "least / mean", out);
+    rmap_biased_print("Ud", &of->ud, "least / greatest", out);
 }
 
 void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
@@ -477,7 +476,7 @@ static json_t *biased_json(const struct rmap_biased *of)
                      rmap_json_number(of->standard_error), "bias", rmap_json_number(of->bias));
 }
 
-static void describe_uniformity(const struct rmap_uniformity *of, json_t *document)
+void rmap_uniformity_describe(const struct rmap_uniformity *of, json_t *document)
 {
     json_t *percentiles = json_array();
     for (int k = 0; k < RMAP_PERCENTILES; k++)
@@ -534,7 +533,7 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
     if (image->world)
         (void)json_object_set_new(document, "frame", json_string("world"));
     if (image->uniformity)
-        describe_uniformity(image->uniformity, document);
+        rmap_uniformity_describe(image->uniformity, document);
     describe_sources(image, document);
     describe_bins(image, document);
     describe_channels(image, document);

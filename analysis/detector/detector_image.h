@@ -84,6 +84,11 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
 void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
                                FILE *out);
 
+/* A line of a number with what it is without the cells' noise; and least, greatest, percentiles and
+ * uniformity in a JSON object. */
+void rmap_biased_print(const char *name, const struct rmap_biased *of, const char *unit, FILE *out);
+void rmap_uniformity_describe(const struct rmap_uniformity *of, json_t *document);
+
 /* For people, a row per source. */
 enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_image *image,
                                                    FILE *out, struct rmap_error *err) RMAP_MUST_USE;

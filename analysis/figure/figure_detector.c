@@ -22,14 +22,6 @@ enum { BAR_GAP = 22, BAR_WIDTH = 22, SHORTEST_BAR = 160, NARROWEST = 24, FIGURE_
 /* Colours brighter than all but this part of the lit cells are white or clipped. */
 static const double BRIGHTEST_PART = 0.005;
 
-/* A logarithmic scale goes down to this part of the largest value, or further below the smallest
- * one by this part of its decades: a cell with one ray must look different from an empty one. */
-static const double LOG_DEPTH = 1e-5, LOG_MARGIN = 0.2;
-
-/* The scale is logarithmic where half the lit cells lie below this part of the largest value: on a
- * linear one they are nearly black. */
-static const double DARK_PART = 0.03;
-
 struct picture {
     const struct rmap_detector_image *image;
     const struct rmap_figure_detector *options;
@@ -135,89 +127,53 @@ static void lay_out(struct picture *picture)
     axes->height = fmax(rint(fmin(IMAGE_HEIGHT, IMAGE_WIDTH / aspect)), NARROWEST);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
-/* The value that so large a part of the lit cells lies below; 0: none is lit. */
-static enum rmap_status lit_quantile(const struct picture *picture, double part, double *value_ret,
-                                     struct rmap_error *err)
+static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
 {
     const struct rmap_detector_image *image = picture->image;
-    size_t n_cell = (size_t)image->n[0] * image->n[1], n_lit = 0;
+    const size_t n_cell = (size_t)image->n[0] * image->n[1];
     double *brightness = rmap_alloc(n_cell, sizeof *brightness);
     if (!brightness)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
     for (size_t c = 0; c < n_cell; c++) {
-        const double *rgb = picture->options->true_colour ? image->rgb + 3 * c : NULL;
-        double most = rgb ? fmax(rgb[0], fmax(rgb[1], rgb[2])) : image->value[c];
-        if (most > 0.0)
-            brightness[n_lit++] = most;
+        const double *rgb = image->rgb + 3 * c;
+        brightness[c] = fmax(rgb[0], fmax(rgb[1], rgb[2]));
     }
-    qsort(brightness, n_lit, sizeof *brightness, ascending);
-    *value_ret = n_lit > 0 ? brightness[(size_t)((double)(n_lit - 1) * part)] : 0.0;
+    picture->white = rmap_value_quantile(brightness, n_cell, 1.0 - BRIGHTEST_PART);
+    if (!(picture->white > 0.0))
+        picture->white = 1.0;
     rmap_free(brightness);
     return RMAP_OK;
 }
 
-static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
-{
-    enum rmap_status st = lit_quantile(picture, 1.0 - BRIGHTEST_PART, &picture->white, err);
-    if (!(picture->white > 0.0))
-        picture->white = 1.0;
-    return st;
-}
-
-/* Cells near the poles of directions are so small that one ray makes them bright: the scale ends
- * with the cell that is brightest for sure, three standard errors less counted, and its error. */
-static double brightest_sure(const struct rmap_detector_image *image)
-{
-    double sure = 0.0, top = image->peak;
-    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1] && !is_plane(image); c++) {
-        const double error = image->standard_error[c];
-        if (image->value[c] - 3.0 * error > sure) { /* not where the error is not known */
-            sure = image->value[c] - 3.0 * error;
-            top = fmin(image->value[c] + error, image->peak);
-        }
-    }
-    return top;
-}
-
+/* Cells near the poles of directions are small. */
 static enum rmap_status choose_scale(struct picture *picture, struct rmap_error *err)
 {
-    double middle = 0.0;
-    picture->top = brightest_sure(picture->image);
-    picture->logarithmic = picture->options->scale == RMAP_SCALE_LOGARITHMIC;
-    if (picture->options->scale != RMAP_SCALE_AUTO || picture->options->true_colour)
-        return RMAP_OK;
-    enum rmap_status st = lit_quantile(picture, 0.5, &middle, err);
-    picture->logarithmic = middle > 0.0 && middle < DARK_PART * picture->top;
-    return st;
+    const struct rmap_detector_image *image = picture->image;
+    const size_t n_cell = (size_t)image->n[0] * image->n[1];
+    enum rmap_figure_scale asked = picture->options->scale;
+    if (asked == RMAP_SCALE_AUTO && picture->options->true_colour)
+        asked = RMAP_SCALE_LINEAR;
+    picture->top = is_plane(image) ? image->peak
+                                   : rmap_value_scale_sure(image->value, image->standard_error,
+                                                           n_cell, image->peak);
+    return rmap_value_scale_choose(image->value, n_cell, picture->top, asked, &picture->logarithmic,
+                                   err);
 }
 
 static void choose_range(struct picture *picture)
 {
     const struct rmap_detector_image *image = picture->image;
     struct rmap_colour_bar *bar = &picture->bar;
-    double least = picture->top;
-    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
-        if (image->value[c] > 0.0)
-            least = fmin(least, image->value[c]);
     *bar = (struct rmap_colour_bar){.x = picture->axes.x + picture->axes.width + BAR_GAP,
                                     .y = picture->axes.y,
                                     .width = BAR_WIDTH,
                                     .height = picture->axes.height,
-                                    .range = {0.0, picture->top > 0.0 ? picture->top : 1.0},
                                     .logarithmic = picture->logarithmic,
                                     .label = image->quantity,
                                     .unit = image->unit};
     bar->height = fmax(bar->height, SHORTEST_BAR);
-    if (bar->logarithmic) {
-        double depth = fmin(fmax(least / bar->range[1], LOG_DEPTH), 0.1);
-        bar->range[0] = bar->range[1] * depth * pow(depth, LOG_MARGIN);
-    }
+    rmap_value_scale_find(image->value, (size_t)image->n[0] * image->n[1], picture->top,
+                          picture->logarithmic, bar->range);
 }
 
 /* Cells [first, last) that output pixel p of n_pixel covers, of n_cell. */
@@ -250,7 +206,7 @@ static void paint(const struct picture *picture, const uint32_t i[2], const uint
     double gain = 1.0 / picture->white;
     double most = fmax(colour[0], fmax(colour[1], colour[2]));
     if (picture->logarithmic && most > 0.0)
-        gain = fmax(1.0 - log(most / picture->white) / log(LOG_DEPTH), 0.0) / most;
+        gain = fmax(1.0 - log(most / picture->white) / log(RMAP_LOG_DEPTH), 0.0) / most;
     for (int k = 0; k < 3; k++)
         colour[k] *= gain;
     rmap_srgb_encode(colour, rgb);

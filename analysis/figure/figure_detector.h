@@ -8,18 +8,15 @@
 #define RMAP_FIGURE_DETECTOR_H
 
 #include "analysis/detector/detector_image.h"
+#include "analysis/figure/value_scale.h"
 #include "io/export/svg.h"
 
-/* AUTO: in false colours logarithmic where most of what is lit would be dark on a linear scale, as
- * ghosts beside an image of the sun; in true colours linear. */
-enum rmap_figure_scale { RMAP_SCALE_AUTO, RMAP_SCALE_LINEAR, RMAP_SCALE_LOGARITHMIC };
-
 struct rmap_figure_detector {
-    const char *criterion; /* NULL: all rays */
-    bool true_colour;      /* the image must have rgb */
-    enum rmap_figure_scale scale;
-    const char *sums;      /* what is said in place of registrations and flux; NULL: these */
-    bool isolines, values; /* over the image; values: RMAP_USAGE where cells are too small */
+    const char *criterion;        /* NULL: all rays */
+    bool true_colour;             /* the image must have rgb */
+    enum rmap_figure_scale scale; /* AUTO: in true colours linear */
+    const char *sums;             /* what is said in place of registrations and flux; NULL: these */
+    bool isolines, values;        /* over the image; values: RMAP_USAGE where cells are too small */
 };
 
 /* PNG pixels per SVG pixel that the image inside is made for. */

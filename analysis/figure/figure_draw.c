@@ -20,6 +20,12 @@
 
 enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
 enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
+enum {
+    COLOUR_BAR_GAP = 22,
+    COLOUR_BAR_WIDTH = 22,
+    COLOUR_BAR_ROOM = 140,
+    COLOUR_BAR_LONGEST = 480
+};
 
 /* White around the scene, as a part of its size. */
 static const double BORDER = 0.08;
@@ -38,10 +44,13 @@ static double fitting_stretch(const struct rmap_view *view, double width, double
 
 /* stretch: 0: as suits. */
 static void fit(const struct rmap_scene *scene, const struct rmap_view *view, double stretch,
-                struct rmap_view_frame *frame)
+                const struct rmap_figure_cells *painted, struct rmap_view_frame *frame)
 {
-    struct rmap_view_box box;
-    rmap_view_bounds(scene, view, &box);
+    struct rmap_view_box box = RMAP_VIEW_BOX_EMPTY;
+    if (!painted)
+        rmap_view_bounds(scene, view, &box);
+    for (size_t p = 0; painted && p < painted->cells->n_part; p++)
+        rmap_view_cover_object(scene, view, (size_t)painted->cells->part[p].object, &box);
     double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1];
     if (stretch == 0.0)
         stretch = fitting_stretch(view, w, h);
@@ -77,6 +86,18 @@ static void fit_camera(struct rmap_view *view, struct rmap_view_frame *frame)
         .stretch = 1.0};
     view->slope[0] = 0.5 * frame->width / frame->scale;
     view->slope[1] = 0.5 * frame->height / frame->scale;
+}
+
+/* Of objects in false colours. */
+static void draw_painted_captions(const struct rmap_figure_draw *options,
+                                  const struct rmap_view_frame *frame, struct rmap_svg *svg)
+{
+    char asked[1024], line[1024];
+    (void)snprintf(asked, sizeof asked, "rays: %s",
+                   options->criterion ? options->criterion : "all");
+    (void)snprintf(line, sizeof line, "%s; %s", options->painted->caption,
+                   frame->view->description);
+    rmap_captions(svg, MARGIN, (const char *const[]){options->title, asked, line}, 3);
 }
 
 static void draw_captions(const struct rmap_scene *scene, const struct rmap_portion *rays,
@@ -130,6 +151,40 @@ static void choose_view(const struct rmap_scene *scene, const struct rmap_portio
             options->cut && view->section && !rmap_view_meets_objects(scene, view);
 }
 
+/* Bodies in false colours of their cells, and the scale beside them. */
+static enum rmap_status draw_painted(const struct rmap_scene *scene,
+                                     const struct rmap_figure_cells *painted,
+                                     const struct rmap_view_frame *frame, struct rmap_svg *svg,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = painted->cells->n_cell;
+    struct rmap_mesh **mesh = NULL;
+    struct rmap_solid *solid = NULL;
+    struct rmap_colour_map map;
+    struct rmap_colour_bar bar = painted->bar;
+    struct rmap_painted faces = {painted->cells, rmap_alloc(n + 1, sizeof *faces.rgb),
+                                 painted->side};
+    if (!faces.rgb)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
+    rmap_colour_map_init(&map);
+    for (size_t c = 0; c < n; c++)
+        rmap_colour_map_at(&map, rmap_colour_bar_place(&bar, painted->value[c]), faces.rgb[c]);
+    RMAP_TRY(rmap_scene_meshes_create(scene, &mesh, err));
+    RMAP_TRY(rmap_solid_create(scene, mesh, &faces, frame, &solid, err));
+    RMAP_TRY(rmap_solid_draw(solid, svg, err));
+    bar.x = frame->x + frame->width + COLOUR_BAR_GAP;
+    bar.height = fmin(frame->height, COLOUR_BAR_LONGEST);
+    bar.y = frame->y + 0.5 * (frame->height - bar.height);
+    bar.width = COLOUR_BAR_WIDTH;
+    st = rmap_colour_bar_draw(svg, &bar, &map, err);
+out:
+    rmap_solid_destroy(solid);
+    rmap_scene_meshes_destroy(mesh, scene->n_geometry);
+    rmap_free(faces.rgb);
+    return st;
+}
+
 /* Scene, rays and marks, inside the frame. */
 static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                     const struct rmap_figure_draw *options,
@@ -145,7 +200,7 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     if (frame->view->section) {
         RMAP_TRY(rmap_section_draw(scene, mesh, frame, svg, err));
     } else {
-        RMAP_TRY(rmap_solid_create(scene, mesh, frame, &solid, err));
+        RMAP_TRY(rmap_solid_create(scene, mesh, NULL, frame, &solid, err));
         RMAP_TRY(rmap_solid_draw(solid, svg, err));
     }
     lines->solid = solid;
@@ -180,22 +235,28 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     if (view.perspective)
         fit_camera(&view, &frame);
     else
-        fit(scene, &view, options->stretch, &frame);
-    double marks;
-    const double legend =
-        rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);
-    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN,
+        fit(scene, &view, options->stretch, options->painted, &frame);
+    double marks = RMAP_LEGEND_ROW;
+    const double legend = options->painted ? 0.0
+                                           : rmap_legend_draw(scene, rays, &frame, options->paint,
+                                                              mixed, &marks, NULL);
+    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN + (options->painted ? COLOUR_BAR_ROOM : 0),
                              TOP + frame.height +
                                  fmax(legend, marks + SCALE_BAR - RMAP_LEGEND_ROW) + BELOW,
                              options->title, &svg, err));
-    RMAP_TRY(draw_inside(scene, rays, options, &lines, svg, err));
+    RMAP_TRY(options->painted ? draw_painted(scene, options->painted, &frame, svg, err)
+                              : draw_inside(scene, rays, options, &lines, svg, err));
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
-    (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
+    if (!options->painted)
+        (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
     if (!view.perspective)
         rmap_scale_bar_draw(scene, &frame, marks, svg);
-    draw_captions(scene, rays, options, &frame, svg);
+    if (options->painted)
+        draw_painted_captions(options, &frame, svg);
+    else
+        draw_captions(scene, rays, options, &frame, svg);
     *svg_ret = svg;
     svg = NULL;
 out:

@@ -5,11 +5,22 @@
 #ifndef RMAP_FIGURE_DRAW_H
 #define RMAP_FIGURE_DRAW_H
 
+#include "analysis/detector/irradiance_cells.h"
 #include "analysis/figure/figure_view.h"
 #include "analysis/figure/near_plane.h"
 #include "analysis/figure/ray_paint.h"
+#include "analysis/table/figure_axes.h"
 #include "io/map/map_reader.h"
 #include "portion/portion.h"
+
+/* Objects in false colours of what their cells have, with a scale. */
+struct rmap_figure_cells {
+    const struct rmap_irradiance_cells *cells;
+    const double *value;        /* [n_cell] */
+    enum rmap_side side;        /* from which they are shown */
+    struct rmap_colour_bar bar; /* without its place; the label is the quantity */
+    const char *caption;
+};
 
 struct rmap_figure_draw {
     const char *title;
@@ -22,10 +33,12 @@ struct rmap_figure_draw {
     const double *cut;                /* place of a section along its axis; NULL: as suits */
     double stretch; /* of a section, upwards over to the right; 0: 1, or so that long ones fill the
                        picture */
-    const struct rmap_near_plane *near; /* what chose the rays; NULL: nothing of the sort */
-    bool *misses_ret;                   /* or NULL: whether that is beside all objects */
-    const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
-    double opacity;                     /* of the strongest ray; 0: by their number */
+    const struct rmap_near_plane *near;      /* what chose the rays; NULL: nothing of the sort */
+    bool *misses_ret;                        /* or NULL: whether that is beside all objects */
+    const struct rmap_ray_paint *paint;      /* of the rays; NULL: in the colour of their light */
+    double opacity;                          /* of the strongest ray; 0: by their number */
+    const struct rmap_figure_cells *painted; /* in a view of solids, large, in place of rays; NULL:
+                                                none */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 
@@ -46,7 +59,7 @@ enum rmap_status rmap_figure_draw_near(const struct rmap_scene *scene, enum rmap
                                        struct rmap_portion **rays,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* rays: the rays to draw, all columns. */
+/* rays: the rays to draw, all columns; NULL where objects are painted. */
 enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                   const struct rmap_figure_draw *options, struct rmap_svg **svg_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The nearest faces of bodies, pixel by pixel at twice the picture's resolution: bodies and what is
- * of glass for themselves.
+ * The nearest faces of bodies, pixel by pixel at twice the picture's resolution: bodies, what is of
+ * glass, and what is painted for themselves.
  */
 #ifndef RMAP_FIGURE_LAYERS_H
 #define RMAP_FIGURE_LAYERS_H
@@ -15,17 +15,19 @@ struct rmap_solid_pixel {
     uint32_t object;
     int8_t normal[3]; /* x 127, view coordinates */
     uint8_t shade;
+    uint32_t paint; /* 1 + cell whose colour it has; 0: as its object looks */
 };
 
-enum rmap_solid_layer { RMAP_LAYER_BODY, RMAP_LAYER_GLASS, RMAP_LAYER_COUNT };
+enum rmap_solid_layer { RMAP_LAYER_BODY, RMAP_LAYER_GLASS, RMAP_LAYER_PAINTED, RMAP_LAYER_COUNT };
 
 struct rmap_solid {
     const struct rmap_scene *scene;
     const struct rmap_view_frame *frame;
-    int width, height; /* pixels of the layers */
-    double scale;      /* of them per picture pixel */
+    const struct rmap_painted *painted; /* NULL: none */
+    int width, height;                  /* pixels of the layers */
+    double scale;                       /* of them per picture pixel */
     struct rmap_solid_pixel
-        *pixel[RMAP_LAYER_COUNT]; /* the nearest faces; glass: NULL without any */
+        *pixel[RMAP_LAYER_COUNT]; /* the nearest faces; glass, painted: NULL without any */
     float nearest, farthest;      /* depths */
 };
 

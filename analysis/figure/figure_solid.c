@@ -46,7 +46,8 @@ static int within(double pixel, int most)
 static void solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
                        const struct rmap_solid_pixel *kind)
 {
-    const enum rmap_solid_layer layer = layer_of(canvas->scene, kind->object);
+    const enum rmap_solid_layer layer =
+        kind->paint ? RMAP_LAYER_PAINTED : layer_of(canvas->scene, kind->object);
     double area = edge(c[0], c[1], c[2].x, c[2].y);
     if (!(fabs(area) > 0.0) || !isfinite(area))
         return;
@@ -73,7 +74,8 @@ static void solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
 static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_error *err)
 {
     const size_t n_pixel = (size_t)canvas->width * (size_t)canvas->height;
-    bool any[RMAP_LAYER_COUNT] = {[RMAP_LAYER_BODY] = true};
+    bool any[RMAP_LAYER_COUNT] = {
+        [RMAP_LAYER_BODY] = true, [RMAP_LAYER_PAINTED] = canvas->painted != NULL};
     for (size_t o = 0; o < canvas->scene->n_object; o++)
         any[layer_of(canvas->scene, o)] = true;
     for (int layer = 0; layer < RMAP_LAYER_COUNT; layer++) {
@@ -90,11 +92,14 @@ static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_erro
 
 /* Empty layers of the size of the frame. */
 static enum rmap_status solid_init(const struct rmap_scene *scene,
+                                   const struct rmap_painted *painted,
                                    const struct rmap_view_frame *frame, struct rmap_solid *canvas,
                                    struct rmap_error *err)
 {
-    *canvas = (struct rmap_solid){
-        .scene = scene, .frame = frame, .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
+    *canvas = (struct rmap_solid){.scene = scene,
+                                  .frame = frame,
+                                  .painted = painted,
+                                  .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
     canvas->width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
     canvas->height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
     return clear_layers(canvas, err);
@@ -146,9 +151,17 @@ static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, 
     const struct rmap_solid_pixel *front =
         at->object == NOTHING ? right->object == NOTHING ? below : right : at;
     const struct rmap_solid_pixel *wall = &canvas->pixel[RMAP_LAYER_BODY][y * width + x];
+    const bool is_line = parted(at, right) || parted(at, below);
+    if (layer == RMAP_LAYER_PAINTED && !is_line) {
+        const bool behind_line = wall->depth > at->depth && (parted(wall, wall + (right - at)) ||
+                                                             parted(wall, wall + (below - at)));
+        for (int k = 0; k < 3 && at->object != NOTHING && !behind_line; k++)
+            rgb[k] = canvas->painted->rgb[at->paint - 1][k] / 255.0;
+        return;
+    }
     if (layer == RMAP_LAYER_GLASS && wall->object != NOTHING && wall->depth > front->depth)
         return;
-    if (parted(at, right) || parted(at, below)) {
+    if (is_line) {
         const struct rmap_view *view = canvas->frame->view;
         double range = range_of(canvas);
         double far = range > 0.0 ? (rmap_view_distance(view, (double)front->depth) -
@@ -220,16 +233,21 @@ bool rmap_solid_hides(const struct rmap_solid *canvas, double x, double y, doubl
                rmap_view_distance(view, (double)at->depth) + BEHIND * range_of(canvas);
 }
 
+/* A plane that is painted alone is seen from both sides: a part of its size. */
+static const double FLAT = 1e-3;
+
 /* An object that spans this part of the scene in two directions encloses it. */
 static const double ENCLOSING = 0.7;
 
 struct body {
     const struct rmap_mesh *mesh;
     uint32_t object;
+    bool painted; /* faces are cells */
     bool encloses;
     struct rmap_vec3 *corner; /* [n_vertex] canvas x, y (down), and depth in length units */
     struct rmap_vec3 *place;  /* [n_vertex] view coordinates */
     struct rmap_vec3 centre;  /* of the scene, view coordinates */
+    double flat;              /* faces no further from it hide nothing */
 };
 
 /* Is this face of an enclosing body between the eye and the scene? facing: cosine of the angle
@@ -238,6 +256,8 @@ static bool hides_scene(const struct body *body, const uint32_t *t, struct rmap_
                         double facing)
 {
     struct rmap_vec3 out = rmap_sub(body->place[t[0]], body->centre);
+    if (fabs(rmap_dot(out, normal)) < body->flat)
+        return false;
     return rmap_dot(out, normal) > 0.0 ? facing > 0.02 : facing < -0.02;
 }
 
@@ -296,6 +316,13 @@ static double cosine_to_eye(const struct rmap_view *view, struct rmap_vec3 norma
     return distance > 0.0 ? -rmap_dot(normal, place) / distance : normal.z;
 }
 
+/* Is the side seen that is not painted? */
+static bool is_turned(const struct rmap_solid *canvas, const struct body *body, double facing)
+{
+    const enum rmap_side side = body->painted ? canvas->painted->side : RMAP_SIDE_BOTH;
+    return (side == RMAP_SIDE_FRONT && facing < 0.0) || (side == RMAP_SIDE_BACK && facing > 0.0);
+}
+
 static void draw_body(struct rmap_solid *canvas, const struct body *body)
 {
     static const struct rmap_vec3 light = {-0.35, 0.55, 0.758};
@@ -308,12 +335,14 @@ static void draw_body(struct rmap_solid *canvas, const struct body *body)
             continue;
         normal = rmap_scale(normal, 1.0 / length);
         const double facing = cosine_to_eye(canvas->frame->view, normal, body->place[t[0]]);
-        if (body->encloses && hides_scene(body, t, normal, facing))
+        if (is_turned(canvas, body, facing) ||
+            (body->encloses && hides_scene(body, t, normal, facing)))
             continue;
         if (facing < 0.0) /* the side that is seen */
             normal = rmap_scale(normal, -1.0);
         struct rmap_solid_pixel kind = {
             .object = body->object,
+            .paint = body->painted ? 1 + body->mesh->face[i] : 0,
             .normal = {(int8_t)(127 * normal.x), (int8_t)(127 * normal.y),
                        (int8_t)(127 * normal.z)},
             .shade = (uint8_t)(255 * fmax(rmap_dot(normal, light), 0.0))};
@@ -354,26 +383,76 @@ static bool encloses(const struct extent *object, const struct extent *scene)
     return (a.x >= ENCLOSING * b.x) + (a.y >= ENCLOSING * b.y) + (a.z >= ENCLOSING * b.z) >= 2;
 }
 
+/* Its cells as triangles of a mesh in the world, whose faces they are. */
+static enum rmap_status cells_mesh(const struct rmap_irradiance_cells *cells, size_t part,
+                                   struct rmap_mesh **mesh_ret, struct rmap_error *err)
+{
+    const struct rmap_irradiance_part *of = &cells->part[part];
+    struct rmap_mesh *mesh = NULL;
+    size_t n = 0, n_triangle = 0;
+    const struct rmap_irradiance_facet *facet = cells->facet + of->first_facet;
+    for (size_t i = 0; i < of->n_facet; i++)
+        n += facet[i].n_corner;
+    const enum rmap_status st = rmap_mesh_create(n, n, 1, &mesh, err);
+    if (st != RMAP_OK)
+        return st;
+    const size_t first = of->n_facet > 0 ? facet->corner : 0;
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_vec3 p = cells->corner[first + i];
+        mesh->vertex[i][0] = (float)p.x;
+        mesh->vertex[i][1] = (float)p.y;
+        mesh->vertex[i][2] = (float)p.z;
+    }
+    for (size_t i = 0; i < of->n_facet; i++)
+        for (uint32_t k = 2; k < facet[i].n_corner; k++, n_triangle++) {
+            const uint32_t corner = (uint32_t)(facet[i].corner - first);
+            mesh->triangle[n_triangle][0] = corner;
+            mesh->triangle[n_triangle][1] = corner + k - 1;
+            mesh->triangle[n_triangle][2] = corner + k;
+            mesh->face[n_triangle] = facet[i].cell;
+        }
+    mesh->n_triangle = n_triangle;
+    *mesh_ret = mesh;
+    return RMAP_OK;
+}
+
+/* What is painted and no wall, or of one side, whose back nobody sees. */
+static bool stays_in_sight(const struct rmap_solid *canvas, size_t object)
+{
+    const struct rmap_scene *scene = canvas->scene;
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    return canvas->painted->side != RMAP_SIDE_BOTH ||
+           (geometry->kind == RMAP_GEOMETRY_SHAPE &&
+            rmap_shape_model[geometry->shape.type].revolved);
+}
+
+/* mesh: of its geometry, or of its cells, in the world. whole: of all objects, or of those that are
+ * painted. */
 static enum rmap_status draw_object(const struct rmap_scene *scene, size_t object,
-                                    const struct rmap_mesh *mesh, const struct extent *whole,
-                                    const struct rmap_view_frame *frame, struct rmap_solid *canvas,
+                                    const struct rmap_mesh *mesh, bool painted,
+                                    const struct extent *whole, struct rmap_solid *canvas,
                                     struct rmap_error *err)
 {
     struct extent own = empty;
+    const struct rmap_view_frame *frame = canvas->frame;
+    const struct rmap_affine in_place = rmap_affine_identity();
+    const struct rmap_affine *to_world = painted ? &in_place : &scene->object[object].to_world;
     struct body body = {
         .mesh = mesh,
         .object = (uint32_t)object,
+        .painted = painted,
+        .flat = painted ? FLAT * rmap_length(rmap_sub(whole->high, whole->low)) : 0.0,
         .corner = rmap_alloc(mesh->n_vertex + 1, sizeof *body.corner),
         .place = rmap_alloc(mesh->n_vertex + 1, sizeof *body.place),
         .centre = rmap_view_place(frame->view, rmap_scale(rmap_add(whole->low, whole->high), 0.5))};
     enum rmap_status st = RMAP_OK;
     if (!body.corner || !body.place)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
-    object_extent(scene, object, mesh, &own);
-    body.encloses = encloses(&own, whole);
+    for (size_t i = 0; i < mesh->n_vertex; i++)
+        widen(&own, vertex_of(mesh, i, to_world));
+    body.encloses = encloses(&own, whole) && !(painted && stays_in_sight(canvas, object));
     for (size_t i = 0; i < mesh->n_vertex; i++) {
-        body.place[i] =
-            rmap_view_place(frame->view, vertex_of(mesh, i, &scene->object[object].to_world));
+        body.place[i] = rmap_view_place(frame->view, vertex_of(mesh, i, to_world));
         body.corner[i] = corner_of(canvas, body.place[i]);
     }
     draw_body(canvas, &body);
@@ -383,21 +462,42 @@ out:
     return st;
 }
 
+static enum rmap_status draw_cells(const struct rmap_scene *scene, size_t object, size_t part,
+                                   const struct extent *whole, struct rmap_solid *canvas,
+                                   struct rmap_error *err)
+{
+    struct rmap_mesh *mesh = NULL;
+    enum rmap_status st = cells_mesh(canvas->painted->cells, part, &mesh, err);
+    if (st == RMAP_OK)
+        st = draw_object(scene, object, mesh, true, whole, canvas, err);
+    rmap_mesh_destroy(mesh);
+    return st;
+}
+
 enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                   const struct rmap_painted *painted,
                                    const struct rmap_view_frame *frame,
                                    struct rmap_solid **solid_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct extent whole = empty;
+    struct extent whole = empty, painted_whole = empty;
     struct rmap_solid *canvas = rmap_alloc(1, sizeof *canvas);
     if (!canvas)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
-    RMAP_TRY(solid_init(scene, frame, canvas, err));
-    for (size_t o = 0; o < scene->n_object; o++)
+    RMAP_TRY(solid_init(scene, painted, frame, canvas, err));
+    for (size_t o = 0; o < scene->n_object; o++) {
         object_extent(scene, o, mesh[scene->object[o].geometry], &whole);
-    for (size_t o = 0; o < scene->n_object; o++)
-        RMAP_TRY(
-            draw_object(scene, o, mesh[scene->object[o].geometry], &whole, frame, canvas, err));
+        if (painted && painted->cells->part_of[o] >= 0)
+            object_extent(scene, o, mesh[scene->object[o].geometry], &painted_whole);
+    }
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const int32_t part = painted ? painted->cells->part_of[o] : -1;
+        if (part >= 0)
+            RMAP_TRY(draw_cells(scene, o, (size_t)part, &painted_whole, canvas, err));
+        else
+            RMAP_TRY(
+                draw_object(scene, o, mesh[scene->object[o].geometry], false, &whole, canvas, err));
+    }
     solid_find_depths(canvas);
     *solid_ret = canvas;
     canvas = NULL;

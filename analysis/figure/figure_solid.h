@@ -6,12 +6,21 @@
 #ifndef RMAP_FIGURE_SOLID_H
 #define RMAP_FIGURE_SOLID_H
 
+#include "analysis/detector/irradiance_cells.h"
 #include "analysis/figure/figure_view.h"
 
+/* Objects in colours of their cells, without shading. What stands before them is there as lines. */
+struct rmap_painted {
+    const struct rmap_irradiance_cells *cells;
+    uint8_t (*rgb)[3];   /* [n_cell] sRGB */
+    enum rmap_side side; /* FRONT, BACK: seen from there alone */
+};
+
 /* The bodies as one view shows them. mesh: [n_geometry], welded or tessellated; only for the call.
- */
+ * painted: NULL: none. */
 struct rmap_solid;
 enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                   const struct rmap_painted *painted,
                                    const struct rmap_view_frame *frame,
                                    struct rmap_solid **solid_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;

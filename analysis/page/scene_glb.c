@@ -12,6 +12,7 @@
 
 #include "analysis/figure/figure_rays.h"
 #include "analysis/figure/scene_mesh.h"
+#include "analysis/table/colour_map.h"
 #include "base/alloc.h"
 #include "io/export/glb.h"
 #include "io/file/whole_file.h"
@@ -175,8 +176,7 @@ out:
 /* Linear light of an sRGB byte (IEC 61966-2-1), as a byte. */
 static uint8_t linear_byte(unsigned value)
 {
-    const double v = value / 255.0;
-    return (uint8_t)(255.0 * (v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4)) + 0.5);
+    return (uint8_t)(255.0 * rmap_srgb_linear(value) + 0.5);
 }
 
 static void segment_colour(const struct build *self, const struct rmap_scene *scene, size_t ray,

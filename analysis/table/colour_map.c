@@ -94,6 +94,12 @@ void rmap_colour_map_init(struct rmap_colour_map *map)
     }
 }
 
+double rmap_srgb_linear(unsigned byte)
+{
+    const double v = byte / 255.0;
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
 void rmap_colour_map_at(const struct rmap_colour_map *map, double value, uint8_t rgb[3])
 {
     static const uint8_t unknown[3] = {128, 128, 128};

@@ -24,6 +24,9 @@ void rmap_colour_map_at(const struct rmap_colour_map *map, double value, uint8_t
 /* sRGB bytes of linear RGB (IEC 61966-2-1), clamped to [0, 1]. */
 void rmap_srgb_encode(const double linear[3], uint8_t rgb[3]);
 
+/* And of one such byte: linear, 0 to 1. */
+double rmap_srgb_linear(unsigned byte);
+
 /* Linear RGB of an Oklab colour (lightness, a, b), and back. */
 void rmap_oklab_to_rgb(const double lab[3], double linear[3]);
 void rmap_rgb_to_oklab(const double linear[3], double lab[3]);

@@ -15,15 +15,17 @@
 #include "io/file/base64.h"
 
 /* The specification's numbers (section 5). */
-enum { FLOAT = 5126, UNSIGNED_INT = 5125, UNSIGNED_BYTE = 5121 };
+enum { FLOAT = 5126, UNSIGNED_INT = 5125, UNSIGNED_BYTE = 5121, UNSIGNED_SHORT = 5123 };
 enum { VERTICES = 34962, INDICES = 34963, MODE_LINES = 1 };
+
+#define UNLIT "KHR_materials_unlit"
 
 struct rmap_glb {
     json_t *material, *mesh, *node, *accessor, *view, *placed; /* arrays */
     uint8_t *bytes;
     size_t nbytes, cap;
     double scale;
-    int z_upright;
+    int z_upright, unlit;
 };
 
 static enum rmap_status no_memory(struct rmap_error *err)
@@ -81,8 +83,14 @@ enum rmap_status rmap_glb_add_material(struct rmap_glb *self, const struct rmap_
     json_t *entry = json_pack("{s:s, s:{s:[f,f,f,f], s:f, s:f}, s:b}", "name", given->name,
                               "pbrMetallicRoughness", "baseColorFactor", c[0], c[1], c[2], c[3],
                               "metallicFactor", given->metallic, "roughnessFactor",
-                              given->roughness, "doubleSided", 1);
+                              given->roughness, "doubleSided", !given->one_sided);
     if (entry && c[3] < 1.0 && json_object_set_new(entry, "alphaMode", json_string("BLEND")) != 0) {
+        json_decref(entry);
+        entry = NULL;
+    }
+    self->unlit |= given->unlit;
+    if (entry && given->unlit &&
+        json_object_set_new(entry, "extensions", json_pack("{s:{}}", UNLIT)) != 0) {
         json_decref(entry);
         entry = NULL;
     }
@@ -171,6 +179,27 @@ enum rmap_status rmap_glb_add_mesh(struct rmap_glb *self, const char *name,
     return append(self->mesh, entry, index_ret, err);
 }
 
+enum rmap_status rmap_glb_add_painted(struct rmap_glb *self, const char *name,
+                                      const struct rmap_glb_shape *shape,
+                                      const struct rmap_glb_paint *paint, size_t material,
+                                      size_t *index_ret, struct rmap_error *err)
+{
+    static const struct accessor tint = {UNSIGNED_SHORT, "VEC4", VERTICES, 1, 8};
+    static const struct accessor number = {FLOAT, "SCALAR", VERTICES, 0, 4};
+    enum rmap_status st = RMAP_OK;
+    size_t colour = 0, value = 0;
+    RMAP_TRY(add_accessor(self, &tint, paint->colour, paint->n_point, NULL, &colour, err));
+    RMAP_TRY(add_accessor(self, &number, paint->number, paint->n_point, NULL, &value, err));
+    st = append(self->mesh,
+                json_pack("{s:s, s:[{s:{s:I, s:I, s:I}, s:I, s:I}]}", "name", name, "primitives",
+                          "attributes", "POSITION", (json_int_t)shape->position, "COLOR_0",
+                          (json_int_t)colour, paint->attribute, (json_int_t)value, "indices",
+                          (json_int_t)shape->corner, "material", (json_int_t)material),
+                index_ret, err);
+out:
+    return st;
+}
+
 enum rmap_status rmap_glb_add_lines(struct rmap_glb *self, const char *name,
                                     const float (*point)[3], const uint8_t (*colour)[4],
                                     size_t n_line, size_t *index_ret, struct rmap_error *err)
@@ -242,6 +271,8 @@ static json_t *document(const struct rmap_glb *self, const char *uri)
     for (size_t i = 0; i < sizeof part / sizeof *part && !failed; i++)
         if (json_array_size(part[i].value) > 0) /* the specification wants no empty arrays */
             failed = json_object_set(all, part[i].key, part[i].value);
+    if (!failed && self->unlit)
+        failed = json_object_set_new(all, "extensionsUsed", json_pack("[s]", UNLIT));
     json_t *buffer = json_pack("[{s:I}]", "byteLength", (json_int_t)self->nbytes);
     if (!failed && self->nbytes > 0)
         failed = !buffer || json_object_set(all, "buffers", buffer);

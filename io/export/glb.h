@@ -24,6 +24,8 @@ struct rmap_glb_material {
     const char *name;
     double colour[4]; /* linear RGB and opacity; below 1 it is blended */
     double metallic, roughness;
+    int unlit;     /* shows its colours as they are (KHR_materials_unlit) */
+    int one_sided; /* seen from where its triangles turn counter-clockwise */
 };
 /* Index of the new entry in *index_ret; RMAP_SYSTEM. The same for all below. */
 enum rmap_status rmap_glb_add_material(struct rmap_glb *glb,
@@ -41,6 +43,19 @@ enum rmap_status rmap_glb_add_shape(struct rmap_glb *glb, const float (*point)[3
 enum rmap_status rmap_glb_add_mesh(struct rmap_glb *glb, const char *name,
                                    const struct rmap_glb_shape *shape, size_t material,
                                    size_t *index_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same with a colour and a number of each point [n_point], under the name that
+ * applications give theirs, "_IRRADIANCE". colour: linear RGB and opacity x 65535. */
+struct rmap_glb_paint {
+    const uint16_t (*colour)[4];
+    const float *number;
+    const char *attribute;
+    size_t n_point;
+};
+enum rmap_status rmap_glb_add_painted(struct rmap_glb *glb, const char *name,
+                                      const struct rmap_glb_shape *shape,
+                                      const struct rmap_glb_paint *paint, size_t material,
+                                      size_t *index_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Separate lines: points [2 n_line][3] in pairs, with linear RGBA in bytes [2 n_line][4]. */
 enum rmap_status rmap_glb_add_lines(struct rmap_glb *glb, const char *name, const float (*point)[3],

@@ -38,7 +38,8 @@ enum rmap_status rmap_image_data_write(const struct rmap_image_data *box,
     fprintf(file, "</FieldData>\n<Piece Extent=\"%s\">\n<CellData>\n", extent);
     for (size_t i = 0; i < n_array; i++)
         if (array[i].rank == 3)
-            rmap_vtk_doubles(file, array[i].name, array[i].data, n_voxel);
+            rmap_vtk_doubles(file, &(struct rmap_vtk_array){"Float64", array[i].name, 1},
+                             array[i].data, n_voxel);
     fputs("</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n", file);
     st = rmap_whole_file_finish(&whole, err);
 out:

@@ -68,12 +68,12 @@ void rmap_vtk_array(FILE *file, const struct rmap_vtk_array *array, uint8_t *byt
 }
 
 /* Three words of 8 bytes at a time, which are whole groups of base64: the first is the length. */
-void rmap_vtk_doubles(FILE *file, const char *name, const double *value, size_t n)
+void rmap_vtk_doubles(FILE *file, const struct rmap_vtk_array *array, const double *value, size_t n)
 {
     uint8_t some[24];
     size_t held = RMAP_VTK_LENGTH_NBYTES;
     put_length(some, n * sizeof *value);
-    open_array(file, &(struct rmap_vtk_array){"Float64", name, 1});
+    open_array(file, array);
     for (size_t i = 0; i < n; i++) {
         uint64_t bits;
         memcpy(&bits, &value[i], sizeof bits);

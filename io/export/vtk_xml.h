@@ -28,6 +28,7 @@ struct rmap_vtk_array {
 void rmap_vtk_array(FILE *file, const struct rmap_vtk_array *array, uint8_t *bytes, size_t nbytes);
 
 /* The same of numbers that stand elsewhere. */
-void rmap_vtk_doubles(FILE *file, const char *name, const double *value, size_t n);
+void rmap_vtk_doubles(FILE *file, const struct rmap_vtk_array *array, const double *value,
+                      size_t n);
 
 #endif

@@ -73,19 +73,13 @@ static enum rmap_status read_format(const char *path, enum rmap_draw_format *for
     return RMAP_OK; /* rmap_output_check tells the suffixes */
 }
 
-/* "-62,28" */
-static enum rmap_status read_eye(const char *text, struct rmap_draw_request *request,
-                                 struct rmap_error *err)
+enum rmap_status rmap_read_eye(const char *text, double eye[2], struct rmap_error *err)
 {
     char *end = NULL, *last = NULL;
-    if (!text)
-        return RMAP_OK;
-    request->has_eye = true;
-    request->eye[0] = strtod(text, &end);
+    eye[0] = strtod(text, &end);
     bool fine = end != text && *end == ',';
-    request->eye[1] = fine ? strtod(end + 1, &last) : 0.0;
-    if (fine && last != end + 1 && *last == 0 && fabs(request->eye[0]) <= 360.0 &&
-        fabs(request->eye[1]) <= 90.0)
+    eye[1] = fine ? strtod(end + 1, &last) : 0.0;
+    if (fine && last != end + 1 && *last == 0 && fabs(eye[0]) <= 360.0 && fabs(eye[1]) <= 90.0)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_USAGE,
                           "--eye '%s': say AZIMUTH,ELEVATION in degrees, such as -62,28 (elevation "
@@ -153,7 +147,10 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
     RMAP_TRY(read_paint(rmap_argument(given, "color"), &request->paint, err));
     RMAP_TRY(read_level(rmap_argument(given, "by"), request, err));
     RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));
-    RMAP_TRY(read_eye(rmap_argument(given, "eye"), request, err));
+    const char *eye = rmap_argument(given, "eye");
+    request->has_eye = eye != NULL;
+    if (eye)
+        RMAP_TRY(rmap_read_eye(eye, request->eye, err));
     if (rmap_argument(given, "by") && request->format == RMAP_DRAW_PICTURE &&
         request->paint != RMAP_PAINT_PATH)
         return rmap_error_set(

@@ -35,6 +35,10 @@ struct rmap_draw_request {
     double opacity; /* 0: by the number of rays */
 };
 
+/* "-62,28": azimuth and elevation. RMAP_USAGE. */
+enum rmap_status rmap_read_eye(const char *text, double eye[2],
+                               struct rmap_error *err) RMAP_MUST_USE;
+
 /* RMAP_USAGE; rmap_draw_request_fini whatever happened. */
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                         struct rmap_draw_request *request,

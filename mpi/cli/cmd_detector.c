@@ -21,6 +21,7 @@
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
+#include "mpi/command/luminous.h"
 #include "mpi/command/output.h"
 #include "mpi/command/overlay_load.h"
 #include "mpi/command/until.h"
@@ -402,24 +403,6 @@ out:
     return st;
 }
 
-/* Whether lm are asked for of sources in W: V(lambda) makes them of what the scene says of their
- * spectra. */
-static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char *quantity,
-                                     bool *luminous_ret, struct rmap_error *err)
-{
-    *luminous_ret =
-        quantity && scene->flux_unit == RMAP_FLUX_W && strcmp(quantity, "illuminance") == 0;
-    for (size_t s = 0; *luminous_ret && s < scene->n_source; s++)
-        if (!rmap_source_has_spectrum(&scene->source[s]))
-            return rmap_error_set(
-                err, RMAP_INPUT,
-                "--quantity %s: the flux of source '%.60s' is in W, and the scene "
-                "does not say its spectrum: give that, or the flux in lm, and "
-                "trace anew; or ask for %s",
-                quantity, scene->source[s].name, *quantity == 'i' ? "irradiance" : "radiance");
-    return RMAP_OK;
-}
-
 /* What the detector's response makes of it. */
 static enum rmap_status ask_weighed(const struct rmap_detector *detector,
                                     const struct request *request, struct rmap_detector_ask *ask,
@@ -481,7 +464,7 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
                                    .channels = request->channels,
                                    .centre = request->spot,
                                    .colour = request->figure.true_colour && request->n_output > 0};
-    RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
+    RMAP_TRY(rmap_ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
     RMAP_TRY(ask_weighed(&scene->detector[ask->detector], request, ask, err));
