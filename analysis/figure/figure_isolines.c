@@ -11,6 +11,9 @@
 
 enum { LEVELS = 9, LABELS = 200, SAME_APART = 170, LABEL_WIDTH = 34, LABEL_HEIGHT = 18 };
 
+/* Of a cell's side; a line about one cell has pieces of 0.71 at most. */
+static const double PIECE_LEAST = 0.75;
+
 struct labels {
     size_t n;
     struct label {
@@ -92,16 +95,18 @@ static bool has_room(const struct labels *labels, double level, const double at[
     return true;
 }
 
-/* From the middle of its pieces on, wherever there is room, so that separate lines have theirs. */
-static void label(struct rmap_svg *svg, const struct lines *lines, double level,
-                  struct labels *labels)
+/* From the middle of its pieces on, wherever there is room, so that separate lines have theirs.
+ * Pieces at least that long: those about a single cell, which a number would hide, are shorter. */
+static size_t label(struct rmap_svg *svg, const struct lines *lines, double level, double least,
+                    struct labels *labels)
 {
-    const size_t n_piece = lines->n / 3;
+    const size_t n_piece = lines->n / 3, before = labels->n;
     char text[32];
     (void)snprintf(text, sizeof text, "%.4g", level);
     for (size_t k = 0; k < n_piece && labels->n < LABELS; k++) {
-        const double *at = lines->point[(n_piece / 2 + k) % n_piece * 3];
-        if (!has_room(labels, level, at))
+        const size_t first = (n_piece / 2 + k) % n_piece * 3;
+        const double *at = lines->point[first], *end = lines->point[first + 1];
+        if (hypot(end[0] - at[0], end[1] - at[1]) < least || !has_room(labels, level, at))
             continue;
         labels->label[labels->n++] = (struct label){{at[0], at[1]}, level};
         rmap_svg_string(svg,
@@ -112,6 +117,7 @@ static void label(struct rmap_svg *svg, const struct lines *lines, double level,
                                                 .halo = "#ffffff"},
                         text);
     }
+    return labels->n - before;
 }
 
 enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
@@ -127,6 +133,7 @@ enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes
         rmap_ticks_powers(bar->range[0], bar->range[1], LEVELS, &ticks);
     else
         rmap_ticks_linear(bar->range[0], bar->range[1], LEVELS, &ticks);
+    const double least = PIECE_LEAST * fmin(axes->width / grid->n[0], axes->height / grid->n[1]);
     const double *level = which->n_level > 0 ? which->level : ticks.value;
     const size_t n_level = which->n_level > 0 ? which->n_level : (size_t)ticks.n;
     for (size_t k = 0; k < n_level; k++) {
@@ -140,8 +147,8 @@ enum rmap_status rmap_isolines_draw(struct rmap_svg *svg, const struct rmap_axes
                       &(struct rmap_svg_style){.stroke = "#ffffff", .width = 2.4, .opacity = 0.6});
         rmap_svg_path(svg, (const double(*)[2])lines.point, lines.n,
                       &(struct rmap_svg_style){.stroke = "#000000", .width = 1.0});
-        if (which->labelled)
-            label(svg, &lines, level[k], &labels);
+        if (which->labelled && label(svg, &lines, level[k], least, &labels) == 0)
+            (void)label(svg, &lines, level[k], 0.0, &labels);
     }
 out:
     rmap_free(lines.point);

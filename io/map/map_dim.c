@@ -4,6 +4,7 @@
  */
 #include "io/map/map_dim.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -37,19 +38,35 @@ static bool is_dimmed(const struct rmap_map *map, size_t source)
     return map->dim[source] < 1.0 || map->dim[source] > 1.0;
 }
 
+/* Sources that are dimmed, or those that are put out; behind what is told already. */
+static size_t list_sources(const struct rmap_map *map, bool out, char text[RMAP_MAP_DIM_LEN],
+                           size_t len)
+{
+    size_t n = 0;
+    for (size_t s = 0; s < n_source(map) && len < RMAP_MAP_DIM_LEN; s++) {
+        char *to = text + len;
+        const size_t room = RMAP_MAP_DIM_LEN - len;
+        const char *before = n > 0 ? ", " : len > 0 ? "; " : "";
+        const char *name = map->scene[0]->source[s].name;
+        if (!is_dimmed(map, s) || out == (map->dim[s] > 0.0))
+            continue;
+        len += (size_t)(out ? snprintf(to, room, "%s%s%.40s", before, n ? "" : "without ", name)
+                            : snprintf(to, room, "%s%.40s x %.6g", before, name, map->dim[s]));
+        n++;
+    }
+    return len;
+}
+
 void rmap_map_dim_text(const struct rmap_map *map, char text[RMAP_MAP_DIM_LEN])
 {
     size_t len = 0;
     text[0] = 0;
-    if (map->dim && map->maintenance < 1.0)
+    if (!map->dim)
+        return;
+    if (map->maintenance < 1.0)
         len = (size_t)snprintf(text, RMAP_MAP_DIM_LEN, "maintenance factor %.6g", map->maintenance);
-    for (size_t s = 0, n = 0; map->dim && s < n_source(map) && len < RMAP_MAP_DIM_LEN; s++)
-        if (is_dimmed(map, s))
-            len += (size_t)snprintf(text + len, RMAP_MAP_DIM_LEN - len, "%s%.40s x %.6g",
-                                    n++       ? ", "
-                                    : len > 0 ? "; "
-                                              : "",
-                                    map->scene[0]->source[s].name, map->dim[s]);
+    len = list_sources(map, false, text, len);
+    (void)list_sources(map, true, text, len);
 }
 
 void rmap_json_add_dim(json_t *document, const struct rmap_map *map)

@@ -18,7 +18,7 @@ enum rmap_status rmap_map_dim(struct rmap_map *map, double maintenance, const do
 /* How many times its flux a source has, maintenance included; 1 where nothing was dimmed. */
 double rmap_map_dimmed(const struct rmap_map *map, size_t source);
 
-/* "maintenance factor 0.8; lamp x 0.5, sky x 0"; "" where nothing was dimmed. */
+/* "maintenance factor 0.8; lamp x 0.5; without sky, sun"; "" where nothing was dimmed. */
 #define RMAP_MAP_DIM_LEN 320
 void rmap_map_dim_text(const struct rmap_map *map, char text[RMAP_MAP_DIM_LEN]);
 

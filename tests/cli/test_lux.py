@@ -112,12 +112,12 @@ def check_tables():
     least, most, average = min(flat), max(flat), sum(flat) / len(flat)
     want = {"average": average, "minimum": least, "maximum": most, "U0": least / average, "Ud": least / most}
     check(all(abs(float(head[k]) / v - 1) < 1e-3 for k, v in want.items()), f"{head} {want}")
-    check(f"U0 {least / average:.2f}, Ud {least / most:.2f}" in text and "dimmed         sky x 0, sun x 0" in text, text)
+    check(f"U0 {least / average:.2f}, Ud {least / most:.2f}" in text and "dimmed         without sky, sun" in text, text)
     world = ask("--cells", "6x4", "--table", "--frame", "world", detector="north")["table"]
     check((world["across"], world["down"]) != ("x", "y") and {world["across"], world["down"]} == {"x", "z"}, f"{world}")
     run("detector", "room.raymap", "plane", "--isolines", "--levels", "150,333", "--dim", "sky=0,sun=0", "-o", "lines.svg", "--force")
     picture = pathlib.Path("lines.svg").read_text(encoding="utf-8")
-    check(">150</text>" in picture and ">333</text>" in picture and "sky x 0" in picture, "labels of the levels")
+    check(">150</text>" in picture and ">333</text>" in picture and "without sky, sun" in picture, "labels of the levels")
     check("numbers with commas" in run("detector", "room.raymap", "plane", "-o", "b.svg", "--isolines", "--levels", "1,x", status=2), "--levels")
 
 
