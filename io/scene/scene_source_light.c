@@ -17,9 +17,7 @@ void rmap_reader_read_flux(struct rmap_reader *reader, const struct rmap_yaml_no
         return;
     if (!rmap_reader_parse_quantity(text, &light->flux, &unit)) {
         rmap_reader_error(reader, at,
-                          "'flux' must be a power, as in '1 W' or '800 lm', or an amount, as in "
-                          "'1000 photons' or '2 MeV', not '%.40s'",
-                          text);
+                          "'flux' must be a power, as in '1 W' or '800 lm', not '%.40s'", text);
         return;
     }
     const struct rmap_written_unit *of =

@@ -55,8 +55,8 @@ static const struct {
     {"xyzzy(tube)", 1, 5,
      "unknown test 'xyzzy': say one of all source hit surface scatter event medium after at "
      "registered "
-     "crossed detected ended path segments bounces ghost_order scatter_order wavelength flux "
-     "path_length "
+     "crossed detected ended path segments bounces ghost_order scatter_order wavelength "
+     "photon_energy flux path_length "
      "optical_path group_path start_x start_y start_z ray angle x y world_x world_y world_z time"},
     {"hit(tube, reflect_speculr)", 11, 15,
      "unknown event 'reflect_speculr' (did you mean 'reflect_specular'?)"},
