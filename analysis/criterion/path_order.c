@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "scene/coat.h"
 
 /* Of what a mirror is meant to reflect. */
 static const double MIRRORS = 0.5;
@@ -23,16 +24,12 @@ static double left_specular(const struct rmap_scatter *its, int channel, double 
     return its->by_roughness ? all : all - its->amount[channel] * rmap_lobe_total(&at);
 }
 
-/* At normal incidence from air; of a metal by Fresnel's equation, ((n-1)^2 + k^2)/((n+1)^2 + k^2).
- */
+/* At normal incidence from air. */
 static double specular_reflectance(const struct rmap_scene *scene,
                                    const struct rmap_surface *surface, int channel)
 {
-    const double n = surface->metal_n[channel],
-                 kk = surface->metal_k[channel] * surface->metal_k[channel];
-    const double all = surface->is_metal
-                           ? ((n - 1.0) * (n - 1.0) + kk) / ((n + 1.0) * (n + 1.0) + kk)
-                           : surface->reflect_specular[channel];
+    const double all = surface->is_metal ? rmap_metal_coat(scene, surface, channel, 1.0, 1.0)
+                                         : surface->reflect_specular[channel];
     const struct rmap_scatter *its = rmap_surface_scatter(scene, surface, false);
     return its && (surface->reflect_is_total || rmap_scatter_is_facets(its))
                ? left_specular(its, channel, all)

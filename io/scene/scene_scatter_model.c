@@ -68,8 +68,8 @@ const struct rmap_mapping rmap_scatter_keys = {
       .need = RMAP_REQUIRED},
      {"slope", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.slope), &incline,
       .otherwise = 0.926},
-     {"n", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.n), &index_of_dust, .otherwise = 1.53},
-     {"k", RMAP_KEY_NUMBER, offsetof(struct parameters, dust.k), &index_of_dust, .otherwise = 1e-3},
+     {"n", SPECTRUM(dust.n), &index_of_dust},
+     {"k", SPECTRUM(dust.k), &index_of_dust},
      {"band", RMAP_KEY_WORD, offsetof(struct parameters, band), .words = "visible solar"}}};
 #undef SPECTRUM
 
@@ -436,6 +436,10 @@ bool rmap_reader_read_model(struct rmap_reader *reader, const struct rmap_yaml_n
         model = RMAP_SCATTER_CONTAMINATION;
     else if (!rmap_reader_choice(reader, at, "model", RMAP_REQUIRED, names, &model))
         return false;
+    for (int i = 0; i < lobe.n; i++) {
+        lobe.parameters.dust.n[i] = 1.53;
+        lobe.parameters.dust.k[i] = 1e-3;
+    }
     if (model < 0 || !rmap_reader_known(reader, at, &rmap_scatter_keys, model) ||
         !rmap_reader_fill(reader, at, &rmap_scatter_keys, model, &lobe.parameters))
         return false;

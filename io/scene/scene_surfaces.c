@@ -35,6 +35,10 @@ static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *n
     int choice = 1;
     if (!coat)
         return;
+    if (coat->kind == RMAP_YAML_SCALAR && rmap_names_find(&reader->films, coat->text)) {
+        rmap_reader_error(reader, coat, "a film is named so: 'coat: {film: %.60s}'", coat->text);
+        return;
+    }
     if (coat->kind == RMAP_YAML_SCALAR) {
         (void)rmap_reader_choice(reader, node, "coat", RMAP_OPTIONAL, "ideal none", &choice);
         surface->coat = choice == 0 ? RMAP_COAT_IDEAL : RMAP_COAT_NONE;
@@ -112,7 +116,8 @@ static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *
 static void read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_surface *surface)
 {
-    const struct rmap_yaml_node *metal = rmap_yaml_get(node, "metal");
+    const struct rmap_yaml_node *metal = rmap_yaml_get(node, "metal"),
+                                *coat = rmap_yaml_get(node, "coat");
     if (metal && rmap_yaml_get(node, "reflectance"))
         rmap_reader_error(reader, metal, "a mirror has a reflectance or is a metal, not both");
     if (metal) {
@@ -121,8 +126,15 @@ static void read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node 
             metal_of_catalogue(reader, node, surface);
         else
             read_metal(reader, metal, surface);
+        read_coat(reader, node, surface);
+        if (surface->coat == RMAP_COAT_REFLECTANCE || surface->coat == RMAP_COAT_IDEAL)
+            rmap_reader_error(reader, coat,
+                              "the coat of a metal is a film, as in 'coat: {film: NAME}'");
         return;
     }
+    if (coat)
+        rmap_reader_error(reader, coat,
+                          "the films of a mirror lie on a metal: say which, as in 'metal: Ag'");
     rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,
                          surface->reflect_specular);
 }

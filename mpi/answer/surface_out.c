@@ -102,12 +102,19 @@ static void describe(const struct rmap_surface_question *self, char *text, size_
 {
     const struct rmap_surface *surface = self->surface;
     static const char *const coat[] = {", bare", ", coated", ", ideal coat", ", film "};
-    const bool is_fresnel = surface->type == RMAP_SURFACE_FRESNEL;
-    (void)snprintf(
-        text, cap, "surface %s: %s%s%s, on %s", surface->name,
-        rmap_surface_model[surface->type].name, is_fresnel ? coat[surface->coat] : "",
-        is_fresnel && surface->coat == RMAP_COAT_FILM ? self->scene->film[surface->film].name : "",
-        self->side[0].object->name);
+    const bool has_film = surface->coat == RMAP_COAT_FILM;
+    (void)snprintf(text, cap, "surface %s: %s%s%s, on %s", surface->name,
+                   rmap_surface_model[surface->type].name,
+                   has_film || surface->type == RMAP_SURFACE_FRESNEL ? coat[surface->coat] : "",
+                   has_film ? self->scene->film[surface->film].name : "",
+                   self->side[0].object->name);
+}
+
+/* The model beside it; NULL: none. */
+static const struct rmap_scatter *next_to(const struct rmap_surface_question *self,
+                                          const struct rmap_scatter *its)
+{
+    return its->next > 0 ? &self->scene->scatter[its->next - 1] : NULL;
 }
 
 /* Of a way's model, or of both with particles; NULL: none. */
@@ -130,7 +137,7 @@ static bool is_reciprocal(const struct rmap_surface_question *self)
     bool is = true;
     for (int way = 0; way < 2; way++) {
         const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, way == 1);
-        if (its)
+        for (; its; its = next_to(self, its))
             is = is && rmap_scatter_name[its->model].reciprocal &&
                  !(its->by_roughness && its->model == RMAP_SCATTER_HARVEY);
     }
@@ -151,8 +158,7 @@ static void print_scattering(const struct rmap_surface_question *self, FILE *out
     const char *reflect = model_name(self, false), *transmit = model_name(self, true);
     const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, false);
     const bool facets = its && rmap_scatter_is_facets(its);
-    for (const struct rmap_scatter *one = its; one;
-         one = one->next > 0 ? &self->scene->scatter[one->next - 1] : NULL)
+    for (const struct rmap_scatter *one = its; one; one = next_to(self, one))
         if (one->dust)
             fprintf(out, "  particles cover %.4g %% of it\n", 100.0 * one->dust->coverage);
     fprintf(out, "  scatters by %s%s%s, %s\n", reflect ? reflect : transmit,
@@ -302,8 +308,8 @@ static bool is_used(const struct rmap_scene *scene, size_t film,
 {
     for (size_t i = 0; i < scene->n_surface; i++) {
         const struct rmap_surface *surface = &scene->surface[i];
-        if (surface->type == RMAP_SURFACE_FRESNEL && surface->coat == RMAP_COAT_FILM &&
-            (size_t)surface->film == film && ask(scene, surface, question))
+        if (surface->coat == RMAP_COAT_FILM && (size_t)surface->film == film &&
+            ask(scene, surface, question))
             return true;
     }
     return false;

@@ -62,8 +62,8 @@ static double solid_angle(const struct rmap_scatter_dust *dust, size_t ring)
 }
 
 /* One wavelength: density and below of a channel, and the optical thicknesses. */
-static enum rmap_status work_out(const struct rmap_dust_kind *kind, double wavelength_um,
-                                 const double *cosine, double *intensity,
+static enum rmap_status work_out(const struct rmap_dust_kind *kind, size_t channel,
+                                 double wavelength_um, const double *cosine, double *intensity,
                                  const struct rmap_scatter_dust *dust, double *density,
                                  double thickness[2], struct rmap_error *err)
 {
@@ -78,8 +78,8 @@ static enum rmap_status work_out(const struct rmap_dust_kind *kind, double wavel
         const double count =
             larger_than(kind, size_at(kind, i)) - larger_than(kind, size_at(kind, i + 1));
         struct rmap_mie mie;
-        RMAP_TRY(rmap_mie_scatter(0.5 * wave * d, kind->n, kind->k, (size_t)RINGS * POINTS, cosine,
-                                  intensity, &mie, err));
+        RMAP_TRY(rmap_mie_scatter(0.5 * wave * d, kind->n[channel], kind->k[channel],
+                                  (size_t)RINGS * POINTS, cosine, intensity, &mie, err));
         thickness[0] += count * 0.25 * RMAP_PI * d * d * mie.scattered;
         thickness[1] += count * 0.25 * RMAP_PI * d * d * mie.extinct;
         for (size_t k = 0; k < (size_t)RINGS * POINTS; k++)
@@ -185,7 +185,7 @@ static enum rmap_status work_out_all(const struct rmap_channels *channels,
             copy_channel(scatter, dust, c - 1, scatter, dust, c);
             continue;
         }
-        RMAP_TRY(work_out(kind, 1e-3 * channels->wavelength_nm[of], cosine, intensity, dust,
+        RMAP_TRY(work_out(kind, of, 1e-3 * channels->wavelength_nm[of], cosine, intensity, dust,
                           dust->density + c * RINGS, thickness, err));
         scatter->shape[RMAP_SHAPE_SCATTERED][c] = thickness[0];
         scatter->shape[RMAP_SHAPE_EXTINCT][c] = thickness[1];
@@ -205,13 +205,15 @@ out:
 }
 
 /* Spheres of that kind that are there; NULL: none. */
-static const struct rmap_scatter *find_alike(const struct rmap_dust_kind *kind,
+static const struct rmap_scatter *find_alike(const struct rmap_dust_kind *kind, size_t n_channel,
                                              const struct rmap_scatter *others, size_t n_other)
 {
+    const size_t nbytes = n_channel * sizeof *kind->n;
     for (size_t i = 0; i < n_other; i++) {
         const struct rmap_dust_kind *its = others[i].dust ? &others[i].dust->kind : NULL;
         if (its && its->level == kind->level && its->slope == kind->slope &&
-            its->area_um2 == kind->area_um2 && its->n == kind->n && its->k == kind->k)
+            its->area_um2 == kind->area_um2 && memcmp(its->n, kind->n, nbytes) == 0 &&
+            memcmp(its->k, kind->k, nbytes) == 0)
             return &others[i];
     }
     return NULL;
@@ -224,7 +226,7 @@ enum rmap_status rmap_scatter_set_dust(struct rmap_scatter *scatter,
                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_scatter *alike = find_alike(kind, others, n_other);
+    const struct rmap_scatter *alike = find_alike(kind, (size_t)channels->n, others, n_other);
     struct rmap_scatter_dust *dust = NULL;
     RMAP_TRY(create((size_t)channels->n, &dust, err));
     dust->kind = *kind;

@@ -12,7 +12,7 @@
  * than d micrometres, d from 1 to twice the level. */
 struct rmap_dust_kind {
     double level, slope, area_um2;
-    double n, k; /* index of a particle */
+    double n[RMAP_CHANNEL_MAX], k[RMAP_CHANNEL_MAX]; /* index of a particle */
 };
 
 struct rmap_scatter_dust {

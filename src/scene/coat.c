@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * What the coat of a FRESNEL surface makes of light that meets it.
+ * What the coat of a surface makes of light that meets it.
  */
 #include "scene/coat.h"
 
 #include <math.h>
 
 #include "base/portable.h"
+#include "optics/fresnel.h"
 
 /* Measured from outside; from the substrate the same at the angle that Snell's law leads to: the
  * share that passes is the same either way, and so is taken to be what is absorbed. */
@@ -45,4 +46,18 @@ struct rmap_coat_shares rmap_thin_film_coat(const struct rmap_scene *scene,
                               front == rmap_thin_film_on_front(film, object), n1, n2, 0.0, cos_i);
     return (struct rmap_coat_shares){0.5 * (shares.rs + shares.rp), 0.5 * (shares.ts + shares.tp),
                                      shares.total};
+}
+
+double rmap_metal_coat(const struct rmap_scene *scene, const struct rmap_surface *surface,
+                       int channel, double n1, double cos_i)
+{
+    const double n = surface->metal_n[channel], k = surface->metal_k[channel];
+    if (surface->coat != RMAP_COAT_FILM)
+        return rmap_fresnel_metal(n1, n, k, cos_i);
+    const struct rmap_thin_film *film = &scene->film[surface->film];
+    if (film->n_angle > 0)
+        return measured(film, channel, false, n1, (double)INFINITY, cos_i).reflected;
+    const struct rmap_thin_film_shares shares = rmap_thin_film_shares(
+        film->layer + (size_t)channel * film->n_layer, film->n_layer, false, n1, n, k, cos_i);
+    return 0.5 * (shares.rs + shares.rp);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What the coat of a FRESNEL surface makes of light that meets it.
+ * What the coat of a surface makes of light that meets it.
  */
 #ifndef RMAP_COAT_H
 #define RMAP_COAT_H
@@ -18,6 +18,10 @@ struct rmap_coat_shares {
 struct rmap_coat_shares rmap_thin_film_coat(const struct rmap_scene *scene,
                                             const struct rmap_object *object, bool front,
                                             int channel, double n1, double n2, double cos_i);
+
+/* Reflectance of a metal mirror, bare or with films on it, from index n1. */
+double rmap_metal_coat(const struct rmap_scene *scene, const struct rmap_surface *surface,
+                       int channel, double n1, double cos_i);
 
 /* Whether the films' last layer lies on the object's front, not its back: as the film says, or else
  * on the side whose medium is not the one around the object. */

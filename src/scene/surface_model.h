@@ -23,7 +23,7 @@ enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_L
 #define RMAP_SURFACE_TABLE(X)                                                                      \
     X(FRESNEL, "fresnel", "a fresnel surface", "coat scatter contamination frame",                 \
       RMAP_LOOK_REFRACTING, "TRI")                                                                 \
-    X(MIRROR, "mirror", "a mirror", "reflectance metal scatter contamination frame",               \
+    X(MIRROR, "mirror", "a mirror", "reflectance metal coat scatter contamination frame",          \
       RMAP_LOOK_MIRROR, "R")                                                                       \
     X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
     X(ABSORBER, "absorber", "an absorber", "", RMAP_LOOK_OTHER, "")                                \
@@ -72,8 +72,9 @@ struct rmap_thin_film {
 };
 
 /* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
- * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse.
- * Where a surface has a scatter model, that takes its part of what is reflected, or let pass. */
+ * reflectance. MIRROR: its reflectance, or metal n, k when is_metal, bare or under films. LAMBERT:
+ * reflect_diffuse. Where a surface has a scatter model, that takes its part of what is reflected,
+ * or let pass. */
 struct rmap_surface {
     char *name;
     enum rmap_surface_type type;

@@ -430,8 +430,7 @@ static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray 
     if (surface->is_metal) {
         decision->predicted = decision->predicted && rmap_colour_single(colour);
         for (int i = colour->begin; i < colour->end; i++)
-            decision->scratch[i] = rmap_fresnel_metal(side->n1[i], surface->metal_n[i],
-                                                      surface->metal_k[i], side->cos_i);
+            decision->scratch[i] = rmap_metal_coat(scene, surface, i, side->n1[i], side->cos_i);
         outcome[0].p = decision->scratch;
     }
     decide_shares(scene, ray, side, colour, draw, outcome, decision);

@@ -25,8 +25,7 @@ struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side,
             rmap_coated_reflectance(surface, side->channel, side->n1, side->n2, cos_i, &its.total);
         its.passed = 1.0 - its.reflected;
     } else if (surface->is_metal) {
-        its.reflected = rmap_fresnel_metal(side->n1, surface->metal_n[side->channel],
-                                           surface->metal_k[side->channel], cos_i);
+        its.reflected = rmap_metal_coat(side->scene, surface, side->channel, side->n1, cos_i);
     }
     return its;
 }

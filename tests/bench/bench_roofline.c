@@ -178,7 +178,7 @@ static enum rmap_status make_model(const struct model *its, struct rmap_scatter 
 {
     static const double one = 1.0;
     static const struct rmap_channels channels = {.n = 1, .wavelength_nm = {550.0}};
-    static const struct rmap_dust_kind dust = {400, 0.926, 0.09290304e12, 1.53, 1e-3};
+    static const struct rmap_dust_kind dust = {400, 0.926, 0.09290304e12, {1.53}, {1e-3}};
     *scatter = (struct rmap_scatter){.model = its->model, .amount = {1.0}};
     for (int i = 0; i < RMAP_SHAPE_MAX; i++)
         scatter->shape[i][0] = its->shape[i];

@@ -18,7 +18,7 @@ films:
   ar: {film}
 surfaces:
   coated: {{type: fresnel, coat: {coat}}}
-  silver: {{type: mirror, metal: Ag}}
+  silver: {{type: mirror, metal: Ag, coat: {{film: ar}}}}
   white: {{type: mixture, reflect_specular: 0.1, reflect_diffuse: 0.6}}
 geometries:
   lens: {{type: lens, surface: coated, surfaces: [{{radius: 50, thickness: 6, medium: glass, aperture: 10}}, {{radius: -40, thickness: 3, medium: {second}, aperture: 10}}, {{radius: -90, medium: air, aperture: 10}}]}}
@@ -67,11 +67,14 @@ for film, coat, said in (
         ("{layers: [], colour: 3}", "{film: ar}", "unknown key in a film: 'colour'"),
         (GOOD, "{film: at}", "unknown film 'at' (did you mean 'ar'?)"),
         (GOOD, "{film: ar, reflectance: 0.1}", "not both"),
+        (GOOD, "ar", "a film is named so: 'coat: {film: ar}'"),
         (GOOD.replace("substrate: back, ", ""), "{film: ar}",
          "neither side of 'lens.2' is the medium around it: say in film 'ar' on which side its last layer lies, as in 'substrate: back'"),
         (GOOD.replace("[{", "[" + 1001 * "{n: 1.3, thickness: 1 nm}, " + "{"), "{film: ar}", "1000 layers at most")):
     told = run("check", scene(film, coat), status=3)[1]
     assert said in told, (film, coat, told)
+for metal, said in (("reflectance: 0.9, coat: {film: ar}", "the films of a mirror lie on a metal"), ("metal: Ag, coat: ideal", "the coat of a metal is a film")):
+    assert said in run("check", scene(), "--set", f"surfaces.silver={{type: mirror, {metal}}}", status=3)[1], metal
 assert "both sides of 'lens.3' are the medium around it" in \
     run("check", scene(GOOD.replace("substrate: back, ", ""), second="air"), status=3)[1]
 
@@ -86,7 +89,7 @@ for curves in (side["by_angle"], side["by_wavelength"]):
     for numbers in zip(*(curves[key] for key in ("reflect_specular", "transmit_specular", "absorb"))):
         assert abs(sum(numbers) - 1) < 1e-12 and min(numbers) >= 0, numbers
 text = run("check", path, "--surface", "silver", "--plot", "silver.svg", "--force")[0]
-assert "film ar: 2 layers: " in text and "surface silver: mirror, on mirror, at 550 nm" in text, text
+assert "film ar: 2 layers: " in text and "surface silver: mirror, film ar, on mirror, at 550 nm" in text, text
 assert pathlib.Path("silver.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 def drawn(*arguments, surface="coated"):
@@ -144,6 +147,28 @@ run("trace", "rows.yaml", "-o", "rows.raymap", "-n", 20000, "--force", "--quiet"
 absorbed = [part["rays"]["matched"] for part in json.loads(
     run("query", "rows.raymap", *(f"ended(absorbed, lens.{k})" for k in (1, 2, 3)), "--count", "--json")[0])]
 assert absorbed[0] > 0 and absorbed[1] == 0 and absorbed[2] > 0, absorbed
+
+# A mirror of coated metal: as the same layers on a micrometre of it, in front of anything; and no layers are the bare metal.
+def mirror(layers, surface):
+    pathlib.Path("metal.yaml").write_text(f"""raymap: 1
+units: mm
+spectrum: {{wavelengths: [450, 550]}}
+media: {{air: {{index: 1}}, glass: {{index: 1.52}}}}
+films: {{over: {{reference: 550, substrate: back, layers: [{layers}]}}}}
+surfaces: {{face: {surface}}}
+geometries: {{plate: {{type: rectangle, size: [100, 100]}}}}
+objects: [{{name: plate, geometry: plate, surface: face, outside: air, back: glass}}]
+sources: [{{name: s, type: point, at: [0, 0, 5], flux: 1 W, medium: air}}]
+""", encoding="utf-8")
+    return json.loads(run("check", "metal.yaml", "--surface", "face", "--json")[0])["surface"]["sides"][0]
+
+
+ON_METAL, PAIR = "{type: mirror, metal: Al, coat: {film: over}}", "{n: 1.38, quarter: 1}, {n: 2.35, quarter: 1}"
+for one, other in ((mirror("", ON_METAL), mirror("", "{type: mirror, metal: Al}")),
+                   (mirror(PAIR, ON_METAL), mirror(PAIR + ", {material: Al, thickness: 1 um}", "{type: fresnel, coat: {film: over}}"))):
+    for curve in ("by_angle", "by_wavelength"):
+        for key in ("reflect_specular", "transmit_specular", "absorb"):
+            assert max(abs(a - b) for a, b in zip(one[curve][key], other[curve][key])) < 1e-12, (curve, key)
 
 # A measured coat: the numbers of a film of layers as a table give the same, from either side, and travel with the map.
 def shares(film):

@@ -81,6 +81,16 @@ def check_numbers():
         close(f"specular at {angle}", by["reflect_specular"][k], 0.95 - want, 2e-7)
     if its["scatter"] != {"reflect": "harvey", "transmit": None, "reciprocal": True, "asymmetry": {"reflect": None, "transmit": None}}:
         fail(f"scatter: {its['scatter']}")
+    both = checked(scene("{type: mirror, reflectance: 0.95, scatter: {model: harvey, b0: 0.13947, l: 0.01, s: -1.5}, contamination: {level: 100}}"))
+    if both["scatter"]["reciprocal"] or both["scatter"]["reflect"] != "harvey and contamination":
+        fail(f"two models: {both['scatter']}")
+    dust = "{type: mirror, reflectance: 0.95, contamination: {level: 50, n: %s, k: %s}}"
+    coloured = checked(scene(dust % ("{wavelength: [500, 600], value: [1.4, 1.6]}", "{wavelength: [500, 600], value: [0.1, 0]}"), "500, 600"))
+    for nm, n, k in (("500", 1.4, 0.1), ("600", 1.6, 0)):
+        alone = checked(scene(dust % (n, k), nm))["sides"][0]["by_angle"]
+        at = coloured["sides"][0]["by_wavelength"]
+        for key in ("reflect_specular", "reflect_diffuse", "absorb"):
+            close(f"particles at {nm} nm, {key}", at[key][at["wavelength"].index(float(nm))], alone[key][0], 1e-5)
     bsdf = its["sides"][0]["bsdf"][1]
     k = bsdf["angle"].index(50)
     x = math.sin(math.radians(50)) - 0.5

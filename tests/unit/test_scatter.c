@@ -446,7 +446,7 @@ static void test_dust(void **state)
     static const double level[] = {400, 600}, want[] = {0.00106, 0.00798};
     (void)state;
     for (int i = 0; i < 2; i++) {
-        const struct rmap_dust_kind kind = {level[i], 0.926, 0.09290304e12, 1.53, 1e-3};
+        const struct rmap_dust_kind kind = {level[i], 0.926, 0.09290304e12, {1.53}, {1e-3}};
         struct rmap_scatter its = {.model = RMAP_SCATTER_CONTAMINATION};
         struct rmap_error err;
         assert_int_equal(rmap_scatter_set_dust(&its, &kind, &channels, NULL, 0, &err), RMAP_OK);
