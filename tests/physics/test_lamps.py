@@ -8,6 +8,8 @@ x^2 of (a/3 + q/5) / (a + q/3). Linear interpolation in steps of 2.5 and 5 degre
 h^2/12, 6e-4.
 """
 import math
+import os
+import shutil
 
 import numpy
 
@@ -213,6 +215,20 @@ def check_seen():
             checks.close(f"{name} from C {c}, gamma {gamma}: cd", luminance(image).sum() * pixel, function(ANY, Q)(d), rel=0.02)
 
 
+def check_relux():
+    """RAD-21: mean luminance of a real luminaire's opening (560 x 390 mm) as Relux Desktop reports it, by C and gamma, in pictures of it."""
+    folder = os.path.join(os.environ["SOURCE_DIR"], "tests", "data", "lamps")
+    shutil.copy(os.path.join(folder, "eulumdat-luminance_sample_08.ldt"), "real.ldt")
+    away = 200.0  # so far that the intensity is that of one direction
+    pixel = (2 * away * math.tan(math.radians(0.15)) / 64) ** 2
+    for gamma, row in ((65, (36401, 8542, 4617)), (85, (1596, 998, 391))):
+        for c, want in zip((0, 45, 90), row):
+            d = lamp_files.c_plane(c, gamma)
+            image, _ = render("relux", HEAD % ("real.ldt", "") + EYE.replace("fov: 3", "fov: 0.3") % [away * x for x in d], "--samples", 50)
+            area = 0.560 * 0.390 * math.cos(math.radians(gamma))
+            checks.close(f"cd/m2 at C {c}, gamma {gamma}", luminance(image).sum() * pixel / area, want, rel=0.02)
+
+
 def check_round_trip():
     """A file, the far field of its light, the file that is written of that: the intensities agree
     within their noise, which solving for kinks makes up to 2.1 times that of a cell's count; a kink
@@ -258,6 +274,7 @@ def check_round_trip():
 check_round_trip()
 check_trace_and_render()
 check_seen()
+check_relux()
 check_ies()
 check_eulumdat()
 check_tilt()
