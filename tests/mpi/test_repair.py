@@ -127,7 +127,7 @@ assert 0 < said["lost"]["rays"] <= rays_of(piece)
 again()
 os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
 heal("cut", rays_of(piece))
-run("trace", SCENE, "-o", "long.raymap", "-n", 300000, "--encoding", "plain", "--quiet", "--threads", 1)
+run("trace", SCENE, "-o", "long.raymap", "-n", 600000, "--encoding", "plain", "--quiet", "--threads", 1)
 for share in (0.8, 0.95):
     shutil.rmtree("b.raymap")
     shutil.copytree("long.raymap", "b.raymap")
@@ -135,7 +135,7 @@ for share in (0.8, 0.95):
     before = rays_before(at(piece), length)
     os.truncate(at(piece), length)
     said = json.loads(run("repair", "b.raymap", "--json"))
-    assert 30000 < before == said["rays"] and said["lost"]["rays"] == 300000 - before, (share, before, said)
+    assert 60000 < before == said["rays"] and said["lost"]["rays"] == 600000 - before, (share, before, said)
     assert sum(1 for finding in said["found"] if finding["file"] == piece) == 1, said["found"]
 again()
 os.remove(at(piece))
