@@ -149,7 +149,7 @@ enum rmap_status rmap_detector_colour_create(const struct rmap_detector_sums *su
                               sums->n_cell);
     }
     rmap_planck_locus_fill(&locus);
-    colour->unit = rmap_image_unit_usual(bins->quantity, true)->name;
+    colour->unit = rmap_image_unit_usual(bins->quantity, RMAP_FLUX_LM)->name;
     colour->n_cell = sums->n_cell;
     read_cell(sums, &locus, sums->n_cell, rmap_detector_bins_whole(bins), &colour->all);
     find_reasons(sums, colour);
@@ -230,10 +230,12 @@ static json_t *srgb_json(const double xyz[3])
     uint8_t byte[3];
     rmap_xyz_to_rgb(xyz, linear);
     const double most = fmax(linear[0], fmax(linear[1], linear[2]));
+    if (!(most > 0.0))
+        return json_null();
     for (int k = 0; k < 3; k++)
         linear[k] /= most;
     rmap_srgb_encode(linear, byte);
-    return most > 0.0 ? json_pack("[i, i, i]", byte[0], byte[1], byte[2]) : json_null();
+    return json_pack("[i, i, i]", byte[0], byte[1], byte[2]);
 }
 
 json_t *rmap_detector_colour_json(const struct rmap_detector_colour *colour)

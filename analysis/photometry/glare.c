@@ -194,9 +194,11 @@ enum rmap_status rmap_glare_look(const struct rmap_map *map, const struct rmap_a
     struct rmap_lights *lights = NULL;
     struct rmap_glare *glare = rmap_alloc(1, sizeof *glare);
     if (scene->flux_unit != RMAP_FLUX_LM)
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "glare is of luminances, and the sources are in W: give their flux "
-                                "in lm, and trace anew"));
+        RMAP_TRY(
+            rmap_error_set(err, RMAP_INPUT,
+                           "glare is of luminances, and the sources are in %s: give their flux "
+                           "in lm, and trace anew",
+                           rmap_flux_unit_name(scene)));
     if (glare)
         glare->light = rmap_alloc(scene->n_source + 1, sizeof *glare->light);
     if (!glare || !glare->light)

@@ -270,8 +270,9 @@ static enum rmap_status ask_far_field(const struct rmap_scene *scene, bool file,
                                                       : "no intensity grid (type: intensity)");
     if (file && scene->flux_unit != RMAP_FLUX_LM)
         return rmap_error_set(err, RMAP_INPUT,
-                              "a lamp maker's file has candelas, and the sources are in W: give "
-                              "their flux in lm, and trace anew");
+                              "a lamp maker's file has candelas, and the sources are in %s: give "
+                              "their flux in lm, and trace anew",
+                              rmap_flux_unit_name(scene));
     if (n[0] > RMAP_LAMP_STEPS_MAX || n[1] > RMAP_LAMP_STEPS_MAX)
         return rmap_error_set(
             err, RMAP_USAGE,

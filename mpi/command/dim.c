@@ -109,10 +109,10 @@ enum rmap_status rmap_dim_to_daylight(struct rmap_map *map, double *horizontal_r
                             "daylight factor: this map has no light of a sky: the scene needs a "
                             "source as {name: sky, type: sky, kind: 1, horizontal: 10 klx}");
     else if (scene->flux_unit != RMAP_FLUX_LM)
-        st =
-            rmap_error_set(err, RMAP_INPUT,
-                           "daylight factor: the sources are not in lm, and it is of illuminances: "
-                           "give the sky in lx or cd/m2, and trace anew");
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "daylight factor: the sources are in %s, and it is of illuminances: "
+                            "give the sky in lx or cd/m2, and trace anew",
+                            rmap_flux_unit_name(scene));
     else
         st = rmap_map_dim(map, 1.0, factor, err);
     *horizontal_ret = horizontal;
