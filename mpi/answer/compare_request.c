@@ -35,13 +35,6 @@ static enum rmap_status find_word(const char *text, const char *option, const ch
     return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none: say one of %s", option, text, known);
 }
 
-static void free_list(char **list, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
-}
-
 static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned *kinds,
                                    struct rmap_error *err)
 {
@@ -57,7 +50,7 @@ static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned 
     if (n == 0 && !rmap_argument(given, "of"))
         *kinds = (1u << RMAP_COMPARE_KIND_COUNT) - 1;
 out:
-    free_list(list, n);
+    rmap_argument_list_free(list, n);
     return st;
 }
 
@@ -113,6 +106,6 @@ out:
 
 void rmap_compare_request_fini(struct rmap_compare_request *request)
 {
-    free_list(request->where, request->n_where);
-    free_list(request->of, request->n_of);
+    rmap_argument_list_free(request->where, request->n_where);
+    rmap_argument_list_free(request->of, request->n_of);
 }

@@ -183,7 +183,7 @@ enum rmap_status rmap_detector_request_read(const struct rmap_arguments *given,
 void rmap_detector_request_fini(struct rmap_detector_request *request)
 {
     rmap_until_fini(&request->until);
-    rmap_free(request->output);
+    rmap_argument_list_free(request->output, request->n_output);
     rmap_free(request->level);
     rmap_lamp_sheet_ask_fini(&request->sheet);
 }

@@ -240,8 +240,6 @@ out:
 
 void rmap_draw_request_fini(struct rmap_draw_request *request)
 {
-    for (size_t i = 0; i < request->n_where; i++)
-        rmap_free(request->where[i]);
-    rmap_free(request->where);
+    rmap_argument_list_free(request->where, request->n_where);
     *request = (struct rmap_draw_request){0};
 }

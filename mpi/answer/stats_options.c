@@ -15,21 +15,14 @@
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/output.h"
 
-static void free_list(char **list, size_t n)
-{
-    for (size_t i = 0; list && i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
-}
-
 void rmap_stats_options_fini(struct rmap_stats_options *options)
 {
-    free_list(options->of, options->n_of);
-    free_list(options->where, options->n_where);
-    free_list(options->unit, options->n_unit);
-    free_list(options->bins, options->n_bins);
-    free_list(options->range, options->n_range);
-    free_list(options->output, options->n_output);
+    rmap_argument_list_free(options->of, options->n_of);
+    rmap_argument_list_free(options->where, options->n_where);
+    rmap_argument_list_free(options->unit, options->n_unit);
+    rmap_argument_list_free(options->bins, options->n_bins);
+    rmap_argument_list_free(options->range, options->n_range);
+    rmap_argument_list_free(options->output, options->n_output);
     rmap_free(options->quantile);
     *options = (struct rmap_stats_options){0};
 }
@@ -97,7 +90,7 @@ static enum rmap_status read_quantiles(const struct rmap_arguments *given,
     }
     qsort(options->quantile, options->n_quantile, sizeof *options->quantile, compare);
 out:
-    free_list(list, n);
+    rmap_argument_list_free(list, n);
     return st;
 }
 

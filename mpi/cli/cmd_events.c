@@ -326,13 +326,6 @@ static enum rmap_status sum_up(const struct rmap_context *context, const struct 
     return rmap_agree(context, st, err);
 }
 
-static void free_list(char **list, size_t n)
-{
-    for (size_t i = 0; list && i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
-}
-
 static enum rmap_status run_events(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -364,8 +357,8 @@ static enum rmap_status run_events(const struct rmap_context *context,
                                    .overlay = overlay};
     RMAP_TRY(sum_up(context, &fold, &request, err));
 out:
-    free_list(request.at, request.n_at);
-    free_list(request.output, request.n_output);
+    rmap_argument_list_free(request.at, request.n_at);
+    rmap_argument_list_free(request.output, request.n_output);
     question_fini(&question);
     rmap_which_destroy(which);
     rmap_criterion_destroy(criterion);

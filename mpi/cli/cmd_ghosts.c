@@ -199,7 +199,7 @@ static enum rmap_status run_ghosts(const struct rmap_context *context,
         st = show(context, &request, map, list, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
-    rmap_free(request.output);
+    rmap_argument_list_free(request.output, request.n_output);
     rmap_ghost_list_destroy(list);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);

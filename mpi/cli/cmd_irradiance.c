@@ -77,10 +77,8 @@ struct request {
 
 static void fini(struct request *request)
 {
-    for (size_t i = 0; i < request->n_face; i++)
-        rmap_free(request->face[i]);
-    rmap_free(request->face);
-    rmap_free(request->output);
+    rmap_argument_list_free(request->face, request->n_face);
+    rmap_argument_list_free(request->output, request->n_output);
 }
 
 static enum rmap_status read_side(const char *text, enum rmap_side *side, struct rmap_error *err)

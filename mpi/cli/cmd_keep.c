@@ -159,9 +159,7 @@ static enum rmap_status run_keep(const struct rmap_context *context,
         st = tell(context, &request, map, &result, err);
     st = rmap_agree(context, st, err);
 out:
-    for (size_t i = 0; i < request.n_of; i++)
-        rmap_free(request.of[i]);
-    rmap_free(request.of);
+    rmap_argument_list_free(request.of, request.n_of);
     rmap_map_close(map);
     rmap_map_lock_release(&lock);
     return st;

@@ -321,9 +321,7 @@ out:
 
 static void fini(struct session *session)
 {
-    for (size_t i = 0; i < session->request.n_output; i++)
-        rmap_free(session->request.output[i]);
-    rmap_free(session->request.output);
+    rmap_argument_list_free(session->request.output, session->request.n_output);
     rmap_scene_options_fini(&session->request.scene);
     rmap_free(session->rgb);
     rmap_free(session->lit);

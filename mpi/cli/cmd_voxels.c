@@ -256,7 +256,7 @@ static enum rmap_status run_voxels(const struct rmap_context *context,
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
-    rmap_free(request.output);
+    rmap_argument_list_free(request.output, request.n_output);
     rmap_voxel_image_destroy(image);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);

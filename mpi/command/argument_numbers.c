@@ -195,9 +195,7 @@ enum rmap_status rmap_argument_numbers(const struct rmap_arguments *arguments, c
             st = rmap_error_set(err, RMAP_USAGE,
                                 "--%s '%.40s': say numbers with commas between, as 0,30,90", name,
                                 text[i]);
-    for (size_t i = 0; i < n; i++)
-        rmap_free(text[i]);
-    rmap_free(text);
+    rmap_argument_list_free(text, n);
     *list_ret = st == RMAP_OK ? list : NULL;
     *n_ret = st == RMAP_OK ? n : 0;
     if (st != RMAP_OK)

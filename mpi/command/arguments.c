@@ -318,6 +318,13 @@ static enum rmap_status append_piece(char ***list, size_t *n, size_t *cap, const
 }
 
 /* separator 0: values whole */
+void rmap_argument_list_free(char **list, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        rmap_free(list[i]);
+    rmap_free(list);
+}
+
 static enum rmap_status list_values(const struct rmap_arguments *arguments, const char *name,
                                     char separator, char ***list_ret, size_t *n_ret,
                                     struct rmap_error *err)
@@ -342,9 +349,7 @@ static enum rmap_status list_values(const struct rmap_arguments *arguments, cons
     *n_ret = n;
     return RMAP_OK;
 out:
-    for (size_t i = 0; i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
+    rmap_argument_list_free(list, n);
     return st;
 }
 

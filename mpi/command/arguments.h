@@ -53,8 +53,8 @@ const char *rmap_argument(const struct rmap_arguments *arguments, const char *na
  */
 char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *option);
 
-/* Every value given for an option, split at commas, as owned strings; *list_ret: rmap_free each
- * and the list. NULL and 0 when there is none. */
+/* Every value given for an option, split at commas; *list_ret: rmap_argument_list_free. NULL and 0
+ * when there is none. */
 enum rmap_status rmap_argument_list(const struct rmap_arguments *arguments, const char *name,
                                     char ***list_ret, size_t *n_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
@@ -63,6 +63,8 @@ enum rmap_status rmap_argument_list(const struct rmap_arguments *arguments, cons
 enum rmap_status rmap_argument_each(const struct rmap_arguments *arguments, const char *name,
                                     char ***list_ret, size_t *n_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_argument_list_free(char **list, size_t n);
 
 /* Those that every command takes; ends with an entry without a name. */
 const struct rmap_option *rmap_common_options(void);

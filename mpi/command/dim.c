@@ -83,9 +83,7 @@ enum rmap_status rmap_dim_read(const struct rmap_arguments *given, struct rmap_m
     if (st == RMAP_OK)
         st = rmap_map_dim(map, maintenance, factor, err);
 out:
-    for (size_t i = 0; i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
+    rmap_argument_list_free(list, n);
     rmap_free(factor);
     return st;
 }
