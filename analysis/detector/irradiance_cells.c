@@ -230,8 +230,6 @@ static size_t find_in_triangle(const struct rmap_irradiance_cells *self,
                                const struct rmap_vec3 corner[3], struct rmap_vec3 place)
 {
     double share[3];
-    if (node->edge >= RMAP_IRRADIANCE_LEAF)
-        return node->edge == RMAP_IRRADIANCE_LEAF ? node->at : SIZE_MAX;
     shares_of(corner, place, share);
     while (node->edge != RMAP_IRRADIANCE_LEAF) {
         const double i = share[node->edge], j = share[(node->edge + 1) % 3];
@@ -358,8 +356,9 @@ size_t rmap_irradiance_cells_find(const struct rmap_irradiance_cells *self, size
     struct rmap_vec3 corner[3];
     if (primitive < 0 || (size_t)primitive >= geometry->mesh->n_triangle)
         return SIZE_MAX;
+    const struct rmap_irradiance_node *node = &self->node[of->look_up + (size_t)primitive];
+    if (node->edge >= RMAP_IRRADIANCE_LEAF) /* whole, or none of the faces asked about */
+        return node->edge == RMAP_IRRADIANCE_LEAF ? self->facet[node->at].cell : SIZE_MAX;
     corners_of(object, geometry->mesh, (size_t)primitive, corner);
-    const size_t facet =
-        find_in_triangle(self, &self->node[of->look_up + (size_t)primitive], corner, place);
-    return facet == SIZE_MAX ? SIZE_MAX : self->facet[facet].cell;
+    return self->facet[find_in_triangle(self, node, corner, place)].cell;
 }

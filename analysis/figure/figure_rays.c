@@ -243,12 +243,12 @@ static struct rmap_vec3 slope(const struct curved_segment *segment, size_t k, do
 static void put_curve(struct pen *pen, const struct curved_segment *segment)
 {
     double whole = 0.0, before = 0.0; /* time is shared out by length of chord */
-    for (size_t k = 0; k <= segment->n; k++)
+    for (size_t k = 0; pen->lines->window && k <= segment->n; k++)
         whole += rmap_length(rmap_sub(node(segment, k + 1), node(segment, k)));
+    const double pace = whole > 0.0 ? (segment->end - segment->begin) / whole : 0.0;
     for (size_t k = 0; k <= segment->n; k++) {
         struct rmap_vec3 p = node(segment, k), q = node(segment, k + 1), chord = rmap_sub(q, p);
         double h = rmap_length(chord);
-        const double pace = whole > 0.0 ? (segment->end - segment->begin) / whole : 0.0;
         struct rmap_vec3 u = slope(segment, k, h), v = slope(segment, k + 1, h);
         for (int s = 1;
              s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= segment->n; s++) {

@@ -53,12 +53,13 @@ double rmap_overlay_delay(const struct rmap_overlay_ray *ray, uint32_t segment)
 {
     const struct rmap_portion *portion = ray->portion;
     const size_t row = ray->segment + segment;
+    if (!(portion->segment.event[row] & RMAP_EVENT_FLUORESCE))
+        return 0.0;
     const int16_t medium = portion->segment.medium[row];
     const int channel = channel_of(ray, row), n_channel = ray->scene->channels.n;
     const struct rmap_draw draw = {ray->scene->seed, portion->ray.id[ray->row], segment + 1};
     struct rmap_reemission back;
-    const bool known = portion->segment.event[row] & RMAP_EVENT_FLUORESCE && medium >= 0 &&
-                       (size_t)medium < ray->scene->n_medium && channel < n_channel;
+    const bool known = medium >= 0 && (size_t)medium < ray->scene->n_medium && channel < n_channel;
     return known && rmap_reemit(&ray->scene->medium[medium], n_channel, &draw, channel, &back)
                ? back.delay_ns
                : 0.0;

@@ -166,11 +166,15 @@ static void mark_events(const struct rmap_quantities *quantities,
                         const struct rmap_portion *portion, uint32_t *group)
 {
     const size_t n = quantities->n_event;
+    size_t index = n; /* rays of an event mostly come one after the other */
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         uint64_t event = 0;
         group[i] = (uint32_t)n;
-        if (rmap_scene_event(quantities->scene, portion->ray.id[i], &event))
-            group[i] = (uint32_t)rmap_event_index(quantities->event, n, event);
+        if (!rmap_scene_event(quantities->scene, portion->ray.id[i], &event))
+            continue;
+        if (index == n || quantities->event[index] != event)
+            index = rmap_event_index(quantities->event, n, event);
+        group[i] = (uint32_t)index;
     }
 }
 

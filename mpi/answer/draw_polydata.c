@@ -18,7 +18,7 @@ enum rmap_status rmap_draw_polydata(const struct rmap_map *map, const struct rma
     struct rmap_whole_file whole = {0};
     struct rmap_polydata *data = NULL;
     const char **group = rmap_alloc(paint->n_group + 1, sizeof *group);
-    const struct rmap_polydata_terms terms = {rmap_flux_unit_text(scene), group, paint->n_group};
+    const struct rmap_polydata_terms terms = {rmap_flux_unit_name(scene), group, paint->n_group};
     if (!group)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of groups");
     for (size_t k = 0; k < paint->n_group; k++)

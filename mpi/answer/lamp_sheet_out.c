@@ -70,7 +70,7 @@ void rmap_lamp_sheet_of(const struct rmap_scene *scene, const struct rmap_source
 {
     *sheet = (struct rmap_lamp_sheet){.lamp = source->lamp,
                                       .flux = source->flux,
-                                      .flux_unit = rmap_flux_unit_text(scene),
+                                      .flux_unit = rmap_flux_unit_name(scene),
                                       .unit = scene->flux_unit == RMAP_FLUX_LM ? "cd" : "W/sr"};
     if (!ask)
         return;

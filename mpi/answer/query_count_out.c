@@ -37,7 +37,7 @@ json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_crit
         (json_int_t)n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments", "total",
         (json_int_t)n_row[RMAP_TABLE_SEGMENT], "matched", (json_int_t)count->segments, "flux",
         "total", total_flux(map), "matched", flux, "standard_error", rmap_json_number(error),
-        "unit", rmap_flux_unit_text(rmap_map_scene(map)), "registered",
+        "unit", rmap_flux_unit_name(rmap_map_scene(map)), "registered",
         rmap_registered_json(registered), "portions", "total", (json_int_t)rmap_map_n_portion(map),
         "read", (json_int_t)count->portions_read, "bytes_read",
         count->nbytes_read == UINT64_MAX ? json_null()
@@ -65,7 +65,7 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
 {
     const uint64_t *n_row = rmap_map_contents(map)->n_row;
     double flux, error;
-    const char *unit = rmap_flux_unit_text(rmap_map_scene(map));
+    const char *unit = rmap_flux_unit_name(rmap_map_scene(map));
     rmap_count_flux(count, map, &flux, &error);
     printf("%s\n", rmap_criterion_text(criterion));
     print_row("rays", count->rays, n_row[RMAP_TABLE_RAY]);

@@ -113,7 +113,7 @@ static enum rmap_status begin_text(struct rmap_rays_out *self, struct rmap_error
     if (self->format == &polydata_format)
         RMAP_TRY(rmap_polydata_begin(
             self->file, scene,
-            &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_text(scene)}, &self->polydata,
+            &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_name(scene)}, &self->polydata,
             err));
     fputs(self->format == &csv_format ? rmap_ray_csv_header(scene) : self->format->first,
           self->file);

@@ -135,7 +135,7 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
 {
     for (size_t s = 0; s < scene->n_source; s++) {
         fprintf(out, "    source %s: %.6g %s in '%s'", scene->source[s].name, scene->source[s].flux,
-                scene->source[s].steps ? "photons" : rmap_flux_unit_text(scene),
+                scene->source[s].steps ? "photons" : rmap_flux_unit_name(scene),
                 scene->medium[scene->source[s].medium].name);
         if (scene->source[s].sky)
             print_sky(scene, &scene->source[s], out);

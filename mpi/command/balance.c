@@ -16,11 +16,6 @@
 
 enum { SHOWN_MAX = 10 };
 
-const char *rmap_flux_unit_text(const struct rmap_scene *scene)
-{
-    return rmap_flux_unit_name(scene);
-}
-
 static double sum(const double *value, size_t n)
 {
     double total = 0.0;
@@ -117,7 +112,7 @@ void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE
         double emitted = tally->emitted[s];
         fprintf(out, "  source %s: %s for %.6g %s\n", scene->source[s].name,
                 rmap_counted((uint64_t)emitted, "ray").text, flux_of(tally, flux, s),
-                rmap_flux_unit_text(scene));
+                rmap_flux_unit_name(scene));
         if (emitted <= 0.0)
             continue;
         print_objects(tally, s, out);
@@ -169,7 +164,7 @@ json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
         json_t *one =
             json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
                       scene->source[s].name, "emitted", (json_int_t)tally->emitted[s], "flux",
-                      flux_of(tally, flux, s), "unit", rmap_flux_unit_text(scene), "absorbed",
+                      flux_of(tally, flux, s), "unit", rmap_flux_unit_name(scene), "absorbed",
                       "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
                       "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]);
         if (rmap_scene_changes_weights(scene))
@@ -215,7 +210,7 @@ void rmap_balance_print_detectors(const struct rmap_tally *tally, FILE *out)
                 rmap_grouped((uint64_t)caught.registrations, count), caught.flux);
         if (isfinite(caught.error))
             fprintf(out, " +- %.2g", caught.error);
-        fprintf(out, " %s\n", rmap_flux_unit_text(scene));
+        fprintf(out, " %s\n", rmap_flux_unit_name(scene));
     }
 }
 
@@ -229,7 +224,7 @@ json_t *rmap_balance_detectors_json(const struct rmap_tally *tally)
             list, json_pack("{s:s, s:I, s:{s:o, s:o, s:s}}", "name", scene->detector[d].name,
                             "registrations", (json_int_t)caught.registrations, "flux", "total",
                             rmap_json_number(caught.flux), "standard_error",
-                            rmap_json_number(caught.error), "unit", rmap_flux_unit_text(scene)));
+                            rmap_json_number(caught.error), "unit", rmap_flux_unit_name(scene)));
     }
     return list;
 }

@@ -29,7 +29,4 @@ json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux);
 void rmap_balance_print_detectors(const struct rmap_tally *tally, FILE *out);
 json_t *rmap_balance_detectors_json(const struct rmap_tally *tally);
 
-/* "W" or "lm" */
-const char *rmap_flux_unit_text(const struct rmap_scene *scene);
-
 #endif

@@ -15,9 +15,9 @@ enum rmap_status rmap_ask_luminous(const struct rmap_scene *scene, const char *q
         if (!rmap_source_has_spectrum(&scene->source[s]))
             return rmap_error_set(
                 err, RMAP_INPUT,
-                "--quantity %s: the flux of source '%.60s' is in W, and the scene "
+                "--quantity illuminance: the flux of source '%.60s' is in W, and the scene "
                 "does not say its spectrum: give that, or the flux in lm, and "
-                "trace anew; or ask for %s",
-                quantity, scene->source[s].name, *quantity == 'i' ? "irradiance" : "radiance");
+                "trace anew; or ask for irradiance",
+                scene->source[s].name);
     return RMAP_OK;
 }

@@ -48,7 +48,7 @@ enum rmap_status rmap_ray_groups_run(const struct rmap_context *context, const s
     const char *of = "segments"; /* any number of a ray */
     struct rmap_quantities *quantities = NULL;
     void *state = NULL;
-    *groups = (struct rmap_ray_groups){.by = by, .unit = rmap_flux_unit_text(rmap_map_scene(map))};
+    *groups = (struct rmap_ray_groups){.by = by, .unit = rmap_flux_unit_name(rmap_map_scene(map))};
     if (by == RMAP_STATS_TOGETHER)
         return RMAP_OK;
     enum rmap_status st = rmap_quantities_create_over(map, overlay, &of, 1, NULL, &quantities, err);

@@ -82,7 +82,7 @@ enum rmap_status rmap_registered_run(const struct rmap_context *context, const s
     struct rmap_energy_scope scope = {.scene = scene};
     struct rmap_which *which = NULL;
     void *state = NULL;
-    *list = (struct rmap_registered_list){.unit = rmap_flux_unit_text(scene)};
+    *list = (struct rmap_registered_list){.unit = rmap_flux_unit_name(scene)};
     st = rmap_which_create(scene, &all, NULL, NULL, criterion, &which, err);
     RMAP_TRY(rmap_agree(context, st, err));
     const uint8_t *asked = bare ? which->asked_on : which->chosen_on;

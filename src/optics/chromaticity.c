@@ -64,11 +64,15 @@ static void find_temperature(const struct rmap_planck_locus *locus, const double
                              struct rmap_chromaticity *of)
 {
     int best = 0;
-    double away[2];
-    for (int i = 1; i < RMAP_PLANCK_N; i++)
-        if (distance(uv, locus->uv[i]) < distance(uv, locus->uv[best]))
-            best = i;
-    if (best == 0 || best == RMAP_PLANCK_N - 1 || distance(uv, locus->uv[best]) > DUV_MOST)
+    double away[2], least = distance(uv, locus->uv[0]);
+    for (int i = 1; i < RMAP_PLANCK_N; i++) {
+        const double its = distance(uv, locus->uv[i]);
+        if (!(its < least))
+            continue;
+        least = its;
+        best = i;
+    }
+    if (best == 0 || best == RMAP_PLANCK_N - 1 || least > DUV_MOST)
         return;
     const double t = nearest(locus, best, uv, away);
     of->kelvin = 1e6 / (FIRST_MIRED + STEP_MIRED * (best + t));

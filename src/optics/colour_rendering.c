@@ -124,9 +124,11 @@ static void look(const struct rmap_channels *channels, const double *watt, struc
         rmap_cie1931(channels->wavelength_nm[c], bar);
         for (int i = 0; i < 3; i++)
             own[i] += watt[c] * bar[i];
-        for (int k = 0; k < RMAP_CRI_SAMPLES; k++)
+        for (int k = 0; k < RMAP_CRI_SAMPLES; k++) {
+            const double its = reflectance(k, channels->wavelength_nm[c]);
             for (int i = 0; i < 3; i++)
-                xyz[k][i] += watt[c] * bar[i] * reflectance(k, channels->wavelength_nm[c]);
+                xyz[k][i] += watt[c] * bar[i] * its;
+        }
     }
     rmap_uv1960(own, seen->uv);
     for (int k = 0; k < RMAP_CRI_SAMPLES; k++) {

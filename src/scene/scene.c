@@ -266,12 +266,13 @@ const struct rmap_track_step *rmap_scene_track_step(const struct rmap_scene *sce
                                                     uint64_t ray)
 {
     uint64_t ordinal = 0;
-    double u[4];
+    double u[4] = {0.0};
     enum rmap_photon_kind kind;
     const struct rmap_source *source = &scene->source[rmap_scene_source_of(scene, ray, &ordinal)];
     if (source->type != RMAP_SOURCE_STEPS)
         return NULL;
-    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, u);
+    if (!source->steps->counted)
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, u);
     return &source->steps->step[rmap_steps_find(source->steps, ordinal, u[0], &kind)];
 }
 
