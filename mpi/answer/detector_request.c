@@ -239,6 +239,10 @@ static enum rmap_status ask_xyz(const struct rmap_scene *scene,
         ask->xyz = ask->xyz && said == scene->n_source;
         return RMAP_OK;
     }
+    if (scene->flux_unit > RMAP_FLUX_LM)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "--xyz is of light in W or lm, and this map's is in %s",
+                              rmap_flux_unit_name(scene));
     if (said < scene->n_source)
         return rmap_error_set(err, RMAP_INPUT,
                               "--xyz: the scene does not say the spectrum of source '%.60s': give "

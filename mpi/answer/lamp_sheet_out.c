@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "analysis/detector/far_field.h"
+#include "analysis/detector/image_unit.h"
 #include "analysis/photometry/ugr_table.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
@@ -68,10 +69,11 @@ enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *name
 void rmap_lamp_sheet_of(const struct rmap_scene *scene, const struct rmap_source *source,
                         const struct rmap_lamp_sheet_ask *ask, struct rmap_lamp_sheet *sheet)
 {
-    *sheet = (struct rmap_lamp_sheet){.lamp = source->lamp,
-                                      .flux = source->flux,
-                                      .flux_unit = rmap_flux_unit_name(scene),
-                                      .unit = scene->flux_unit == RMAP_FLUX_LM ? "cd" : "W/sr"};
+    *sheet = (struct rmap_lamp_sheet){
+        .lamp = source->lamp,
+        .flux = source->flux,
+        .flux_unit = rmap_flux_unit_name(scene),
+        .unit = rmap_image_unit_usual(RMAP_PER_SOLID_ANGLE, scene->flux_unit)->name};
     if (!ask)
         return;
     sheet->c_deg = ask->c_deg;

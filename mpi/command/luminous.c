@@ -11,6 +11,13 @@ enum rmap_status rmap_ask_luminous(const struct rmap_scene *scene, const char *q
 {
     *luminous_ret =
         quantity && scene->flux_unit == RMAP_FLUX_W && strcmp(quantity, "illuminance") == 0;
+    if (quantity && scene->flux_unit > RMAP_FLUX_LM &&
+        (strcmp(quantity, "illuminance") == 0 || strcmp(quantity, "luminance") == 0))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--quantity %s is of light in W or lm, and this map's is in %s: ask "
+                              "for %s",
+                              quantity, rmap_flux_unit_name(scene),
+                              *quantity == 'i' ? "irradiance" : "radiance");
     for (size_t s = 0; *luminous_ret && s < scene->n_source; s++)
         if (!rmap_source_has_spectrum(&scene->source[s]))
             return rmap_error_set(

@@ -63,6 +63,9 @@ def check_told():
             check(index["source/flux"].attrs["units"] in (unit, unit.encode()), flux)
         run("verify", "a.raymap")
     trace("flux: 3000 photons")
+    for words in (["detector", "a.raymap", "seen", "--xyz"], ["detector", "a.raymap", "seen", "--quantity", "illuminance"],
+                  ["irradiance", "a.raymap", "plate", "--quantity", "illuminance"]):
+        check("of light in W or lm, and this map's is in photons" in run(*words, status=3 if "--xyz" in words else 2), words)
     check("TM-25 has flux in W or lm" in run("query", "a.raymap", "all", "-o", "y.tm25ray", "--at", "seen", status=3), "TM-25 of photons")
     check("V(lambda) is of light in W or lm" in run("check", scene("x.yaml", "flux: 3 photons", more=", response: V"), status=3), "V of photons")
     trace("flux: 3000 MeV")
