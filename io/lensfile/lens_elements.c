@@ -79,8 +79,6 @@ static void add_alone(struct rmap_lens_plan *plan, size_t at)
         const struct rmap_lens_surface *s = &plan->lens->surface[i];
         if (s->is_stop || s->aperture.shape)
             (void)add_element(plan, RMAP_ELEMENT_PLATE, at, 1, s->is_stop ? "stop" : "aperture");
-        else
-            (void)add_element(plan, RMAP_ELEMENT_PLATE, at, 1, "obscuration");
         return;
     }
     struct rmap_lens_element *element = add_element(
@@ -146,8 +144,8 @@ static bool continues(const struct run *run, size_t i)
 
 static bool is_plain_stop(const struct rmap_lens_surface *s)
 {
-    return s->is_stop && s->curvature == 0 && s->n_asphere == 0 && !s->obscuration.shape &&
-           s->aperture.centre[0] == 0 && s->aperture.centre[1] == 0;
+    return s->is_stop && s->curvature == 0 && s->n_asphere == 0 && s->figure.n_term == 0 &&
+           !s->figure.is_biconic && !s->figure.is_toroid && !rmap_lens_is_outline(&s->aperture);
 }
 
 static void take(struct run *run, size_t i)
@@ -174,6 +172,22 @@ static void take(struct run *run, size_t i)
         end_run(run);
 }
 
+/* What lies over surfaces: plates in the light's way and their holders. */
+static void add_over(struct rmap_lens_plan *plan, size_t i)
+{
+    const struct rmap_lens_surface *s = &plan->lens->surface[i];
+    const struct rmap_lens_place *place = &plan->place[i];
+    const bool is_hole = place->role == RMAP_ROLE_MIRROR && !rmap_lens_is_outline(&s->obscuration);
+    if (s->obscuration.shape && !is_hole) {
+        plan->row[plan->n_row] = (struct rmap_element_row){.surface = i};
+        (void)add_element(plan, RMAP_ELEMENT_OBSCURATION, plan->n_row++, 1, "obscuration");
+    }
+    if (s->n_arm > 0) {
+        plan->row[plan->n_row] = (struct rmap_element_row){.surface = i};
+        (void)add_element(plan, RMAP_ELEMENT_SPIDER, plan->n_row++, 1, "spider");
+    }
+}
+
 void rmap_lens_elements(struct rmap_lens_plan *plan)
 {
     struct run run = {.plan = plan};
@@ -193,6 +207,10 @@ void rmap_lens_elements(struct rmap_lens_plan *plan)
         }
     end_run(&run);
     plan->n_row = run.first;
+    for (size_t i = 1; i + 1 < plan->lens->n_surface; i++)
+        if (plan->place[i].role == RMAP_ROLE_REFRACTS || plan->place[i].role == RMAP_ROLE_MIRROR ||
+            plan->place[i].role == RMAP_ROLE_HOLE)
+            add_over(plan, i);
     struct rmap_lens_element *only = NULL;
     size_t n_lens = 0;
     for (size_t e = 0; e < plan->n_element; e++)

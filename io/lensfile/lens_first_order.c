@@ -16,7 +16,7 @@ struct ray {
 /* Base curvature at the vertex: the r^2 term of an asphere bends, too. */
 static double vertex_curvature(const struct rmap_lens_surface *surface)
 {
-    return surface->curvature + (surface->n_asphere > 0 ? 2 * surface->asphere[0] : 0);
+    return surface->curvature + 2 * surface->asphere[2];
 }
 
 /* From before surface `from` to behind surface `to`; *n: index there, signed. y is left at `to`. */

@@ -15,10 +15,10 @@ struct rmap_shape rmap_lens_shape(const struct rmap_lens_surface *surface, doubl
     struct rmap_shape shape = {.type = RMAP_SHAPE_CONIC,
                                .curvature = surface->curvature,
                                .conic = surface->conic,
-                               .n_asphere = surface->n_asphere,
+                               .n_asphere = surface->n_asphere / 2,
                                .aperture = semi};
-    for (int i = 0; i < surface->n_asphere; i++)
-        shape.asphere[i] = surface->asphere[i];
+    for (int i = 2; i <= surface->n_asphere; i += 2)
+        shape.asphere[i / 2 - 1] = surface->asphere[i];
     return shape;
 }
 

@@ -62,27 +62,41 @@ static void sellmeier2(const double *c, struct rmap_glass *glass)
         glass->coefficient[i] = two[i];
 }
 
+/* Rows ascend by wavelength, each once. */
+static void put_row(struct rmap_glass *glass, double wavelength_nm, double index)
+{
+    size_t at = glass->index.n;
+    glass->formula = 0;
+    glass->linear = true;
+    for (size_t i = 0; i < at; i++)
+        if (glass->index.wavelength_nm[i] == wavelength_nm)
+            return;
+    if (at >= RMAP_GLASS_ROWS_MAX)
+        return;
+    for (; at > 0 && glass->index.wavelength_nm[at - 1] > wavelength_nm; at--) {
+        glass->index.wavelength_nm[at] = glass->index.wavelength_nm[at - 1];
+        glass->index.value[at] = glass->index.value[at - 1];
+    }
+    glass->index.wavelength_nm[at] = wavelength_nm;
+    glass->index.value[at] = index;
+    glass->index.n++;
+}
+
 static void table(double (*index)(const double *c, double l), const double *c,
                   const double *wavelength_nm, size_t n, struct rmap_glass *glass)
 {
-    glass->formula = 0;
-    glass->linear = true;
-    for (size_t i = 0; i < n && i < RMAP_GLASS_ROWS_MAX; i++) { /* ascending, each once */
-        size_t at = glass->index.n;
-        for (; at > 0 && glass->index.wavelength_nm[at - 1] > wavelength_nm[i]; at--) {
-            glass->index.wavelength_nm[at] = glass->index.wavelength_nm[at - 1];
-            glass->index.value[at] = glass->index.value[at - 1];
-        }
-        glass->index.wavelength_nm[at] = wavelength_nm[i];
-        glass->index.value[at] = index(c, 1e-3 * wavelength_nm[i]);
-        glass->index.n++;
-    }
+    for (size_t i = 0; i < n; i++)
+        put_row(glass, wavelength_nm[i], index(c, 1e-3 * wavelength_nm[i]));
 }
 
 static void convert(const struct rmap_agf_glass *agf, const double *wavelength_nm, size_t n,
                     struct rmap_glass *glass)
 {
     const double *c = agf->coefficient;
+    for (size_t i = 0; i < agf->n_row; i++)
+        put_row(glass, 1e3 * agf->row_um[i], agf->row_index[i]);
+    if (agf->n_row > 0)
+        return;
     for (size_t i = 0; i < RMAP_COUNT(powers); i++)
         if (powers[i].formula == agf->formula) {
             glass->formula = 3;

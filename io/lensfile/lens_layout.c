@@ -33,7 +33,8 @@ static void set_places(struct rmap_lens_plan *plan)
 static bool is_same_shape(const struct rmap_lens_surface *a, const struct rmap_lens_surface *b)
 {
     return a->curvature == b->curvature && a->conic == b->conic && a->n_asphere == b->n_asphere &&
-           memcmp(a->asphere, b->asphere, sizeof a->asphere) == 0;
+           memcmp(a->asphere, b->asphere, sizeof a->asphere) == 0 &&
+           memcmp(&a->figure, &b->figure, sizeof a->figure) == 0;
 }
 
 static bool is_same_frame(const struct rmap_affine *a, const struct rmap_affine *b)
@@ -69,7 +70,8 @@ static void set_roles(struct rmap_lens_plan *plan)
     for (size_t i = 1; i < lens->n_surface; i++) {
         struct rmap_lens_surface *surface = &lens->surface[i];
         struct rmap_lens_place *place = &plan->place[i];
-        const bool opening = surface->aperture.shape || surface->obscuration.shape;
+        const bool opening =
+            surface->aperture.shape || surface->obscuration.shape || surface->n_arm > 0;
         if (i + 1 == lens->n_surface)
             place->role = RMAP_ROLE_IMAGE;
         else if (surface->is_break)
@@ -86,29 +88,33 @@ static void set_roles(struct rmap_lens_plan *plan)
     }
 }
 
-/* Apertures that files give beside semi-diameters, where shapes have them. */
+bool rmap_lens_is_outline(const struct rmap_lens_opening *opening)
+{
+    return opening->shape == RMAP_OPENING_RECTANGLE || opening->shape == RMAP_OPENING_ELLIPSE ||
+           (opening->shape && (opening->centre[0] != 0 || opening->centre[1] != 0));
+}
+
+/* Apertures that files give beside semi-diameters. */
 static void set_openings(struct rmap_lens_plan *plan, size_t i)
 {
     struct rmap_lens_surface *s = &plan->lens->surface[i];
     struct rmap_lens_place *place = &plan->place[i];
     const struct rmap_lens_opening *a = &s->aperture, *o = &s->obscuration;
-    const bool hole = place->role == RMAP_ROLE_HOLE, mirror = place->role == RMAP_ROLE_MIRROR;
-    const double aside = hypot(a->centre[0], a->centre[1]);
-    if (a->shape == RMAP_OPENING_CIRCLE && (aside == 0 || hole))
-        place->semi = hole ? a->half[0] : fmin(place->semi, a->half[0]);
-    else if (a->shape) {
-        const double across =
-            a->shape == RMAP_OPENING_CIRCLE ? a->half[0] : hypot(a->half[0], a->half[1]);
-        place->semi = aside + across;
-        rmap_lens_lost(plan->lens, s->line, s,
-                       "its aperture is %s: a circle about its vertex that holds it stands there",
-                       a->shape == RMAP_OPENING_CIRCLE ? "beside its vertex" : "a rectangle");
-    }
+    const bool mirror = place->role == RMAP_ROLE_MIRROR;
+    if (rmap_lens_is_outline(a)) /* the circle about the vertex that holds it */
+        place->semi = hypot(a->centre[0], a->centre[1]) + (a->shape == RMAP_OPENING_RECTANGLE
+                                                               ? hypot(a->half[0], a->half[1])
+                                                               : fmax(a->half[0], a->half[1]));
+    else if (a->shape)
+        place->semi = place->role == RMAP_ROLE_HOLE ? a->half[0] : fmin(place->semi, a->half[0]);
     place->computed = place->computed && !a->shape;
     if (mirror)
-        place->hole = fmax(a->inner, o->shape == RMAP_OPENING_CIRCLE ? o->half[0] : 0);
-    else if (a->inner > 0 || (o->shape && !hole))
-        rmap_lens_lost(plan->lens, s->line, s, "its obscuration is left out");
+        place->hole = fmax(a->inner, rmap_lens_is_outline(o) ? 0 : o->half[0]);
+    else if (a->inner > 0 && !o->shape) { /* a plate in its middle */
+        s->obscuration = *a;
+        s->obscuration.half[0] = s->obscuration.half[1] = a->inner;
+        s->obscuration.inner = 0;
+    }
     if (place->hole >= place->semi)
         place->hole = 0;
 }
@@ -222,8 +228,8 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
     if (st != RMAP_OK)
         return st;
     plan->place = rmap_alloc(lens->n_surface, sizeof *plan->place);
-    plan->row = rmap_alloc(lens->n_surface, sizeof *plan->row);
-    plan->element = rmap_alloc(2 * lens->n_surface, sizeof *plan->element);
+    plan->row = rmap_alloc(3 * lens->n_surface, sizeof *plan->row);
+    plan->element = rmap_alloc(3 * lens->n_surface, sizeof *plan->element);
     if (!plan->place || !plan->row || !plan->element)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the places of a lens");
     set_places(plan);

@@ -40,7 +40,13 @@ struct rmap_lens_place {
     double hole;   /* of a mirror, for light that comes back through it; 0: none */
 };
 
-enum rmap_lens_element_kind { RMAP_ELEMENT_LENS, RMAP_ELEMENT_SURFACE, RMAP_ELEMENT_PLATE };
+enum rmap_lens_element_kind {
+    RMAP_ELEMENT_LENS,
+    RMAP_ELEMENT_SURFACE,
+    RMAP_ELEMENT_PLATE,       /* with a hole, the aperture */
+    RMAP_ELEMENT_OBSCURATION, /* before a surface, with its shape */
+    RMAP_ELEMENT_SPIDER
+};
 
 /* Rows of a lens in the order of their z, or a surface that stands alone. */
 struct rmap_element_row {
@@ -74,6 +80,9 @@ struct rmap_lens_plan {
 enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap_lens_plan *plan,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lens_plan_fini(struct rmap_lens_plan *plan);
+
+/* An opening that is no circle about the vertex. */
+bool rmap_lens_is_outline(const struct rmap_lens_opening *opening);
 
 /* Steps of it. */
 void rmap_lens_first_order(struct rmap_lens_plan *plan);

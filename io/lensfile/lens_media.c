@@ -149,6 +149,17 @@ static void find(struct rmap_prescription *lens, struct rmap_lens_surface *surfa
     const double unknown = 1.5;
     *medium = (struct rmap_lens_medium){.kind = RMAP_LENS_MODEL};
     rmap_lens_copy(medium->word, sizeof medium->word, surface->glass);
+    if (surface->gradient) {
+        const double n0 = surface->gradient_value[0], squared = 2; /* its model is of n^2 */
+        const double n = surface->gradient == squared ? sqrt(fmax(n0, 0)) : n0;
+        char name[NAME];
+        (void)snprintf(name, sizeof name, "grin_%d", surface->number);
+        set_name(medium, name);
+        medium->kind = RMAP_LENS_GRADIENT;
+        medium->gradient = surface;
+        (void)rmap_model_glass(n >= 1 && n < 5 ? n : unknown, 0, &medium->glass);
+        return;
+    }
     if (!surface->is_model && find_in_files(lens, surface->glass, medium)) {
         set_name(medium, surface->glass);
         return;
@@ -204,7 +215,7 @@ static enum rmap_status behind(struct rmap_prescription *lens, struct rmap_lens_
 {
     for (size_t i = 1; i < media->n; i++) {
         const struct rmap_lens_medium *m = &media->medium[i];
-        if (strcmp(m->word, surface->glass) == 0 &&
+        if (!surface->gradient && strcmp(m->word, surface->glass) == 0 &&
             (!surface->is_model || (m->nd == surface->nd && m->vd == surface->vd))) {
             *at = i;
             return RMAP_OK;
@@ -221,7 +232,7 @@ static enum rmap_status behind(struct rmap_prescription *lens, struct rmap_lens_
     const double index = rmap_glass_index(&medium->glass, nm);
     medium->index = index > 0 && isfinite(index) ? index : 1.5;
     if (!(nm >= medium->glass.from_nm && nm <= medium->glass.to_nm) &&
-        medium->kind != RMAP_LENS_MODEL)
+        medium->kind != RMAP_LENS_MODEL && medium->kind != RMAP_LENS_GRADIENT)
         rmap_lens_remark(surface, "%g nm is outside the data of %s", nm, medium->name);
     return RMAP_OK;
 }
@@ -240,7 +251,7 @@ enum rmap_status rmap_lens_media_make(struct rmap_prescription *lens, struct rma
         enum rmap_status st = RMAP_OK;
         if (surface->is_break || surface->is_mirror)
             media->behind[i] = i ? media->behind[i - 1] : 0;
-        else if (is_air(surface->glass))
+        else if (is_air(surface->glass) && !surface->gradient)
             media->behind[i] = 0;
         else
             st = behind(lens, surface, media, &media->behind[i], err);

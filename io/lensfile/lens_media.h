@@ -13,7 +13,8 @@ enum rmap_lens_medium_kind {
     RMAP_LENS_AIR,
     RMAP_LENS_CATALOGUE, /* by its name there */
     RMAP_LENS_AGF,
-    RMAP_LENS_MODEL
+    RMAP_LENS_MODEL,
+    RMAP_LENS_GRADIENT
 };
 
 struct rmap_lens_medium {
@@ -21,7 +22,8 @@ struct rmap_lens_medium {
     char name[64]; /* in the scene */
     enum rmap_lens_medium_kind kind;
     const struct rmap_agf_glass *agf;
-    double nd, vd; /* of a model */
+    const struct rmap_lens_surface *gradient; /* that begins it */
+    double nd, vd;                            /* of a model */
     struct rmap_glass glass;
     double index; /* at the primary wavelength */
 };

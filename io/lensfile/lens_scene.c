@@ -4,7 +4,9 @@
  */
 #include "io/lensfile/lens_scene.h"
 
+#include <ctype.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "io/lensfile/lens_write.h"
@@ -113,8 +115,11 @@ static const char *mirror_sides(const struct rmap_lens_plan *plan, size_t i)
 
 static void put_semi(FILE *out, const struct rmap_lens_plan *plan, size_t i)
 {
+    const struct rmap_lens_opening *aperture = &plan->lens->surface[i].aperture;
     (void)fputs(", aperture: ", out);
-    if (plan->place[i].computed)
+    if (rmap_lens_is_outline(aperture))
+        rmap_lens_put_outline(out, aperture);
+    else if (plan->place[i].computed)
         (void)fprintf(out, "%.7g", plan->place[i].semi);
     else
         rmap_lens_put_number(out, plan->place[i].semi);
@@ -135,8 +140,7 @@ static void put_row(FILE *out, const struct rmap_lens_plan *plan,
 {
     const struct rmap_lens_surface *s = &plan->lens->surface[row->surface];
     (void)fputs("      - {", out);
-    rmap_lens_put_radius(out, s->curvature);
-    rmap_lens_put_asphere(out, s);
+    rmap_lens_put_shape(out, s);
     if (next) {
         (void)fputs(", thickness: ", out);
         rmap_lens_put_number(out, gap(plan, row, next));
@@ -160,6 +164,60 @@ static double widest(const struct rmap_lens_plan *plan)
     return most;
 }
 
+/* Plates that lie in the plane of an element, in its frame: four about a hole, or arms. */
+struct part {
+    double size[2], at[2], turn_deg;
+};
+
+enum { PARTS_MAX = 64 };
+
+static int make_parts(const struct rmap_lens_plan *plan, const struct rmap_lens_element *e,
+                      struct part part[PARTS_MAX])
+{
+    const size_t i = plan->row[e->first].surface;
+    const struct rmap_lens_surface *s = &plan->lens->surface[i];
+    const struct rmap_lens_opening *a = &s->aperture;
+    const double outer = 1.2 * fmax(widest(plan), plan->place[i].semi);
+    int n = 0;
+    if (e->kind == RMAP_ELEMENT_SPIDER)
+        for (; n < s->n_arm && n < PARTS_MAX; n++) {
+            const double turn = 360.0 * n / s->n_arm, angle = turn * RMAP_PI / 180;
+            const double length = plan->place[i].semi;
+            part[n] = (struct part){{length, s->arm_width},
+                                    {0.5 * length * cos(angle), 0.5 * length * sin(angle)},
+                                    turn};
+        }
+    else
+        for (; n < 4; n++) {
+            const int k = n / 2; /* beside it in x, then above and below */
+            const double sign = n % 2 ? -1 : 1, side = outer - a->half[k];
+            part[n] = (struct part){
+                {k ? 2 * a->half[0] : side, k ? side : 2 * outer}, {a->centre[0], a->centre[1]}, 0};
+            part[n].at[k] += sign * (a->half[k] + 0.5 * side);
+        }
+    return n;
+}
+
+/* Their geometries; or the objects of their group. */
+static void put_parts(FILE *out, const struct rmap_lens_plan *plan,
+                      const struct rmap_lens_element *e, bool objects)
+{
+    struct part part[PARTS_MAX];
+    const int n = make_parts(plan, e, part);
+    for (int k = 0; k < n; k++) {
+        if (!objects) {
+            (void)fprintf(out, "  %s_%d: {type: rectangle, size: [%.12g, %.12g]}\n", e->name, k + 1,
+                          part[k].size[0], part[k].size[1]);
+            continue;
+        }
+        (void)fprintf(out, "      {name: %s_%d, geometry: %s_%d, at: [%.12g, %.12g, 0]", e->name,
+                      k + 1, e->name, k + 1, part[k].at[0], part[k].at[1]);
+        if (part[k].turn_deg != 0)
+            (void)fprintf(out, ", rotate: [0, 0, %.12g]", part[k].turn_deg);
+        (void)fprintf(out, ", surface: absorber}%s\n", k + 1 < n ? "," : "");
+    }
+}
+
 static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
                          const struct rmap_lens_element *e)
 {
@@ -175,23 +233,32 @@ static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
         break;
     case RMAP_ELEMENT_SURFACE:
         (void)fprintf(out, "  %s: {type: conic, ", e->name);
-        rmap_lens_put_radius(out, s->curvature);
-        rmap_lens_put_asphere(out, s);
+        rmap_lens_put_shape(out, s);
         put_semi(out, plan, row->surface);
         if (place->hole > 0)
             (void)fprintf(out, ", inner: %.6g", place->hole);
         (void)fputs("}\n", out);
         break;
-    case RMAP_ELEMENT_PLATE:
-        if (s->is_stop || s->aperture.shape)
-            (void)fprintf(out, "  %s: {type: disc, inner: %.15g, radius: %.6g}\n", e->name,
-                          place->semi, 1.2 * fmax(widest(plan), place->semi));
-        else if (s->obscuration.shape == RMAP_OPENING_RECTANGLE)
-            (void)fprintf(out, "  %s: {type: rectangle, size: [%.15g, %.15g]}\n", e->name,
-                          2 * s->obscuration.half[0], 2 * s->obscuration.half[1]);
+    case RMAP_ELEMENT_OBSCURATION:
+        (void)fprintf(out, "  %s: {type: conic, ", e->name);
+        rmap_lens_put_shape(out, s);
+        (void)fputs(", aperture: ", out);
+        if (rmap_lens_is_outline(&s->obscuration))
+            rmap_lens_put_outline(out, &s->obscuration);
         else
-            (void)fprintf(out, "  %s: {type: disc, radius: %.15g}\n", e->name,
-                          s->obscuration.half[0]);
+            rmap_lens_put_number(out, s->obscuration.half[0]);
+        (void)fputs("}\n", out);
+        break;
+    case RMAP_ELEMENT_PLATE:
+        if (s->aperture.shape == RMAP_OPENING_RECTANGLE)
+            put_parts(out, plan, e, false);
+        else
+            (void)fprintf(out, "  %s: {type: disc, inner: %.15g, radius: %.6g}\n", e->name,
+                          s->aperture.shape ? s->aperture.half[0] : place->semi,
+                          1.2 * fmax(widest(plan), place->semi));
+        break;
+    case RMAP_ELEMENT_SPIDER:
+        put_parts(out, plan, e, false);
         break;
     }
 }
@@ -199,15 +266,23 @@ static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
 static void put_image_shape(FILE *out, const struct rmap_lens_plan *plan)
 {
     const struct rmap_lens_surface *image = &plan->lens->surface[plan->lens->n_surface - 1];
-    if (image->curvature == 0 && image->n_asphere == 0) {
+    if (image->curvature == 0 && image->n_asphere == 0 && image->figure.n_term == 0 &&
+        !image->figure.is_biconic && !image->figure.is_toroid) {
         (void)fprintf(out, "  image: {type: rectangle, size: [%.6g, %.6g]}\n", 2 * plan->image_half,
                       2 * plan->image_half);
         return;
     }
     (void)fputs("  image: {type: conic, ", out);
-    rmap_lens_put_radius(out, image->curvature);
-    rmap_lens_put_asphere(out, image);
+    rmap_lens_put_shape(out, image);
     (void)fprintf(out, ", aperture: %.6g}\n", fmin(plan->image_half, rmap_lens_reach(image)));
+}
+
+/* How far a surface rises towards the light within its aperture. */
+static double rise(const struct rmap_lens_surface *s, const struct rmap_lens_place *place)
+{
+    const struct rmap_shape shape = rmap_lens_shape(s, place->semi);
+    const double sag = rmap_shape_sag(&shape, place->semi);
+    return isfinite(sag) ? fmax(0, place->backwards ? sag : -sag) : 0;
 }
 
 static void put_object(FILE *out, const struct rmap_lens_plan *plan,
@@ -215,17 +290,35 @@ static void put_object(FILE *out, const struct rmap_lens_plan *plan,
 {
     const struct rmap_element_row *row = &plan->row[e->first];
     const struct rmap_lens_surface *s = &plan->lens->surface[row->surface];
+    const struct rmap_lens_place *place = &plan->place[row->surface];
     struct rmap_affine to_world = e->to_world;
-    if (e->kind == RMAP_ELEMENT_PLATE)
+    double before = 0; /* plates stand before what they lie on, which is no hole */
+    const bool parts =
+        e->kind == RMAP_ELEMENT_SPIDER ||
+        (e->kind == RMAP_ELEMENT_PLATE && s->aperture.shape == RMAP_OPENING_RECTANGLE);
+    if (e->kind == RMAP_ELEMENT_OBSCURATION || e->kind == RMAP_ELEMENT_SPIDER)
+        before = 1e-4 * place->semi;
+    if (e->kind == RMAP_ELEMENT_SPIDER)
+        before += rise(s, place);
+    if (e->kind == RMAP_ELEMENT_PLATE && !parts)
         to_world.t = rmap_affine_point(&to_world,
                                        rmap_vec3(s->aperture.centre[0], s->aperture.centre[1], 0));
-    (void)fprintf(out, "  - {name: %s, geometry: %s", e->name, e->name);
+    else
+        to_world.t =
+            rmap_affine_point(&to_world, rmap_vec3(0, 0, place->backwards ? before : -before));
+    (void)fprintf(out, "  - {name: %s", e->name);
+    if (!parts)
+        (void)fprintf(out, ", geometry: %s", e->name);
     rmap_lens_put_place(out, &to_world);
+    if (e->kind == RMAP_ELEMENT_PLATE && s->aperture.shape == RMAP_OPENING_ELLIPSE)
+        (void)fprintf(out, ", scale: [1, %.15g, 1]", s->aperture.half[1] / s->aperture.half[0]);
     if (e->kind == RMAP_ELEMENT_LENS) {
         (void)fputs(", outside: air}\n", out);
         return;
     }
-    if (e->kind == RMAP_ELEMENT_PLATE)
+    if (parts)
+        (void)fputs(", objects: [", out);
+    else if (e->kind != RMAP_ELEMENT_SURFACE)
         (void)fputs(", surface: absorber}", out);
     else if (s->is_mirror)
         (void)fprintf(out, ", surface: %s}", mirror_sides(plan, row->surface));
@@ -233,6 +326,10 @@ static void put_object(FILE *out, const struct rmap_lens_plan *plan,
         (void)fprintf(out, ", surface: polished, back: %s, front: %s}",
                       plan->media.medium[e->before].name, plan->media.medium[row->medium].name);
     put_remark(out, plan, row->surface, true);
+    if (parts) {
+        put_parts(out, plan, e, true);
+        (void)fputs("    ]}\n", out);
+    }
 }
 
 /* Rows of the file that are no object, as remarks, so that none is lost without a word. */
@@ -264,6 +361,20 @@ static bool has_mirror(const struct rmap_prescription *lens)
         if (lens->surface[i].is_mirror)
             return true;
     return false;
+}
+
+void rmap_lens_configuration_name(const struct rmap_prescription *lens, int k, char *name,
+                                  size_t cap)
+{
+    size_t n = 0;
+    bool letters = false;
+    for (const char *c = lens->configuration_name; *c && n + 8 < cap; c++) {
+        name[n++] = isalnum((unsigned char)*c) || strchr("-.", *c) ? *c : '_';
+        letters = letters || isalpha((unsigned char)*c);
+    }
+    name[n] = 0;
+    if (!letters || !isalpha((unsigned char)name[0]) || strcmp(name, "quick") == 0)
+        (void)snprintf(name, cap, "configuration_%d", k);
 }
 
 void rmap_lens_scene_write(const struct rmap_lens_plan *plan, const char *file, FILE *out)

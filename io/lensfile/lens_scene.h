@@ -12,6 +12,11 @@
 /* file: the name that the scene says it comes from. Errors of `out` are its owner's to find. */
 void rmap_lens_scene_write(const struct rmap_lens_plan *plan, const char *file, FILE *out);
 
+/* A name for the simulation that is its k-th configuration, from the file's own where it has one.
+ */
+void rmap_lens_configuration_name(const struct rmap_prescription *lens, int k, char *name,
+                                  size_t cap);
+
 /* What its beams fill: an element; NULL: they stand by themselves. */
 const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *plan);
 

@@ -13,7 +13,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/alloc.h"
 #include "base/count.h"
+#include "io/lensfile/lens_seq_shape.h"
 #include "io/lensfile/lens_text.h"
 
 enum decentre { DECENTRE_BASIC, DECENTRE_RETURN, DECENTRE_BEND, DECENTRE_REVERSE };
@@ -23,7 +25,12 @@ struct seq {
     struct rmap_lens_lines lines;
     struct rmap_error *err;
     size_t at; /* the surface that commands are about, from 1; 0: none yet */
-    bool radii, done;
+    bool radii, mode_said, done;
+    struct rmap_seq_shape shape; /* of that surface */
+    bool in_private;             /* in the private catalogue */
+    double private_um[RMAP_AGF_ROWS];
+    size_t n_private;
+    int configuration;            /* zoom position, from 1 */
     double shift[3], tilt_deg[3]; /* of that surface */
     enum decentre decentre;
     double defocus; /* SI's thickness */
@@ -42,7 +49,8 @@ static void end_surface(struct seq *s)
 {
     struct rmap_lens_surface *surface = current(s);
     const double tilt[3] = {-s->tilt_deg[0], -s->tilt_deg[1], s->tilt_deg[2]};
-    const double none[3] = {0, 0, 0};
+    const double none[3] = {0, 0, 0}, quarter[3] = {0, 0, 90};
+    bool turned = false;
     if (surface) {
         const struct rmap_affine there = rmap_lens_turn(s->shift, tilt);
         struct rmap_affine back = rmap_affine_identity();
@@ -51,7 +59,16 @@ static void end_surface(struct seq *s)
         surface->after = s->decentre == DECENTRE_BASIC  ? rmap_affine_identity()
                          : s->decentre == DECENTRE_BEND ? rmap_lens_turn(none, tilt)
                                                         : back;
+        rmap_seq_shape_end(surface, &s->shape, &turned);
     }
+    if (turned) {
+        const struct rmap_affine turn = rmap_lens_turn(none, quarter);
+        struct rmap_affine turn_back = rmap_affine_identity();
+        (void)rmap_affine_invert(&turn, &turn_back);
+        surface->before = rmap_affine_compose(&surface->before, &turn);
+        surface->after = rmap_affine_compose(&turn_back, &surface->after);
+    }
+    memset(&s->shape, 0, sizeof s->shape);
     memset(s->shift, 0, sizeof s->shift);
     memset(s->tilt_deg, 0, sizeof s->tilt_deg);
     s->decentre = DECENTRE_BASIC;
@@ -83,7 +100,8 @@ static bool read_decentre(struct seq *s, const char *key, double value)
 /* "NBK7_SCHOTT": the maker behind; "569.631": nd - 1 without its point, and Vd / 100. */
 static void set_glass(struct seq *s, struct rmap_lens_surface *surface, const char *word)
 {
-    const char *point = strchr(word, '.');
+    const char *point = strchr(word, '.'), *colon = strchr(word, ':');
+    double number = 0;
     if (rmap_lens_is(word, "REFL") || rmap_lens_is(word, "TIRO")) {
         surface->is_mirror = true;
         return;
@@ -93,8 +111,20 @@ static void set_glass(struct seq *s, struct rmap_lens_surface *surface, const ch
     rmap_lens_copy(surface->glass, sizeof surface->glass, word);
     if (!isdigit((unsigned char)word[0]) || !point)
         return;
-    surface->is_model = true;
+    if (rmap_lens_number(word, &number) && number < 5) { /* nd; Vd follows */
+        surface->is_model = true;
+        surface->nd = number;
+        return;
+    }
     char digits[32];
+    if (colon) { /* nd:Vd */
+        rmap_lens_copy(digits, sizeof digits, word);
+        digits[strcspn(digits, ":")] = 0;
+        surface->is_model =
+            rmap_lens_number(digits, &surface->nd) && rmap_lens_number(colon + 1, &surface->vd);
+        return;
+    }
+    surface->is_model = true;
     rmap_lens_copy(digits, sizeof digits, word);
     digits[strcspn(digits, ".")] = 0;
     double whole = 0, part = 0;
@@ -115,6 +145,12 @@ static void set_shape(struct seq *s, struct rmap_lens_surface *surface, double r
     surface->curvature = flat ? (s->radii ? 0 : radius_or_curvature) : 1 / radius_or_curvature;
 }
 
+static double read_thickness(char *const *word, size_t n, size_t k)
+{
+    const double value = rmap_lens_value(word, n, k, 0);
+    return fabs(value) >= 1e10 || (k < n && rmap_lens_is(word[k], "inf")) ? HUGE_VAL : value;
+}
+
 static enum rmap_status read_surface(struct seq *s, char **word, size_t n)
 {
     end_surface(s);
@@ -123,11 +159,12 @@ static enum rmap_status read_surface(struct seq *s, char **word, size_t n)
         return s->err->status;
     s->at = s->lens->n_surface;
     set_shape(s, surface, rmap_lens_value(word, n, 1, 0));
-    surface->thickness = rmap_lens_value(word, n, 2, 0);
-    if (fabs(surface->thickness) >= 1e10)
-        surface->thickness = HUGE_VAL;
+    surface->thickness = read_thickness(word, n, 2);
     for (size_t i = 3; i < n; i++)
-        set_glass(s, surface, word[i]);
+        if (i == 4 && surface->is_model && surface->vd == 0) /* nd and Vd, each by itself */
+            surface->vd = rmap_lens_value(word, n, i, 0);
+        else
+            set_glass(s, surface, word[i]);
     if (rmap_lens_is(word[0], "SI"))
         s->defocus = surface->thickness;
     return RMAP_OK;
@@ -168,13 +205,14 @@ static bool read_asphere(struct seq *s, struct rmap_lens_surface *surface, const
     return true;
 }
 
-static void read_aperture(struct seq *s, struct rmap_lens_surface *surface, const char *key,
-                          char **word, size_t n)
+static void read_aperture(struct rmap_lens_surface *surface, const char *key, char **word, size_t n)
 {
     const bool plate = n > 2 && rmap_lens_is(word[1], "OBS");
+    if (n > 2 && rmap_lens_is(word[1], "HOL") && strcmp(key, "CIR") == 0)
+        surface->aperture.inner = fabs(rmap_lens_value(word, n, n - 1, 0));
     if (n > 2 && !plate) {
         if (!rmap_lens_is(word[1], "CLR"))
-            return; /* EDG, HOL: of its edge */
+            return; /* EDG: of its edge */
     }
     struct rmap_lens_opening *opening = plate ? &surface->obscuration : &surface->aperture;
     const double value = fabs(rmap_lens_value(word, n, n - 1, 0));
@@ -185,13 +223,11 @@ static void read_aperture(struct seq *s, struct rmap_lens_surface *surface, cons
         opening->half[0] = opening->half[1] = value;
         if (!plate)
             surface->semi = value;
-    } else if (strncmp(key, "RE", 2) == 0) {
-        opening->shape = RMAP_OPENING_RECTANGLE;
+    } else {
+        opening->shape = key[0] == 'R' ? RMAP_OPENING_RECTANGLE : RMAP_OPENING_ELLIPSE;
         opening->half[key[2] == 'Y'] = value;
         if (!(opening->half[key[2] != 'Y'] > 0))
             opening->half[key[2] != 'Y'] = value;
-    } else {
-        rmap_lens_lost(s->lens, s->lines.number, surface, "its aperture %s is not understood", key);
     }
 }
 
@@ -205,8 +241,10 @@ static bool read_of_surface(struct seq *s, const char *key, char **word, size_t 
         surface->is_stop = true;
     else if (strcmp(key, "RDY") == 0 || strcmp(key, "CUY") == 0)
         surface->curvature = key[0] == 'C' ? value : value == 0 ? 0 : 1 / value;
+    else if (strcmp(key, "THI") == 0 && n > 1 && strpbrk(word[1], "0123456789"))
+        surface->thickness = read_thickness(word, n, 1);
     else if (strcmp(key, "THI") == 0)
-        surface->thickness = fabs(value) >= 1e10 ? HUGE_VAL : value;
+        rmap_lens_remark(surface, "thickness by a solve (%.10s), as stored", n > 1 ? word[1] : "");
     else if (strcmp(key, "GLA") == 0 && n > 1)
         set_glass(s, surface, word[1]);
     else if (strcmp(key, "RMD") == 0 && n > 1)
@@ -221,13 +259,25 @@ static bool read_of_surface(struct seq *s, const char *key, char **word, size_t 
         rmap_lens_remark(surface, "a value by a solve (%s), as stored", key);
     else if (strcmp(key, "CIR") == 0 || strcmp(key, "REX") == 0 || strcmp(key, "REY") == 0 ||
              strcmp(key, "ELX") == 0 || strcmp(key, "ELY") == 0)
-        read_aperture(s, surface, key, word, n);
+        read_aperture(surface, key, word, n);
     else if (strcmp(key, "ADX") == 0 || strcmp(key, "ADY") == 0)
         surface->aperture.centre[key[2] == 'Y'] = surface->obscuration.centre[key[2] == 'Y'] =
             value;
+    else if (strcmp(key, "GRT") == 0 || strcmp(key, "DIF") == 0 || strcmp(key, "HOE") == 0)
+        rmap_lens_lost(s->lens, s->lines.number, surface,
+                       "diffraction (%s%s%.10s) is not understood: its surface stands there "
+                       "without it",
+                       key, n > 1 ? " " : "", n > 1 ? word[1] : "");
+    else if (strcmp(key, "COA") == 0 || strcmp(key, "MLT") == 0)
+        rmap_lens_lost(s->lens, s->lines.number, surface, "its coating is left out");
+    else if (strcmp(key, "ARO") == 0 && value != 0)
+        rmap_lens_lost(s->lens, s->lines.number, surface, "its aperture is not turned: ARO %g",
+                       value);
     else
         return read_asphere(s, surface, key, value) ||
-               (surface == current(s) && read_decentre(s, key, value));
+               (surface == current(s) && (read_decentre(s, key, value) ||
+                                          rmap_seq_shape_command(s->lens, s->lines.number, surface,
+                                                                 &s->shape, key, word, n)));
     return true;
 }
 
@@ -288,9 +338,13 @@ static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
             lens->pupil_value = fabs(value);
             return true;
         }
-    if (strcmp(key, "RDM") == 0)
+    if (strcmp(key, "RDM") == 0) {
         s->radii = !(n > 1 && toupper((unsigned char)word[1][0]) == 'N');
-    else if (strcmp(key, "TIT") == 0 && n > 1)
+        s->mode_said = true;
+    } else if (strcmp(key, "TIT") == 0 && n > 2 && toupper((unsigned char)word[1][0]) == 'Z') {
+        if (rmap_lens_value((char *[]){word[1] + 1}, 1, 0, 0) == s->configuration)
+            rmap_lens_copy(lens->configuration_name, sizeof lens->configuration_name, word[2]);
+    } else if (strcmp(key, "TIT") == 0 && n > 1)
         rmap_lens_copy(lens->title, sizeof lens->title, word[1]);
     else if (strcmp(key, "DIM") == 0 && n > 1)
         lens->unit = toupper((unsigned char)word[1][0]) == 'C'   ? "cm"
@@ -319,10 +373,80 @@ static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
     return true;
 }
 
+/* ---- private glasses, zoom positions ---- */
+
+/* PRV; PWL wavelengths; 'NAME' indices; END. */
+static enum rmap_status read_private(struct seq *s, char **word, size_t n)
+{
+    if (rmap_lens_is(word[0], "END")) {
+        s->in_private = false;
+        return RMAP_OK;
+    }
+    if (rmap_lens_is(word[0], "PWL")) {
+        s->n_private = 0;
+        for (size_t i = 1; i < n && i <= RMAP_AGF_ROWS; i++)
+            s->private_um[s->n_private++] = 1e-3 * rmap_lens_value(word, n, i, 0);
+        return RMAP_OK;
+    }
+    if (s->lens->n_glass >= RMAP_PRESCRIPTION_GLASSES_MAX)
+        return RMAP_OK;
+    if (RMAP_RESERVE(s->lens->glass, s->lens->cap_glass, s->lens->n_glass + 1, s->err) != RMAP_OK)
+        return RMAP_SYSTEM;
+    struct rmap_agf_glass *glass = &s->lens->glass[s->lens->n_glass];
+    *glass = (struct rmap_agf_glass){.line = s->lines.number};
+    rmap_lens_copy(glass->name, sizeof glass->name, word[0]);
+    for (size_t i = 1; i < n && i <= s->n_private; i++) {
+        glass->row_um[glass->n_row] = s->private_um[i - 1];
+        glass->row_index[glass->n_row++] = rmap_lens_value(word, n, i, 0);
+        glass->from_um = fmin(i > 1 ? glass->from_um : HUGE_VAL, s->private_um[i - 1]);
+        glass->to_um = fmax(glass->to_um, s->private_um[i - 1]);
+    }
+    s->lens->n_glass += glass->n_row > 0;
+    return RMAP_OK;
+}
+
+static enum rmap_status read_words(struct seq *s, char **word, size_t n);
+
+/* "ZOO THI S5 1 2 3": the command with the value of the position. */
+static enum rmap_status read_zoom(struct seq *s, char **word, size_t n)
+{
+    double value = 0;
+    if (n < 2 || strncmp(word[1], "TIT", 3) == 0 || rmap_lens_is(word[1], "THC"))
+        return RMAP_OK;
+    if (n == 2 && rmap_lens_number(word[1], &value)) {
+        s->lens->n_configuration = value >= 1 && value < 1000 ? (int)value : 1;
+        return RMAP_OK;
+    }
+    const bool has_target = n > 2 && strchr("SsFf", word[2][0]);
+    const size_t first = has_target ? 3 : 2, at = first + (size_t)s->configuration - 1;
+    if (first >= n)
+        return RMAP_OK;
+    char *chosen = word[at < n ? at : n - 1];
+    if (has_target && toupper((unsigned char)word[2][0]) == 'F') {
+        const double field = rmap_lens_value((char *[]){word[2] + 1}, 1, 0, 0);
+        if (!(field >= 1 && field <= RMAP_PRESCRIPTION_FIELDS_MAX) || strlen(word[1]) != 3 ||
+            !rmap_lens_number(chosen, &value))
+            return RMAP_OK;
+        struct rmap_lens_field *f = &s->lens->field[(size_t)field - 1];
+        const char c = (char)toupper((unsigned char)word[1][0]);
+        if (c == 'V')
+            (toupper((unsigned char)word[1][2]) == 'X'
+                 ? f->vx
+                 : f->vy)[toupper((unsigned char)word[1][1]) == 'U'] = value;
+        else if (c == 'X' || c == 'Y')
+            *(c == 'X' ? &f->x : &f->y) = value;
+        return RMAP_OK;
+    }
+    word[first] = chosen;
+    return read_words(s, word + 1, first);
+}
+
 /* Without a meaning for the scene: variables, couplings, weights, derivatives, pictures. */
 static const char harmless[] = " LEN INI CCY THC KC ASP CON SPH AC BC CC DC EC FC GC HC JC CUF DER "
                                "WTF RSL DES LAB CUM THM XDC YDC ZDC "
-                               "ADC BDC CDC GLC WTX WTY MFL SPC ";
+                               "ADC BDC CDC GLC WTX WTY MFL SPC CLS POL CA NOA DOR HOR HWL HCT HCO "
+                               "HCC GRO GRX GRY GRZ SCC CON "
+                               "VER PRO CIN BUY SAV PCC ";
 
 static void tell_unknown(struct seq *s, const char *key)
 {
@@ -345,20 +469,30 @@ static bool is_surface(const char *word)
             strspn(word + 1, "0123456789") == n - 1);
 }
 
-static enum rmap_status read_command(struct seq *s, char *text)
+static enum rmap_status read_words(struct seq *s, char **word, size_t n)
 {
-    char *word[RMAP_LENS_WORDS_MAX], key[4];
-    size_t n = rmap_lens_words(text, ",", word);
-    if (n == 0 || s->done)
-        return RMAP_OK;
+    char key[4];
+    if (s->in_private)
+        return read_private(s, word, n);
     if (is_surface(word[0]))
         return read_surface(s, word, n);
     rmap_lens_copy(key, sizeof key, word[0]);
     for (char *c = key; *c; c++)
         *c = (char)toupper((unsigned char)*c);
-    if (!read_of_lens(s, key, word, n) && !read_of_surface(s, key, word, n))
+    if (strcmp(key, "ZOO") == 0)
+        return read_zoom(s, word, n);
+    if (strcmp(key, "PRV") == 0)
+        s->in_private = true;
+    else if (!read_of_lens(s, key, word, n) && !read_of_surface(s, key, word, n))
         tell_unknown(s, key);
     return RMAP_OK;
+}
+
+static enum rmap_status read_command(struct seq *s, char *text)
+{
+    char *word[RMAP_LENS_WORDS_MAX];
+    const size_t n = rmap_lens_words(text, ",", word);
+    return n == 0 || s->done ? RMAP_OK : read_words(s, word, n);
 }
 
 /* Where a remark or the next command begins, outside quotes. */
@@ -386,13 +520,37 @@ static enum rmap_status read_line(struct seq *s, char *line)
     return st;
 }
 
+/* Without RDM numbers are curvatures. What is written by hand may forget it: a curvature of 2 and
+ * more is none of a lens. */
+static void check_mode(struct seq *s)
+{
+    struct rmap_prescription *lens = s->lens;
+    double most = 0;
+    for (size_t i = 0; i < lens->n_surface && !s->mode_said; i++)
+        if (lens->surface[i].curvature != 0)
+            most = fmax(most, 1 / fabs(lens->surface[i].curvature));
+    if (s->mode_said)
+        return;
+    if (most >= 2) {
+        rmap_lens_lost(lens, 0, NULL,
+                       "without RDM its surfaces would have curvatures up to %.4g: they are taken "
+                       "to be radii",
+                       most);
+        return;
+    }
+    for (size_t i = 0; i < lens->n_surface; i++)
+        if (lens->surface[i].curvature != 0)
+            lens->surface[i].curvature = 1 / lens->surface[i].curvature;
+}
+
 enum rmap_status rmap_lens_read_seq(char *text, struct rmap_prescription *lens,
                                     struct rmap_error *err)
 {
     enum { LONGEST = 4096 };
     char joined[LONGEST];
     size_t n = 0;
-    struct seq s = {.lens = lens, .lines = {.at = text}, .err = err};
+    struct seq s = {.lens = lens, .lines = {.at = text}, .err = err, .radii = true};
+    s.configuration = lens->configuration > 0 ? lens->configuration : 1;
     enum rmap_status st = RMAP_OK;
     lens->format = "CODE V";
     while (st == RMAP_OK && rmap_lens_next_line(&s.lines)) {
@@ -411,6 +569,7 @@ enum rmap_status rmap_lens_read_seq(char *text, struct rmap_prescription *lens,
     if (st != RMAP_OK)
         return st;
     end_surface(&s);
+    check_mode(&s);
     if (lens->n_surface < 2)
         return rmap_error_set(err, RMAP_INPUT,
                               "it has no surfaces 'SO', 'S', 'SI': is it a CODE V "

@@ -254,10 +254,10 @@ struct rmap_lens_surface *rmap_lens_add(struct rmap_prescription *lens, size_t l
     if (RMAP_RESERVE(lens->surface, lens->cap_surface, lens->n_surface + 1, err) != RMAP_OK)
         return NULL;
     struct rmap_lens_surface *surface = &lens->surface[lens->n_surface];
-    *surface = (struct rmap_lens_surface){.line = line,
-                                          .number = (int)lens->n_surface,
-                                          .before = rmap_affine_identity(),
-                                          .after = rmap_affine_identity()};
+    memset(surface, 0, sizeof *surface); /* padding, too: shapes are compared as bytes */
+    surface->line = line;
+    surface->number = (int)lens->n_surface;
+    surface->before = surface->after = rmap_affine_identity();
     lens->n_surface++;
     return surface;
 }
@@ -282,12 +282,35 @@ bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double 
 {
     if (value == 0)
         return true;
-    if (power < 2 || power > 2 * RMAP_ASPHERE_MAX || power % 2 != 0)
+    if (power < 1 || power > RMAP_LENS_POWER_MAX)
         return false;
-    const int i = power / 2 - 1;
-    surface->asphere[i] = value;
-    surface->n_asphere = i >= surface->n_asphere ? i + 1 : surface->n_asphere;
+    surface->asphere[power] = value;
+    surface->n_asphere = power > surface->n_asphere ? power : surface->n_asphere;
     return true;
+}
+
+bool rmap_lens_add_term(struct rmap_lens_surface *surface, enum rmap_lens_terms kind, int i, int j,
+                        double value)
+{
+    struct rmap_lens_figure *figure = &surface->figure;
+    if (value == 0)
+        return true;
+    if (figure->n_term >= RMAP_LENS_TERMS_MAX)
+        return false;
+    figure->terms = kind;
+    if (!(figure->norm > 0))
+        figure->norm = 1;
+    figure->term[figure->n_term++] = (struct rmap_lens_term){i, j, value};
+    return true;
+}
+
+void rmap_lens_xy_powers(int k, int *i, int *j)
+{
+    int degree = 1;
+    for (; k > degree; degree++)
+        k -= degree + 1;
+    *i = degree - k;
+    *j = k;
 }
 
 struct rmap_affine rmap_lens_turn(const double shift[3], const double tilt_deg[3])

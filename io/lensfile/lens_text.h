@@ -53,12 +53,19 @@ struct rmap_lens_surface *rmap_lens_add(struct rmap_prescription *lens, size_t l
 enum rmap_status rmap_lens_note(struct rmap_prescription *lens, const char *text,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* An even power of r: false where a conic has no such term and it is not 0. */
+/* A power of r: false where a conic has no such term and it is not 0. */
 bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double value);
+
+/* A term that is not 0. False: there is no room. */
+bool rmap_lens_add_term(struct rmap_lens_surface *surface, enum rmap_lens_terms kind, int i, int j,
+                        double value);
 
 /* Rotations about x, then the new y, then the new z, right-handed, after a shift: the map from the
  * new axes to the old. */
 struct rmap_affine rmap_lens_turn(const double shift[3], const double tilt_deg[3]);
+
+/* Exponents of the k-th (from 0) of x, y, x^2, x y, y^2, x^3 ... */
+void rmap_lens_xy_powers(int k, int *i, int *j);
 
 enum rmap_status rmap_lens_read_zmx(char *text, struct rmap_prescription *lens,
                                     struct rmap_error *err) RMAP_MUST_USE;

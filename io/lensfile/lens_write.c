@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "gradient/field_polynomial.h"
 #include "io/lensfile/lens_scene.h"
 #include "io/lensfile/lens_text.h"
 
@@ -24,7 +25,7 @@ void rmap_lens_put_number(FILE *out, double value)
     (void)fputs(text, out);
 }
 
-void rmap_lens_put_radius(FILE *out, double curvature)
+static void put_radius(FILE *out, double curvature)
 {
     char text[40] = "inf";
     const double last_bits = 2.3e-16;
@@ -33,24 +34,91 @@ void rmap_lens_put_radius(FILE *out, double curvature)
         if (fabs(strtod(text, NULL) * curvature - 1) <= last_bits)
             break;
     }
-    (void)fprintf(out, "radius: %s", text);
+    (void)fputs(text, out);
 }
 
-void rmap_lens_put_asphere(FILE *out, const struct rmap_lens_surface *surface)
+/* A number, or the two of x and y. */
+static void put_pair(FILE *out, const char *key, bool is_pair, double x, double y,
+                     void (*put)(FILE *out, double value))
+{
+    (void)fputs(key, out);
+    if (is_pair) {
+        (void)fputc('[', out);
+        put(out, x);
+        (void)fputs(", ", out);
+    }
+    put(out, y);
+    if (is_pair)
+        (void)fputc(']', out);
+}
+
+static void put_terms(FILE *out, const struct rmap_lens_figure *figure)
+{
+    static const char *const key[] = {
+        [RMAP_TERMS_NONE] = "", [RMAP_TERMS_FRINGE] = "zernike", [RMAP_TERMS_NOLL] = "zernike",
+        [RMAP_TERMS_XY] = "xy", [RMAP_TERMS_QCON] = "qcon",      [RMAP_TERMS_QBFS] = "qbfs"};
+    const bool is_list = figure->terms == RMAP_TERMS_QCON || figure->terms == RMAP_TERMS_QBFS;
+    if (figure->n_term == 0)
+        return;
+    (void)fprintf(out, ", %s: {norm: ", key[figure->terms]);
+    rmap_lens_put_number(out, figure->norm);
+    if (figure->terms == RMAP_TERMS_FRINGE || figure->terms == RMAP_TERMS_NOLL)
+        (void)fprintf(out, ", order: %s", figure->terms == RMAP_TERMS_NOLL ? "noll" : "fringe");
+    (void)fputs(is_list ? ", terms: [" : ", terms: {", out);
+    for (int k = 0, at = 0; k < figure->n_term; k++) {
+        const struct rmap_lens_term *term = &figure->term[k];
+        for (; is_list && at < term->i; at++) /* those that are 0 */
+            (void)fputs(at ? ", 0" : "0", out);
+        (void)fputs((is_list ? at++ : k) ? ", " : "", out);
+        if (figure->terms == RMAP_TERMS_XY)
+            (void)fprintf(out, "x%dy%d: ", term->i, term->j);
+        else if (!is_list)
+            (void)fprintf(out, "%d: ", term->i);
+        rmap_lens_put_number(out, term->value);
+    }
+    (void)fputs(is_list ? "]}" : "}}", out);
+}
+
+static void put_asphere(FILE *out, const struct rmap_lens_surface *surface)
 {
     const char *before = ", asphere: {";
-    if (surface->conic != 0) {
-        (void)fputs(", conic: ", out);
-        rmap_lens_put_number(out, surface->conic);
-    }
-    for (int i = 0; i < surface->n_asphere; i++)
+    for (int i = 1; i <= surface->n_asphere; i++)
         if (surface->asphere[i] != 0) {
-            (void)fprintf(out, "%s%d: ", before, 2 * i + 2);
+            (void)fprintf(out, "%s%d: ", before, i);
             rmap_lens_put_number(out, surface->asphere[i]);
             before = ", ";
         }
     if (surface->n_asphere > 0)
         (void)fputc('}', out);
+}
+
+void rmap_lens_put_shape(FILE *out, const struct rmap_lens_surface *surface)
+{
+    const struct rmap_lens_figure *figure = &surface->figure;
+    put_pair(out, "radius: ", figure->is_biconic, figure->curvature_x, surface->curvature,
+             put_radius);
+    if (surface->conic != 0 || (figure->is_biconic && figure->conic_x != 0))
+        put_pair(out, ", conic: ", figure->is_biconic, figure->conic_x, surface->conic,
+                 rmap_lens_put_number);
+    put_asphere(out, surface);
+    if (figure->is_toroid) {
+        (void)fputs(", toroid: ", out);
+        put_radius(out, isfinite(figure->turn) ? 1 / figure->turn : 0);
+    }
+    put_terms(out, figure);
+    if (figure->is_fresnel)
+        (void)fputs(", fresnel: true", out);
+}
+
+void rmap_lens_put_outline(FILE *out, const struct rmap_lens_opening *opening)
+{
+    const bool rectangle = opening->shape == RMAP_OPENING_RECTANGLE;
+    const double times = rectangle ? 2 : 1;
+    (void)fprintf(out, "{%s: [%.15g, %.15g]", rectangle ? "rectangle" : "ellipse",
+                  times * opening->half[0], times * opening->half[1]);
+    if (opening->centre[0] != 0 || opening->centre[1] != 0)
+        (void)fprintf(out, ", at: [%.15g, %.15g]", opening->centre[0], opening->centre[1]);
+    (void)fputc('}', out);
 }
 
 /* To 14 digits of the largest: what products of turns leave beyond is no number of the file. */
@@ -144,16 +212,40 @@ static void put_table(FILE *out, const struct rmap_prescription *lens,
     (void)fputc('}', out);
 }
 
+static void put_gradient(FILE *out, const struct rmap_lens_surface *surface)
+{
+    const char *before = "";
+    (void)fprintf(out, "gradient: {type: zemax, gradient: %d, parameters: {", surface->gradient);
+    for (int i = 0; i < RMAP_LENS_GRADIENT_MAX; i++) {
+        const char *name = rmap_zemax_parameter(surface->gradient, i);
+        if (!name)
+            break;
+        if (i > 0 && surface->gradient_value[i] == 0)
+            continue;
+        (void)fprintf(out, "%s%s: ", before, name);
+        rmap_lens_put_number(out, surface->gradient_value[i]);
+        before = ", ";
+    }
+    (void)fprintf(out, "}}}   # %s of surface %d, the same at all wavelengths\n", surface->type,
+                  surface->number);
+}
+
 static void put_medium(FILE *out, const struct rmap_prescription *lens,
                        const struct rmap_lens_medium *medium)
 {
     (void)fprintf(out, "  %s: {", medium->name);
+    if (medium->kind == RMAP_LENS_GRADIENT) {
+        put_gradient(out, medium->gradient);
+        return;
+    }
     if (medium->glass.formula == 2)
         put_sellmeier(out, &medium->glass);
     else
         put_table(out, lens, &medium->glass);
     (void)fputc('}', out);
-    if (medium->agf) {
+    if (medium->agf && medium->agf->n_row > 0) {
+        (void)fprintf(out, "   # of the file, line %zu", medium->agf->line);
+    } else if (medium->agf) {
         (void)fprintf(out, "   # formula %d of the catalogue file, line %zu", medium->agf->formula,
                       medium->agf->line);
         if (medium->agf->remark[0]) {

@@ -13,11 +13,12 @@
 /* The shortest text that reads as this number again. */
 void rmap_lens_put_number(FILE *out, double value);
 
-/* "radius: R" with 1/R the curvature to its last bit but one, or "radius: inf". */
-void rmap_lens_put_radius(FILE *out, double curvature);
+/* "radius: R, conic: k, asphere: {4: a}" and what else makes its shape, as far as there is such;
+ * 1/R is the curvature to its last bit but one. */
+void rmap_lens_put_shape(FILE *out, const struct rmap_lens_surface *surface);
 
-/* ", conic: k, asphere: {4: a}" as far as there are such. */
-void rmap_lens_put_asphere(FILE *out, const struct rmap_lens_surface *surface);
+/* "{rectangle: [w, h], at: [x, y]}" of an opening that is no circle about the vertex. */
+void rmap_lens_put_outline(FILE *out, const struct rmap_lens_opening *opening);
 
 /* ", at: [..], rotate: [..]" as far as they are not 0. */
 void rmap_lens_put_place(FILE *out, const struct rmap_affine *to_world);

@@ -13,110 +13,36 @@
 
 #include "base/count.h"
 #include "io/lensfile/lens_text.h"
+#include "io/lensfile/lens_zmx_config.h"
+#include "io/lensfile/lens_zmx_shape.h"
 
-enum { PARAMETERS = 16, KEY_LETTERS = 4 };
+enum { KEY_LETTERS = 4 };
 
 struct zmx {
     struct rmap_prescription *lens;
     struct rmap_lens_lines lines;
     struct rmap_error *err;
-    struct rmap_lens_surface *surface;      /* NULL: before the first */
-    double parameter[PARAMETERS + 1];       /* PARM of the surface, from 1 */
-    double extra[2 * RMAP_ASPHERE_MAX + 3]; /* XDAT of the surface, from 1 */
-    bool indented;            /* lines of surfaces are: one that is not ends the last */
-    size_t n_wavelength_said; /* FTYP; 0: not said */
+    struct rmap_lens_surface *surface; /* NULL: before the first */
+    struct rmap_zmx_numbers numbers;   /* of the surface */
+    bool behind;                       /* the surfaces */
+    struct rmap_zmx_changes changes;   /* of the configuration */
+    bool indented;                     /* lines of surfaces are: one that is not ends the last */
+    size_t n_wavelength_said;          /* FTYP; 0: not said */
     double list_wavelength[RMAP_PRESCRIPTION_WAVELENGTHS_MAX];
     char seen[32][5]; /* words that were told as not understood */
     size_t n_seen;
 };
-
-/* ---- shapes, when a surface is complete ---- */
-
-static const struct {
-    const char *type, *name;
-} shapes[] = {
-    {"PARAXIAL", "paraxial surface"},
-    {"DGRATING", "diffraction grating"},
-    {"XOSPHERE", "extended odd asphere"},
-    {"TOROIDAL", "toroidal surface"},
-    {"TOROGRAT", "toroidal grating"},
-    {"BICONICX", "biconic surface"},
-    {"FRESNELS", "Fresnel surface"},
-    {"CYLINDRI", "cylinder Fresnel"},
-    {"XPOLYNOM", "extended polynomial"},
-    {"SZERNSAG", "Zernike standard sag surface"},
-    {"FZERNSAG", "Zernike Fringe sag surface"},
-    {"SZERNPHA", "Zernike standard phase surface"},
-    {"FZERNPHA", "Zernike Fringe phase surface"},
-    {"BINARY_1", "binary optic"},
-    {"BINARY_2", "binary optic"},
-    {"TILTSURF", "tilted surface"},
-    {"IRREGULA", "irregular surface"},
-    {"GRINSUR1", "gradient-index surface"},
-    {"GRINSUR5", "gradient-index surface"},
-    {"NONSEQCO", "non-sequential component"},
-};
-
-static void end_coordinate_break(struct zmx *z)
-{
-    const double *p = z->parameter;
-    const double shift[3] = {p[1], p[2], 0}, tilt[3] = {p[3], p[4], p[5]};
-    struct rmap_lens_surface *surface = z->surface;
-    surface->is_break = true;
-    surface->before = rmap_lens_turn(shift, tilt);
-    if (p[6] != 0) { /* about z, the new y and the new x; then the shift */
-        const double back_shift[3] = {-p[1], -p[2], 0}, back[3] = {-p[3], -p[4], -p[5]};
-        const struct rmap_affine inverse = rmap_lens_turn(back_shift, back);
-        (void)rmap_affine_invert(&inverse, &surface->before);
-    }
-}
-
-/* a_i rho^(2 i) with rho = r / XDAT 2, after as many terms as XDAT 1 says. */
-static void end_extended_asphere(struct zmx *z)
-{
-    const double n = z->extra[1], radius = z->extra[2] > 0 ? z->extra[2] : 1;
-    for (int i = 1; i <= n && i <= 2 * RMAP_ASPHERE_MAX; i++)
-        if (!rmap_lens_set_asphere(z->surface, 2 * i, z->extra[2 + i] / pow(radius, 2.0 * i)))
-            rmap_lens_lost(z->lens, z->surface->line, z->surface,
-                           "the term of r^%d of its extended asphere is left out", 2 * i);
-}
-
-static void end_asphere(struct zmx *z, int step)
-{
-    bool whole = true;
-    for (int i = 1; i <= 8; i++)
-        whole &= rmap_lens_set_asphere(z->surface, step * i, z->parameter[i]);
-    if (!whole)
-        rmap_lens_lost(z->lens, z->surface->line, z->surface,
-                       "odd powers of its asphere are left out: its shape is not that of the file");
-}
 
 static void end_surface(struct zmx *z)
 {
     struct rmap_lens_surface *surface = z->surface;
     if (!surface)
         return;
-    const char *type = surface->type;
-    if (strcmp(type, "COORDBRK") == 0)
-        end_coordinate_break(z);
-    else if (strcmp(type, "EVENASPH") == 0)
-        end_asphere(z, 2);
-    else if (strcmp(type, "ODDASPHE") == 0)
-        end_asphere(z, 1);
-    else if (strcmp(type, "XASPHERE") == 0)
-        end_extended_asphere(z);
-    else if (type[0] && strcmp(type, "STANDARD") != 0) {
-        const char *name = "surface";
-        for (size_t i = 0; i < RMAP_COUNT(shapes); i++)
-            if (strcmp(shapes[i].type, type) == 0)
-                name = shapes[i].name;
-        rmap_lens_lost(z->lens, surface->line, surface,
-                       "%s %s is not understood: a conic of its curvature stands in its place",
-                       name, type);
-    }
-    if (strcmp(type, "STANDARD") == 0)
+    rmap_zmx_shape(z->lens, surface, &z->numbers);
+    if (strcmp(surface->type, "STANDARD") == 0)
         surface->type[0] = 0;
     surface->number = (int)(surface - z->lens->surface);
+    rmap_zmx_change_surface(&z->changes, z->lens, surface);
 }
 
 /* ---- words of a surface ---- */
@@ -137,6 +63,8 @@ static const struct {
     {"MARG", "curvature by a solve (marginal ray angle), as stored"},
     {"FNUM", "curvature by a solve (F/#), as stored"},
     {"COMP", "thickness by a solve (compensator), as stored"},
+    {"TCOM", "thickness by a solve (compensator), as stored"},
+    {"TOLE", "thickness by a solve (position), as stored"},
     {"POSI", "thickness by a solve (position), as stored"},
 };
 
@@ -144,12 +72,12 @@ static const struct {
 static const char harmless[] =
     " SSID FIMP HIDE MIRR SLAB POPS MEMA OEMA DRAW SCOL SCBD VCUR VDSZ VCON VPAR VXDT TCED TCMM "
     "MNCA MNCG "
-    "MXCA MXCG MNEA MNEG RGLA TOLE MODE VERS AUTH IWDP PFIL LANG GFAC RAIM PUSH SDMA OMMA ROPD "
+    "MXCA MXCG MNEA MNEG RGLA MODE VERS AUTH IWDP PFIL LANG GFAC RAIM PUSH SDMA OMMA ROPD "
     "HYPR "
     "PICB VANN ZVAN POLS GLRS GSTD NSCD COFN LUID EERA BLNK TOL MOFF TELE TRAC GLCZ STUD EFFL PUPD "
     "DMFS OPDX CONF FWGT DBDT FLAP WWGN WAVN VNDX UNIV ISNA PIKO QOMA RSCE RWRE NOTE LTTL MIND "
     "MAXD "
-    "FCOM TOTR PMAG XFLD CBMA HEAD NSOH NSOO NSOP NSOS ";
+    "FCOM TOTR PMAG XFLD CBMA HEAD YFLD NSOH NSOO NSOP NSOS ";
 
 static void read_glass(struct zmx *z, char *const *word, size_t n)
 {
@@ -166,6 +94,10 @@ static void read_glass(struct zmx *z, char *const *word, size_t n)
     s->vd = rmap_lens_value(word, n, 5, 0);
     if (!s->is_model && s->nd == 1.5 && s->vd == 40) /* what stands there where nothing is said */
         s->nd = s->vd = 0;
+    if (rmap_lens_value(word, n, 2, 0) == 4) /* an offset from the catalogue's */
+        rmap_lens_lost(z->lens, z->lines.number, s,
+                       "the offset of its glass, nd %+.6g and Vd %+.6g, is left out",
+                       rmap_lens_value(word, n, 10, 0), rmap_lens_value(word, n, 11, 0));
     if (s->is_model && rmap_lens_value(word, n, 6, 0) != 0)
         rmap_lens_lost(z->lens, z->lines.number, s,
                        "the partial dispersion of its model glass is left out");
@@ -199,21 +131,30 @@ static void read_opening(struct rmap_lens_opening *opening, enum rmap_opening sh
 
 static bool read_openings(struct zmx *z, const char *key, char *const *word, size_t n)
 {
+    static const struct {
+        const char *key;
+        enum rmap_opening shape;
+        bool is_plate;
+    } openings[] = {{"CLAP", RMAP_OPENING_CIRCLE, false},   {"OBSC", RMAP_OPENING_CIRCLE, true},
+                    {"CLOB", RMAP_OPENING_CIRCLE, true},    {"SQAP", RMAP_OPENING_RECTANGLE, false},
+                    {"SQOB", RMAP_OPENING_RECTANGLE, true}, {"ELAP", RMAP_OPENING_ELLIPSE, false},
+                    {"ELOB", RMAP_OPENING_ELLIPSE, true}};
     struct rmap_lens_surface *s = z->surface;
-    if (strcmp(key, "CLAP") == 0) {
-        read_opening(&s->aperture, RMAP_OPENING_CIRCLE, word, n);
-    } else if (strcmp(key, "SQAP") == 0) {
-        read_opening(&s->aperture, RMAP_OPENING_RECTANGLE, word, n);
-    } else if (strcmp(key, "OBSC") == 0 || strcmp(key, "CLOB") == 0) {
-        read_opening(&s->obscuration, RMAP_OPENING_CIRCLE, word, n);
-    } else if (strcmp(key, "SQOB") == 0) {
-        read_opening(&s->obscuration, RMAP_OPENING_RECTANGLE, word, n);
+    for (size_t i = 0; i < RMAP_COUNT(openings); i++)
+        if (strcmp(key, openings[i].key) == 0) {
+            read_opening(openings[i].is_plate ? &s->obscuration : &s->aperture, openings[i].shape,
+                         word, n);
+            return true;
+        }
+    if (strcmp(key, "SPID") == 0) {
+        const double arms = rmap_lens_value(word, n, 2, 0);
+        s->arm_width = fabs(rmap_lens_value(word, n, 1, 0));
+        s->n_arm = arms >= 1 && arms <= 64 && s->arm_width > 0 ? (int)arms : 0;
     } else if (strcmp(key, "OBDC") == 0) {
         for (int i = 0; i < 2; i++)
             s->aperture.centre[i] = s->obscuration.centre[i] =
                 rmap_lens_value(word, n, (size_t)i + 1, 0);
-    } else if (strcmp(key, "ELAP") == 0 || strcmp(key, "ELOB") == 0 || strcmp(key, "UDAD") == 0 ||
-               strcmp(key, "USAP") == 0 || strcmp(key, "SPID") == 0) {
+    } else if (strcmp(key, "UDAD") == 0 || strcmp(key, "USAP") == 0 || strcmp(key, "UDOB") == 0) {
         rmap_lens_lost(z->lens, z->lines.number, s, "its aperture %s is not understood", key);
     } else {
         return false;
@@ -240,12 +181,12 @@ static bool read_of_surface(struct zmx *z, const char *key, char *const *word, s
         s->is_stop = true;
     else if (strcmp(key, "PARM") == 0) {
         const double k = rmap_lens_value(word, n, 1, 0);
-        if (k >= 1 && k <= PARAMETERS)
-            z->parameter[(int)k] = rmap_lens_value(word, n, 2, 0);
+        if (k >= 1 && k <= RMAP_ZMX_PARAMETERS)
+            z->numbers.parameter[(int)k] = rmap_lens_value(word, n, 2, 0);
     } else if (strcmp(key, "XDAT") == 0) {
         const double k = rmap_lens_value(word, n, 1, 0);
-        if (k >= 1 && k < (double)RMAP_COUNT(z->extra))
-            z->extra[(int)k] = rmap_lens_value(word, n, 2, 0);
+        if (k >= 1 && k <= RMAP_ZMX_EXTRA)
+            z->numbers.extra[(int)k] = rmap_lens_value(word, n, 2, 0);
     } else if (strcmp(key, "COAT") == 0 && n > 1)
         rmap_lens_lost(z->lens, z->lines.number, s, "its coating '%.40s' is left out", word[1]);
     else
@@ -365,13 +306,6 @@ static bool read_of_lens(struct zmx *z, const char *key, char *const *word, size
     } else if (strcmp(key, "ENVD") == 0) {
         lens->temperature_c = rmap_lens_value(word, n, 1, (double)NAN);
         lens->pressure_atm = rmap_lens_value(word, n, 2, (double)NAN);
-    } else if (strcmp(key, "MNUM") == 0) {
-        const double count = rmap_lens_value(word, n, 1, 1);
-        lens->n_configuration = count >= 1 && count < 1e6 ? (int)count : 1;
-        if (lens->n_configuration > 1)
-            rmap_lens_lost(lens, z->lines.number, NULL,
-                           "of %d configurations the one that is stored is in the scene",
-                           lens->n_configuration);
     } else
         return false;
     return true;
@@ -411,23 +345,17 @@ static void tell_unknown(struct zmx *z, const char *key)
     rmap_lens_lost(z->lens, z->lines.number, z->surface, "'%.4s' is not understood", key);
 }
 
+static size_t lens_index(const struct zmx *z)
+{
+    return (size_t)(z->surface - z->lens->surface);
+}
+
 static enum rmap_status begin_surface(struct zmx *z)
 {
     end_surface(z);
-    memset(z->parameter, 0, sizeof z->parameter);
-    memset(z->extra, 0, sizeof z->extra);
+    memset(&z->numbers, 0, sizeof z->numbers);
     z->surface = rmap_lens_add(z->lens, z->lines.number, z->err);
     return z->surface ? RMAP_OK : z->err->status;
-}
-
-/* Behind the surfaces: tolerances, a merit function, configurations. */
-static enum rmap_status read_behind(struct zmx *z, const char *key, char *at)
-{
-    char *word[RMAP_LENS_WORDS_MAX];
-    const size_t n = rmap_lens_words(at, "", word);
-    if (strcmp(key, "MNUM") == 0)
-        (void)read_of_lens(z, key, word, n);
-    return RMAP_OK;
 }
 
 static enum rmap_status read_line(struct zmx *z)
@@ -447,14 +375,27 @@ static enum rmap_status read_line(struct zmx *z)
         return begin_surface(z);
     if (z->surface && at > z->lines.line)
         z->indented = true;
-    else if (z->indented)
-        return read_behind(z, key, at);
+    else if (z->indented || strcmp(key, "MNUM") == 0 || z->behind) {
+        z->behind = true; /* tolerances, a merit function, configurations: lens_zmx_config.h */
+        return RMAP_OK;
+    }
     if (read_text(z, key, at + n_key + strspn(at + n_key, " \t"), &st))
         return st;
     const size_t n = rmap_lens_words(at, "", word);
     for (size_t i = 0; z->surface && i < RMAP_COUNT(solves); i++)
         if (strcmp(solves[i].word, key) == 0) {
             rmap_lens_remark(z->surface, "%s", solves[i].text);
+            if (strcmp(key, "TCOM") == 0 || strcmp(key, "TOLE") == 0)
+                rmap_zmx_add_sum(
+                    &z->changes,
+                    (struct rmap_zmx_sum){.surface = lens_index(z),
+                                          .from = (size_t)fmax(rmap_lens_value(word, n, 1, 0), 0),
+                                          .of_two = key[1] == 'C',
+                                          .sum = rmap_lens_value(word, n, 2, 0)});
+            else if (z->lens->n_configuration > 1 && strstr(solves[i].text, "by a solve"))
+                rmap_lens_lost(z->lens, z->lines.number, z->surface,
+                               "%s: it is not solved again in other configurations",
+                               solves[i].text);
             return RMAP_OK;
         }
     if (!(z->surface && read_of_surface(z, key, word, n)) && !read_of_lens(z, key, word, n))
@@ -481,13 +422,17 @@ enum rmap_status rmap_lens_read_zmx(char *text, struct rmap_prescription *lens,
                                     struct rmap_error *err)
 {
     struct zmx z = {.lens = lens, .lines = {.at = text}, .err = err};
-    enum rmap_status st = RMAP_OK;
+    enum rmap_status st = rmap_zmx_read_changes(text, lens, &z.changes, err);
     lens->format = "Zemax";
     while (st == RMAP_OK && rmap_lens_next_line(&z.lines))
         st = read_line(&z);
+    if (st == RMAP_OK) {
+        end_surface(&z);
+        rmap_zmx_change_lens(&z.changes, lens);
+    }
+    rmap_zmx_changes_fini(&z.changes);
     if (st != RMAP_OK)
         return st;
-    end_surface(&z);
     if (lens->n_surface == 0)
         return rmap_error_set(err, RMAP_INPUT, "it has no line 'SURF 0': is it a Zemax file?");
     if (z.n_wavelength_said > 0 && z.n_wavelength_said < lens->n_wavelength)

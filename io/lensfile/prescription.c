@@ -82,14 +82,16 @@ static enum rmap_status complete(struct rmap_prescription *lens, struct rmap_err
 }
 
 enum rmap_status rmap_prescription_read(const char *bytes, size_t nbytes,
-                                        enum rmap_lens_format format,
+                                        enum rmap_lens_format format, int configuration,
                                         struct rmap_diagnostics *findings,
                                         struct rmap_prescription *lens, struct rmap_error *err)
 {
     char *text = NULL;
     *lens = (struct rmap_prescription){.unit = "mm",
                                        .findings = findings,
+                                       .configuration = configuration,
                                        .n_configuration = 1,
+                                       .stored = 1,
                                        .temperature_c = (double)NAN,
                                        .pressure_atm = (double)NAN};
     enum rmap_status st = rmap_lens_decode(bytes, nbytes, &text, err);

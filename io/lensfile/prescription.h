@@ -21,16 +21,50 @@ enum {
     RMAP_PRESCRIPTION_FIELDS_MAX = 64,
     RMAP_PRESCRIPTION_WAVELENGTHS_MAX = 64,
     RMAP_PRESCRIPTION_GLASSES_MAX = 5000,
-    RMAP_AGF_COEFFICIENTS = 12
+    RMAP_AGF_COEFFICIENTS = 12,
+    RMAP_AGF_ROWS = 32,
+    RMAP_LENS_POWER_MAX = 32,
+    RMAP_LENS_TERMS_MAX = 256,
+    RMAP_LENS_GRADIENT_MAX = 8
 };
 
-enum rmap_opening { RMAP_OPENING_NONE, RMAP_OPENING_CIRCLE, RMAP_OPENING_RECTANGLE };
+enum rmap_opening {
+    RMAP_OPENING_NONE,
+    RMAP_OPENING_CIRCLE,
+    RMAP_OPENING_RECTANGLE,
+    RMAP_OPENING_ELLIPSE
+};
 
 /* A hole that light must go through, or a plate that it must miss. */
 struct rmap_lens_opening {
     enum rmap_opening shape;
     double inner, half[2]; /* CIRCLE: half[0] is the radius, inner that of a plate in its middle */
     double centre[2];
+};
+
+enum rmap_lens_terms {
+    RMAP_TERMS_NONE,
+    RMAP_TERMS_FRINGE, /* Zernike, by their numbers */
+    RMAP_TERMS_NOLL,
+    RMAP_TERMS_XY,
+    RMAP_TERMS_QCON, /* Forbes, from 0 */
+    RMAP_TERMS_QBFS
+};
+
+struct rmap_lens_term {
+    int i, j; /* its number and 0; powers of x and y */
+    double value;
+};
+
+/* What a surface is besides a conic with its asphere. Zeroed: nothing. */
+struct rmap_lens_figure {
+    bool is_biconic, is_toroid, is_fresnel;
+    double curvature_x, conic_x; /* of a biconic */
+    double turn; /* of a toroid: about an axis parallel to y; infinite: a cylinder */
+    enum rmap_lens_terms terms;
+    double norm; /* radius; > 0 where there are terms */
+    int n_term;
+    struct rmap_lens_term term[RMAP_LENS_TERMS_MAX];
 };
 
 struct rmap_lens_surface {
@@ -42,13 +76,18 @@ struct rmap_lens_surface {
     char remark[240]; /* what a reader of the scene must know: solves, what was not understood */
     bool is_break;    /* moves the axes and is no surface */
     bool is_mirror, is_stop;
-    double curvature, conic, asphere[RMAP_ASPHERE_MAX]; /* coefficient of r^(2 i + 2) */
-    int n_asphere;
+    double curvature, conic, asphere[RMAP_LENS_POWER_MAX + 1]; /* coefficient of r^i */
+    int n_asphere;                                             /* highest power, 0: a conic */
+    struct rmap_lens_figure figure;
+    int gradient; /* of the medium behind it: Zemax's number, 0: none */
+    double gradient_value[RMAP_LENS_GRADIENT_MAX];
     double thickness; /* to the next along z, signed; infinite before a star */
     double semi;      /* clear semi-diameter; 0: not said */
     double nd, vd;    /* of a model glass, or what the file says of a named one; 0: nothing */
     bool is_model;    /* nd and vd are the glass */
     struct rmap_lens_opening aperture, obscuration;
+    int n_arm; /* of a spider over it */
+    double arm_width;
     struct rmap_affine before, after; /* of the axes: to the surface's, and on from there */
 };
 
@@ -76,9 +115,11 @@ struct rmap_lens_field {
 struct rmap_agf_glass {
     char name[48], remark[80];
     size_t line;
-    int formula; /* 1 to 13, lens_agf.c */
+    int formula; /* 1 to 13, lens_formula.c */
     double coefficient[RMAP_AGF_COEFFICIENTS];
     double nd, vd, from_um, to_um;
+    size_t n_row; /* of a table in the place of a formula, formula 0 */
+    double row_um[RMAP_AGF_ROWS], row_index[RMAP_AGF_ROWS];
 };
 
 struct rmap_prescription {
@@ -100,7 +141,10 @@ struct rmap_prescription {
     size_t n_surface, cap_surface;
     struct rmap_agf_glass *glass; /* [n_glass] of catalogue files */
     size_t n_glass, cap_glass;
+    int configuration; /* the one that was asked for, from 1; 0: the one that is stored */
     int n_configuration;
+    int stored; /* from 1 */
+    char configuration_name[60];
     double temperature_c, pressure_atm; /* NaN: not said */
     struct rmap_diagnostics *findings;  /* the caller's */
 };
@@ -111,10 +155,10 @@ enum rmap_lens_format { RMAP_LENS_ZMX, RMAP_LENS_SEQ, RMAP_LENS_OSLO };
 bool rmap_lens_format_of(const char *path, enum rmap_lens_format *format);
 
 /* Reads the text of a lens file, UTF-8, UTF-16 or Latin-1. Numbers are read in the calling thread's
- * locale, which has a point. RMAP_INPUT: it is no such file, or has too many surfaces; *lens is the
- * caller's to finish in any case. */
+ * locale, which has a point. configuration: from 1; 0: the one that is stored. RMAP_INPUT: it is no
+ * such file, or has too many surfaces; *lens is the caller's to finish in any case. */
 enum rmap_status rmap_prescription_read(const char *bytes, size_t nbytes,
-                                        enum rmap_lens_format format,
+                                        enum rmap_lens_format format, int configuration,
                                         struct rmap_diagnostics *findings,
                                         struct rmap_prescription *lens,
                                         struct rmap_error *err) RMAP_MUST_USE;

@@ -87,6 +87,8 @@ static enum rmap_status parse(struct rmap_reader *reader)
                          reader->diagnostics, reader->err);
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
+    if (st == RMAP_OK)
+        st = rmap_reader_set_simulation(reader);
     for (size_t i = 0; st == RMAP_OK && i < options->n_set; i++)
         st = rmap_yaml_edit(reader->root, options->set[i], -(int)(i + 1), reader->diagnostics,
                             reader->err);

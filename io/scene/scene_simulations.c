@@ -39,6 +39,20 @@ void rmap_reader_choose_simulation(struct rmap_reader *reader)
     rmap_reader_unknown(reader, 0, 0, "unknown simulation", wanted, known, n);
 }
 
+enum rmap_status rmap_reader_set_simulation(struct rmap_reader *reader)
+{
+    const char *wanted = reader->bundle->options.simulation;
+    const struct rmap_yaml_node *list = rmap_yaml_get(reader->root, "simulations"), *set = NULL;
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; wanted && list && list->kind == RMAP_YAML_LIST && i < list->n_item && !set;
+         i++)
+        if (is_named(list->item[i].value, wanted))
+            set = rmap_yaml_get(list->item[i].value, "set");
+    for (size_t i = 0; set && set->kind == RMAP_YAML_MAP && i < set->n_item && st == RMAP_OK; i++)
+        st = rmap_yaml_put(reader->root, &set->item[i], reader->diagnostics, reader->err);
+    return st;
+}
+
 static bool read_time(struct rmap_reader *reader, const struct rmap_yaml_node *node, double *time_s)
 {
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "time_limit");
@@ -153,7 +167,7 @@ const struct rmap_mapping rmap_simulation_keys = {
     "simulations",
     NULL,
     {{"a simulation",
-      "name rays time_limit time only without objects sources detectors color record limits"}},
+      "name set rays time_limit time only without objects sources detectors color record limits"}},
     {{"rays", RMAP_KEY_WHOLE, offsetof(struct rmap_simulation, rays), &rays},
      {"record", RMAP_KEY_TRUTH, offsetof(struct rmap_simulation, record)}}};
 
@@ -168,6 +182,9 @@ static void read_simulation(struct selection *s, const struct rmap_yaml_node *no
         return;
     (void)rmap_reader_name(reader, node);
     (void)rmap_reader_fill(reader, node, &rmap_simulation_keys, 0, simulation);
+    const struct rmap_yaml_node *set = rmap_yaml_get(node, "set");
+    if (set && set->kind != RMAP_YAML_MAP)
+        rmap_reader_error(reader, set, "'set' is a mapping, as in {objects.image.at: [0, 0, 50]}");
     (void)read_time(reader, node, &simulation->time_limit_s);
     if (!chosen) {
         (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, "spectral rgb", &color);

@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * `--set key.path=value`: edits of a YAML tree before it is read as a scene.
+ * `--set key.path=value`, and `set:` of a simulation: edits of a YAML tree before it is read as a
+ * scene.
  */
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/scene/yaml_tree.h"
 
 struct edit {
-    const char *assignment;
-    int line; /* of what it adds */
+    const char *option, *assignment; /* for messages */
+    int line, column;                /* of what it adds */
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
 };
@@ -17,6 +20,19 @@ struct edit {
 static enum rmap_status no_memory(struct rmap_error *err)
 {
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory while applying --set");
+}
+
+/* A mistake; of the command line, which has no place in the file, or of a line there. */
+static void RMAP_PRINTF(2, 3) complain(struct edit *e, const char *format, ...)
+{
+    char text[400];
+    va_list args;
+    va_start(args, format);
+    (void)vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    rmap_diagnostics_add(e->diagnostics, RMAP_SEVERITY_ERROR, e->line > 0 ? e->line : 0,
+                         e->line > 0 ? e->column : 0, "%s %.100s: %s", e->option, e->assignment,
+                         text);
 }
 
 /* Length of `key` if the path begins with it as a whole component, else 0. Keys may contain dots
@@ -100,11 +116,8 @@ static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, 
     memcpy(word, path, len);
     word[len] = 0;
     const char *nearest = rmap_nearest_word(word, name, n);
-    rmap_diagnostics_add(e->diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
-                         "--set %.100s: no item named '%s'%s%s%s (items of a list: by name, or by "
-                         "number from 1)",
-                         e->assignment, word, nearest ? " (did you mean '" : "",
-                         nearest ? nearest : "", nearest ? "'?)" : "");
+    complain(e, "no item named '%s'%s%s%s (items of a list: by name, or by number from 1)", word,
+             nearest ? " (did you mean '" : "", nearest ? nearest : "", nearest ? "'?)" : "");
 }
 
 /* Adds the missing rest of a path to a mapping, a mapping per component. Takes value over. */
@@ -171,44 +184,45 @@ static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const c
     }
 }
 
+/* Whether `path` of n letters is one; else it is told. */
+static bool check_path(struct edit *e, const char *path, size_t n)
+{
+    size_t dots = 0;
+    bool broken = n == 0 || path[0] == '.';
+    for (size_t i = 0; i < n; i++) {
+        const bool dot = path[i] == '.';
+        dots += dot;
+        broken |= dot && (i + 1 == n || path[i + 1] == '.');
+    }
+    if (broken || dots >= RMAP_YAML_DEPTH_MAX)
+        complain(e, "write key.path%svalue", e->option[0] == '-' ? "=" : ": ");
+    else if (n >= 7 && strncmp(path, "include", 7) == 0 && (n == 7 || path[7] == '.'))
+        complain(e, "files are included before anything is set: write 'include' in a scene file%s",
+                 "");
+    else
+        return true;
+    return false;
+}
+
 enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment, int line,
                                 struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct edit e = {assignment, line, diagnostics, err};
+    struct edit e = {"--set", assignment, line, 0, diagnostics, err};
     struct rmap_yaml_node *value = NULL;
     struct rmap_diagnostics inner = {0};
     char *path = NULL;
     const char *equals = strchr(assignment, '=');
-    size_t dots = 0, len = equals ? (size_t)(equals - assignment) : 0;
-    bool broken = !len || assignment[0] == '.';
-    for (size_t i = 0; i < len; i++) {
-        bool dot = assignment[i] == '.';
-        dots += dot;
-        broken |= dot && (assignment[i + 1] == '.' || assignment[i + 1] == '=');
-    }
-    broken |= dots >= RMAP_YAML_DEPTH_MAX;
-    if (broken) {
-        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
-                             "--set %.100s: write key.path=value", assignment);
+    const size_t len = equals ? (size_t)(equals - assignment) : 0;
+    if (!check_path(&e, assignment, len))
         return RMAP_OK;
-    }
-    if (len >= 7 && strncmp(assignment, "include", 7) == 0 && (len == 7 || assignment[7] == '.')) {
-        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
-                             "--set %.100s: files are included before anything is set: write "
-                             "'include' in a scene file",
-                             assignment);
-        return RMAP_OK;
-    }
     path = rmap_alloc(len + 1, 1);
     if (!path)
         return no_memory(err);
     memcpy(path, assignment, len);
     st = rmap_yaml_parse(equals + 1, strlen(equals + 1), &value, &inner, err);
     if (st == RMAP_INPUT || (st == RMAP_OK && inner.n_error)) {
-        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
-                             "--set %.100s: the value is not YAML: %s", assignment,
-                             inner.n ? inner.item[0].text : "unreadable");
+        complain(&e, "the value is not YAML: %s", inner.n ? inner.item[0].text : "unreadable");
         rmap_yaml_destroy(value);
         st = RMAP_OK;
         goto out;
@@ -221,4 +235,48 @@ out:
     rmap_diagnostics_fini(&inner);
     rmap_free(path);
     return st;
+}
+
+static enum rmap_status copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **copy_ret,
+                             struct rmap_error *err)
+{
+    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node), *value = NULL;
+    enum rmap_status st = RMAP_OK;
+    if (!node)
+        return no_memory(err);
+    *node = (struct rmap_yaml_node){
+        .kind = from->kind, .line = from->line, .column = from->column, .quoted = from->quoted};
+    if (from->text && !(node->text = rmap_strdup(from->text)))
+        st = no_memory(err);
+    for (size_t i = 0; st == RMAP_OK && i < from->n_item; i++) {
+        const struct rmap_yaml_item *item = &from->item[i];
+        RMAP_TRY(copy(item->value, &value, err));
+        RMAP_TRY(rmap_yaml_append(node, item->key, item->line, item->column, value, err));
+        value = NULL;
+    }
+out:
+    if (st == RMAP_OK) {
+        *copy_ret = node;
+        return st;
+    }
+    rmap_yaml_destroy(value);
+    rmap_yaml_destroy(node);
+    return st;
+}
+
+enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_yaml_item *assignment,
+                               struct rmap_diagnostics *diagnostics, struct rmap_error *err)
+{
+    struct edit e = {"set:", assignment->key, assignment->line, assignment->column, diagnostics,
+                     err};
+    struct rmap_yaml_node *value = NULL;
+    const size_t n = strlen(assignment->key);
+    if (!check_path(&e, assignment->key, n))
+        return RMAP_OK;
+    if (strncmp(assignment->key, "simulations", 11) == 0) {
+        complain(&e, "a simulation does not change simulations%s", "");
+        return RMAP_OK;
+    }
+    const enum rmap_status st = copy(assignment->value, &value, err);
+    return st == RMAP_OK ? put(&e, root, assignment->key, value) : st;
 }

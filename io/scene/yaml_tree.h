@@ -53,6 +53,12 @@ enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignm
                                 struct rmap_diagnostics *diagnostics,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same with a value of the tree itself, which is copied: of `set:` of a simulation, whose line
+ * and column it is. */
+enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_yaml_item *assignment,
+                               struct rmap_diagnostics *diagnostics,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
 /* Appends an item; takes the value over, copies the key (which may be NULL). RMAP_SYSTEM leaves
  * the value to the caller. */
 enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,

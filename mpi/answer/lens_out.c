@@ -72,7 +72,8 @@ static json_t *media(const struct rmap_lens_plan *plan)
     static const char *const kind[] = {[RMAP_LENS_AIR] = "air",
                                        [RMAP_LENS_CATALOGUE] = "catalogue",
                                        [RMAP_LENS_AGF] = "file",
-                                       [RMAP_LENS_MODEL] = "model"};
+                                       [RMAP_LENS_MODEL] = "model",
+                                       [RMAP_LENS_GRADIENT] = "gradient"};
     json_t *list = json_array();
     for (size_t i = 0; i < plan->media.n; i++) {
         const struct rmap_lens_medium *medium = &plan->media.medium[i];

@@ -67,7 +67,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
         }
     } else {
         st = rmap_prescription_read(text, nbytes - 1, (enum rmap_lens_format)(data[0] % GLASS),
-                                    &findings, &lens, &err);
+                                    data[0] / GLASS % 3, &findings, &lens, &err);
         if (st == RMAP_OK)
             st = rmap_lens_plan_make(&lens, &plan, &err);
         if (st == RMAP_OK) {
