@@ -240,7 +240,7 @@ static enum rmap_status put_configuration(const struct import *import,
         for (int i = 1; i < k; i++)
             if (strcmp(name[i], name[k]) == 0)
                 (void)snprintf(name[k], NAME_LETTERS, "configuration_%d", k);
-        (void)fprintf(file, "  - name: %s\n    rays: 200000\n%s%s", name, n ? "    set:\n" : "",
+        (void)fprintf(file, "  - name: %s\n    rays: 200000\n%s%s", name[k], n ? "    set:\n" : "",
                       closed && n ? set : "");
     }
     free(set);
