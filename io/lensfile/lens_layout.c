@@ -55,6 +55,7 @@ static size_t met_before(const struct rmap_lens_plan *plan, size_t i)
         const struct rmap_lens_surface *surface = &plan->lens->surface[k];
         const enum rmap_lens_role role = plan->place[k].role;
         if (mirror && (role == RMAP_ROLE_REFRACTS || role == RMAP_ROLE_MIRROR) &&
+            surface->is_mirror == plan->lens->surface[i].is_mirror &&
             is_same_shape(surface, &plan->lens->surface[i]) &&
             is_same_frame(&plan->place[k].to_world, &plan->place[i].to_world))
             return k;
@@ -85,6 +86,13 @@ static void set_roles(struct rmap_lens_plan *plan)
         const bool stands = place->role == RMAP_ROLE_MIRROR || place->role == RMAP_ROLE_REFRACTS;
         if (stands && (place->again = met_before(plan, i)) != 0)
             place->role = RMAP_ROLE_AGAIN;
+        for (size_t k = 1; k < i && place->role == RMAP_ROLE_MIRROR && !place->spot; k++)
+            if (plan->place[k].role == RMAP_ROLE_REFRACTS &&
+                is_same_shape(&lens->surface[k], surface) &&
+                is_same_frame(&plan->place[k].to_world, &place->to_world)) {
+                place->spot = true;
+                rmap_lens_remark(surface, "a mirror on surface %d", lens->surface[k].number);
+            }
     }
 }
 

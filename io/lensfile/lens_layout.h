@@ -38,6 +38,7 @@ struct rmap_lens_place {
     double semi;   /* of what stands there; > 0 unless nothing does */
     bool computed; /* by rays, as the file does not say it */
     double hole;   /* of a mirror, for light that comes back through it; 0: none */
+    bool spot;     /* a mirror that is laid on a refracting surface: it stands before it */
 };
 
 enum rmap_lens_element_kind {

@@ -296,8 +296,8 @@ static void put_object(FILE *out, const struct rmap_lens_plan *plan,
     const bool parts =
         e->kind == RMAP_ELEMENT_SPIDER ||
         (e->kind == RMAP_ELEMENT_PLATE && s->aperture.shape == RMAP_OPENING_RECTANGLE);
-    if (e->kind == RMAP_ELEMENT_OBSCURATION || e->kind == RMAP_ELEMENT_SPIDER)
-        before = 1e-4 * place->semi;
+    if (e->kind == RMAP_ELEMENT_OBSCURATION || e->kind == RMAP_ELEMENT_SPIDER || place->spot)
+        before = 1e-5 * place->semi;
     if (e->kind == RMAP_ELEMENT_SPIDER)
         before += rise(s, place);
     if (e->kind == RMAP_ELEMENT_PLATE && !parts)

@@ -275,6 +275,23 @@ void rmap_lens_put_media(FILE *out, const struct rmap_lens_plan *plan)
 
 /* ---- sources ---- */
 
+static struct rmap_vec3 pupil_of(const struct rmap_lens_plan *plan)
+{
+    return rmap_vec3(0, 0, isfinite(plan->order.entrance) ? plan->order.entrance : 0);
+}
+
+/* Whether a large image stands before the pupil in a beam along d, as a mirror's does; *along:
+ * where from the pupil. */
+static bool is_hidden(const struct rmap_lens_plan *plan, struct rmap_vec3 d, double *along)
+{
+    const struct rmap_vec3 image = plan->place[plan->lens->n_surface - 1].to_world.t;
+    const struct rmap_vec3 to_image = rmap_sub(image, pupil_of(plan));
+    const double radius = 0.5 * plan->order.entrance_diameter, much = 0.3;
+    *along = rmap_dot(to_image, d);
+    return -*along > radius && plan->image_half > much * radius &&
+           rmap_length(rmap_axpy(-*along, d, to_image)) < radius + plan->image_half;
+}
+
 const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *plan)
 {
     const struct rmap_lens_element *first = plan->element;
@@ -282,6 +299,9 @@ const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *pl
     const size_t i = plan->row[first->first].surface;
     const bool upright = fabs(a->m[2][2] - 1) < 1e-12 && fabs(a->m[0][0] - 1) < 1e-12;
     const bool on_axis = hypot(a->t.x, a->t.y) == 0;
+    double along = 0;
+    if (is_hidden(plan, rmap_vec3(0, 0, 1), &along))
+        return NULL;
     return upright && on_axis && !plan->place[i].backwards && !isfinite(plan->order.object) ? first
                                                                                             : NULL;
 }
@@ -291,18 +311,21 @@ static void put_vector(FILE *out, const char *key, struct rmap_vec3 v)
     (void)fprintf(out, ", %s: [%.15g, %.15g, %.15g]", key, v.x, v.y, v.z);
 }
 
-/* A parallel beam through the entrance pupil, from before everything. */
-static void put_beam(FILE *out, const struct rmap_lens_plan *plan, const double xy[2])
+/* A parallel beam through the entrance pupil, from before everything but an image that it would
+ * have to go through. */
+static void put_beam(FILE *out, const struct rmap_lens_plan *plan, const double xy[2],
+                     bool *behind_image)
 {
+    double before = 0, along = 0;
     const struct rmap_vec3 d = rmap_normalize(rmap_vec3(xy[0], xy[1], 1));
-    const struct rmap_vec3 pupil =
-        rmap_vec3(0, 0, isfinite(plan->order.entrance) ? plan->order.entrance : 0);
-    double before = fabs(pupil.z);
+    const struct rmap_vec3 pupil = pupil_of(plan);
     for (size_t i = 1; i < plan->lens->n_surface; i++)
         before = fmax(before, rmap_length(plan->place[i].to_world.t) + plan->place[i].semi);
+    before = fmax(before, fabs(pupil.z));
+    *behind_image = is_hidden(plan, d, &along);
     (void)fprintf(out, "type: collimated, shape: {disc: %.6g}",
                   0.525 * plan->order.entrance_diameter);
-    put_vector(out, "at", rmap_axpy(-2 * before, d, pupil));
+    put_vector(out, "at", rmap_axpy(*behind_image ? 0.8 * along : -2 * before, d, pupil));
     put_vector(out, "direction", d);
 }
 
@@ -355,6 +378,7 @@ static void put_field(FILE *out, const struct rmap_lens_plan *plan, size_t k)
     const struct rmap_lens_element *filled = rmap_lens_filled(plan);
     const double degrees = 180 / RMAP_PI;
     double xy[2];
+    bool behind_image = false;
     rmap_lens_field_at(plan, field, xy);
     (void)fprintf(out, "  - {name: field_%zu, ", k + 1);
     if (filled) {
@@ -367,14 +391,15 @@ static void put_field(FILE *out, const struct rmap_lens_plan *plan, size_t k)
     } else if (isfinite(plan->order.object)) {
         put_point(out, plan, xy);
     } else {
-        put_beam(out, plan, xy);
+        put_beam(out, plan, xy, &behind_image);
     }
     if (field->weight != 1 && field->weight > 0)
         (void)fprintf(out, ", flux: %.6g", field->weight);
     put_spectrum(out, plan->lens, k > 0);
     (void)fprintf(out, ", medium: %s}", plan->media.medium[plan->media.behind[0]].name);
-    (void)fprintf(out, "   # x %.6g, y %.6g %s\n", field->x, field->y,
-                  what[plan->lens->field_kind]);
+    (void)fprintf(
+        out, "   # x %.6g, y %.6g %s%s\n", field->x, field->y, what[plan->lens->field_kind],
+        behind_image ? "; begins behind the image, which would hide the lens from it" : "");
 }
 
 void rmap_lens_put_sources(FILE *out, const struct rmap_lens_plan *plan)
