@@ -247,10 +247,126 @@ def check_model_glass():
         checks.close(f"model of N-PSK3 at {at['wavelength']}", n(at["wavelength"]), at["n"], abs=1e-4)
 
 
+def radial(n, m, u):
+    return sum((-1) ** k * math.factorial(n - k) / (math.factorial(k) * math.factorial((n + m) // 2 - k) * math.factorial((n - m) // 2 - k))
+               * u ** (n - 2 * k) for k in range((n - m) // 2 + 1))
+
+
+def zernike(n, m, x, y):
+    """Of peak 1; m < 0: the sine."""
+    angle = math.atan2(y, x)
+    return radial(n, abs(m), math.hypot(x, y)) * (math.cos(m * angle) if m >= 0 else math.sin(-m * angle))
+
+
+def conic(x, y, c, k=0.0):
+    r2 = x * x + y * y
+    return c * r2 / (1 + math.sqrt(1 - (1 + k) * c * c * r2))
+
+
+def biconic(x, y, cx, kx, cy, ky):
+    return (cx * x * x + cy * y * y) / (1 + math.sqrt(1 - (1 + kx) * cx * cx * x * x - (1 + ky) * cy * cy * y * y))
+
+
+def turned(y, x, profile, radius):
+    """Height of a profile of y that is turned about a line along y at z = radius."""
+    return radius - math.copysign(math.sqrt((radius - profile(y)) ** 2 - x * x), radius)
+
+
+def q_bfs(m, x):
+    """The first three by Forbes 2007 (doi 10.1364/OE.15.005218), appendix A."""
+    return (1, (13 - 16 * x) / math.sqrt(19), math.sqrt(2 / 95) * (29 - 4 * x * (25 - 19 * x)))[m]
+
+
+def q_con(m, x):
+    return (1, 6 * x - 5, 15 - 14 * x * (3 - 2 * x))[m]
+
+
+def slope_factor(r, c, k):
+    return math.sqrt((1 - k * c * c * r * r) / (1 - (1 + k) * c * c * r * r))
+
+
+C, K = 0.012, -0.7
+# Lines of a Zemax surface beside its curvature and conic, and its height.
+ZMX_SHAPES = [
+    ("ODDASPHE", "PARM 1 1e-3|PARM 3 2e-5|PARM 4 -1e-6", lambda x, y: conic(x, y, C, K) + 1e-3 * math.hypot(x, y) +
+     2e-5 * math.hypot(x, y) ** 3 - 1e-6 * math.hypot(x, y) ** 4),
+    ("XASPHERE", "XDAT 1 2|XDAT 2 20|XDAT 3 0.1|XDAT 4 -0.3", lambda x, y: conic(x, y, C, K) + 0.1 * (x * x + y * y) / 400 -
+     0.3 * (x * x + y * y) ** 2 / 160000),
+    ("XOSPHERE", "XDAT 1 3|XDAT 2 20|XDAT 3 0.01|XDAT 5 0.2", lambda x, y: conic(x, y, C, K) + 0.01 * math.hypot(x, y) / 20 +
+     0.2 * (math.hypot(x, y) / 20) ** 3),
+    ("BICONICX", "PARM 1 120|PARM 2 -2", lambda x, y: biconic(x, y, 1 / 120, -2, C, K)),
+    ("TOROIDAL", "PARM 1 -60|PARM 2 1e-3|PARM 3 2e-6", lambda x, y: turned(y, x, lambda v: conic(0, v, C, K) + 1e-3 * v * v + 2e-6 * v ** 4, -60)),
+    ("TOROIDAL", "PARM 1 0|PARM 3 2e-6", lambda x, y: conic(0, y, C, K) + 2e-6 * y ** 4),
+    ("XPOLYNOM", "XDAT 1 9|XDAT 2 10|XDAT 3 0.02|XDAT 6 0.03|XDAT 8 -0.04|XDAT 10 0.05", lambda x, y: conic(x, y, C, K) + 0.02 * x / 10 +
+     0.03 * x * y / 100 - 0.04 * x ** 3 / 1000 + 0.05 * x * y * y / 1000),
+    ("SZERNSAG", "PARM 2 1e-6|XDAT 1 11|XDAT 2 12|XDAT 6 0.02|XDAT 7 -0.01|XDAT 9 0.01|XDAT 13 0.005",
+     lambda x, y: conic(x, y, C, K) + 1e-6 * (x * x + y * y) ** 2 + 0.02 * math.sqrt(3) * zernike(2, 0, x / 12, y / 12)
+     - 0.01 * math.sqrt(6) * zernike(2, -2, x / 12, y / 12) + 0.01 * math.sqrt(8) * zernike(3, -1, x / 12, y / 12)
+     + 0.005 * math.sqrt(5) * zernike(4, 0, x / 12, y / 12)),
+    ("FZERNSAG", "XDAT 1 9|XDAT 2 12|XDAT 7 0.02|XDAT 9 -0.01|XDAT 11 0.03",
+     lambda x, y: conic(x, y, C, K) + 0.02 * zernike(2, 2, x / 12, y / 12) - 0.01 * zernike(3, 1, x / 12, y / 12)
+     + 0.03 * zernike(4, 0, x / 12, y / 12)),
+    ("QED_TYPE", "XDAT 1 0|XDAT 2 3|XDAT 3 12|XDAT 4 0.1|XDAT 5 -0.05|XDAT 6 0.02", lambda x, y: conic(x, y, C, K) +
+     (x * x + y * y) / 144 * (1 - (x * x + y * y) / 144) * slope_factor(math.hypot(x, y), C, K) *
+     sum(a * q_bfs(m, (x * x + y * y) / 144) for m, a in enumerate((0.1, -0.05, 0.02)))),
+    ("QED_TYPE", "XDAT 1 1|XDAT 2 3|XDAT 3 12|XDAT 4 0.1|XDAT 5 -0.05|XDAT 6 0.02", lambda x, y: conic(x, y, C, K) +
+     ((x * x + y * y) / 144) ** 2 * sum(a * q_con(m, (x * x + y * y) / 144) for m, a in enumerate((0.1, -0.05, 0.02)))),
+    ("TILTSURF", "PARM 1 0.02|PARM 2 -0.05", lambda x, y: 0.02 * x - 0.05 * y),
+]
+# The same of CODE V, after `S radius thickness REFL`.
+SEQ_SHAPES = [
+    ("SPS ODD 0|SCO K -0.7|SCO AR1 1e-3|SCO C4 2e-5", lambda x, y: conic(x, y, C, K) + 1e-3 * math.hypot(x, y) + 2e-5 * math.hypot(x, y) ** 3),
+    ("SPS XYP 10|SCO K -0.7|SCO C2 0.02|SCO C5 0.03|SCO X1Y2 0.05", lambda x, y: conic(x, y, C, K) + 0.02 * x / 10 + 0.03 * x * y / 100
+     + 0.05 * x * y * y / 1000),
+    ("SPS ZRN|SCO NRADIUS 12|SCO K -0.7|SCO C7 0.02|SCO C8 -0.03|SCO Z9 0.01|SCO C17 0.02", lambda x, y: conic(x, y, C, K)
+     + 0.02 * zernike(2, 2, x / 12, y / 12) - 0.03 * zernike(2, 0, x / 12, y / 12) + 0.01 * zernike(3, -1, x / 12, y / 12)
+     + 0.02 * zernike(4, -2, x / 12, y / 12)),
+    ("SPS ZFR 12|SCO K -0.7|SCO C8 0.02|SCO C12 0.03", lambda x, y: conic(x, y, C, K) + 0.02 * zernike(2, 2, x / 12, y / 12)
+     + 0.03 * zernike(4, 0, x / 12, y / 12)),
+    ("SPS QCN|SCO NRADIUS 12|SCO K -0.7|SCO C4 0.1|SCO QC6 -0.05", lambda x, y: conic(x, y, C, K) + ((x * x + y * y) / 144) ** 2 *
+     (0.1 - 0.05 * q_con(1, (x * x + y * y) / 144))),
+    ("SPS QBF|SCO NRADIUS 12|SCO C3 0.1|SCO C4 -0.05", lambda x, y: conic(x, y, C) + (x * x + y * y) / 144 * (1 - (x * x + y * y) / 144) *
+     slope_factor(math.hypot(x, y), C, 0) * (0.1 - 0.05 * q_bfs(1, (x * x + y * y) / 144))),
+    ("AAS|RDX 120|KX -2|K -0.7|AR 1e-6|AP 0.3|BR 1e-9|BP -0.2", lambda x, y: biconic(x, y, 1 / 120, -2, C, K)
+     + 1e-6 * (0.7 * x * x + 1.3 * y * y) ** 2 + 1e-9 * (1.2 * x * x + 0.8 * y * y) ** 3),
+    ("YTO|RDX -60|K -0.7|A 2e-6", lambda x, y: turned(y, x, lambda v: conic(0, v, C, K) + 2e-6 * v ** 4, -60)),
+    ("XTO|RDX -60|K -0.7|A 2e-6", lambda x, y: turned(x, y, lambda v: conic(0, v, -1 / 60, K) + 2e-6 * v ** 4, 1 / C)),
+    ("CYL|K -0.7", lambda x, y: conic(0, y, C, K)),
+]
+
+
+def check_shape(path, name, sag):
+    """Parallel rays meet the surface, a mirror, at its height, and leave by its normal (differences of the height)."""
+    told, text = bring(path)
+    checks.true(f"{name}: all is understood: {told['findings']}", told["understood"])
+    for x, y in ((3.0, 2.0), (-1.5, 4.5)):
+        steps = report("shape", with_ray(text, (x, y, -5), (0, 0, 1), 587.6))["steps"]
+        checks.close(f"{name} z at {x}, {y}", steps[0]["position"][2], sag(x, y), abs=1e-10)
+        h = 1e-4
+        dx = (8 * (sag(x + h, y) - sag(x - h, y)) - sag(x + 2 * h, y) + sag(x - 2 * h, y)) / (12 * h)
+        dy = (8 * (sag(x, y + h) - sag(x, y - h)) - sag(x, y + 2 * h) + sag(x, y - 2 * h)) / (12 * h)
+        size = 1 + dx * dx + dy * dy
+        checks.close(f"{name} direction at {x}, {y}", direction_after(steps, 0), [2 * dx / size, 2 * dy / size, 1 - 2 / size], abs=1e-9)
+
+
+def check_shapes():
+    head = "UNIT MM X W X CM MR CPMM\nENPD 10\nFTYP 0 0 1 1\nWAVM 1 0.5876 1\nSURF 0\n  DISZ INFINITY\nSURF 1\n  STOP\n  GLAS MIRROR\n" \
+           "  DISZ -40\n  DIAM 8\n"
+    for kind, lines, sag in ZMX_SHAPES:
+        with open("shape-zmx.zmx", "w", encoding="ascii") as file:
+            file.write(head + f"  TYPE {kind}\n  CURV {C}\n  CONI {K}\n  " + lines.replace("|", "\n  ") + "\nSURF 2\n  DISZ 0\n")
+        check_shape("shape-zmx.zmx", kind, sag)
+    for lines, sag in SEQ_SHAPES:
+        with open("shape-seq.seq", "w", encoding="ascii") as file:
+            file.write(f"RDM;LEN\nEPD 10\nWL 587.6\nSO 0 1e20\nS {1 / C!r} -40 REFL\nSTO\nCIR 8\n" + lines.replace("|", "\n") + "\nSI 0 0\n")
+        check_shape("shape-seq.seq", lines.split("|")[0], sag)
+
+
 check_double_gauss()
 check_hyper_suprime_cam()
 check_first_order()
 check_folds()
 check_mangin()
 check_model_glass()
+check_shapes()
 checks.finish()
