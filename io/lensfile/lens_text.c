@@ -293,14 +293,26 @@ bool rmap_lens_add_term(struct rmap_lens_surface *surface, enum rmap_lens_terms 
                         double value)
 {
     struct rmap_lens_figure *figure = &surface->figure;
+    int at = figure->terms == kind ? figure->n_term : 0; /* of another kind they are given up */
     if (value == 0)
         return true;
-    if (figure->n_term >= RMAP_LENS_TERMS_MAX)
-        return false;
     figure->terms = kind;
+    figure->n_term = at;
     if (!(figure->norm > 0))
         figure->norm = 1;
-    figure->term[figure->n_term++] = (struct rmap_lens_term){i, j, value};
+    for (; at > 0 && (figure->term[at - 1].i > i ||
+                      (figure->term[at - 1].i == i && figure->term[at - 1].j >= j));
+         at--)
+        if (figure->term[at - 1].i == i && figure->term[at - 1].j == j) {
+            figure->term[at - 1].value = value; /* given again */
+            return true;
+        }
+    if (figure->n_term >= RMAP_LENS_TERMS_MAX)
+        return false;
+    memmove(&figure->term[at + 1], &figure->term[at],
+            (size_t)(figure->n_term - at) * sizeof *figure->term);
+    figure->term[at] = (struct rmap_lens_term){i, j, value};
+    figure->n_term++;
     return true;
 }
 

@@ -56,7 +56,7 @@ enum rmap_status rmap_lens_note(struct rmap_prescription *lens, const char *text
 /* A power of r: false where a conic has no such term and it is not 0. */
 bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double value);
 
-/* A term that is not 0. False: there is no room. */
+/* A term that is not 0, in the order of their numbers. False: there is no room. */
 bool rmap_lens_add_term(struct rmap_lens_surface *surface, enum rmap_lens_terms kind, int i, int j,
                         double value);
 
