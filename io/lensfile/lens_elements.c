@@ -95,9 +95,58 @@ static void reverse(struct rmap_element_row *row, size_t n)
     }
 }
 
+/* A body of glass with a mirror on its back that light comes back through, as a Mangin's, is bored:
+ * its surfaces stand alone, with a hole each, and tubes between them close it. How many rows of the
+ * run it has; 0: there is none. */
+static size_t bored_rows(const struct run *run)
+{
+    const struct rmap_lens_plan *plan = run->plan;
+    const struct rmap_element_row *row = &plan->row[run->first];
+    const size_t last = run->n > 0 ? row[run->n - 1].surface : 0;
+    size_t k = run->n;
+    if (run->n < 2 || !plan->lens->surface[last].is_mirror || !(plan->place[last].hole > 0) ||
+        plan->place[last].backwards)
+        return 0;
+    for (k--; k > 0 && plan->media.behind[row[k - 1].surface] != 0; k--)
+        continue;
+    return run->n - k;
+}
+
+static void add_bored(struct run *run)
+{
+    struct rmap_lens_plan *plan = run->plan;
+    const size_t n = run->n, first = run->first;
+    const double hole = plan->place[plan->row[first + n - 1].surface].hole;
+    for (size_t k = 0; k < n; k++) {
+        plan->place[plan->row[first + k].surface].hole = hole;
+        add_alone(plan, first + k);
+    }
+    for (size_t k = 0; k + 1 < 2 * n - 1; k++) {
+        const size_t at = first + k / 2;
+        struct rmap_lens_element *tube = add_element(
+            plan, k % 2 ? RMAP_ELEMENT_BORE : RMAP_ELEMENT_EDGE, at, 2, k % 2 ? "bore" : "edge");
+        (void)is_coaxial(&plan->place[plan->row[at].surface].to_world,
+                         &plan->place[plan->row[at + 1].surface].to_world, &tube->gap);
+    }
+}
+
 static void end_run(struct run *run)
 {
     struct rmap_lens_plan *plan = run->plan;
+    const size_t n_bored = bored_rows(run);
+    if (n_bored > 0) {
+        run->n -= n_bored;
+        for (size_t k = 0; k < run->n; k++)
+            run->refracts |=
+                plan->place[plan->row[run->first + k].surface].role == RMAP_ROLE_REFRACTS;
+        end_run(run);
+        run->n = n_bored;
+        add_bored(run);
+        run->first += n_bored;
+        run->n = 0;
+        run->has_stop = run->refracts = false;
+        return;
+    }
     struct rmap_element_row *row = &plan->row[run->first];
     const size_t n = run->n;
     if (n == 0)

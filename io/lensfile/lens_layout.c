@@ -237,7 +237,7 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
         return st;
     plan->place = rmap_alloc(lens->n_surface, sizeof *plan->place);
     plan->row = rmap_alloc(3 * lens->n_surface, sizeof *plan->row);
-    plan->element = rmap_alloc(3 * lens->n_surface, sizeof *plan->element);
+    plan->element = rmap_alloc(5 * lens->n_surface, sizeof *plan->element);
     if (!plan->place || !plan->row || !plan->element)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the places of a lens");
     set_places(plan);

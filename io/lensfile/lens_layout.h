@@ -46,7 +46,9 @@ enum rmap_lens_element_kind {
     RMAP_ELEMENT_SURFACE,
     RMAP_ELEMENT_PLATE,       /* with a hole, the aperture */
     RMAP_ELEMENT_OBSCURATION, /* before a surface, with its shape */
-    RMAP_ELEMENT_SPIDER
+    RMAP_ELEMENT_SPIDER,
+    RMAP_ELEMENT_EDGE, /* between the rims of two rows that stand alone */
+    RMAP_ELEMENT_BORE  /* between their holes */
 };
 
 /* Rows of a lens in the order of their z, or a surface that stands alone. */
@@ -59,7 +61,8 @@ struct rmap_element_row {
 struct rmap_lens_element {
     enum rmap_lens_element_kind kind;
     char name[48];
-    size_t first, n; /* rows */
+    size_t first, n; /* rows; of EDGE and BORE the two */
+    double gap;      /* of EDGE and BORE, between the vertices */
     struct rmap_affine to_world;
     size_t before; /* medium before its first row, of SURFACE and LENS */
 };

@@ -218,6 +218,30 @@ static void put_parts(FILE *out, const struct rmap_lens_plan *plan,
     }
 }
 
+/* Its radii at the two rows, and where it begins along z. */
+static double tube(const struct rmap_lens_plan *plan, const struct rmap_lens_element *e,
+                   double radius[2], double *length)
+{
+    double z[2];
+    for (int k = 0; k < 2; k++) {
+        const size_t i = plan->row[e->first + (size_t)k].surface;
+        radius[k] = e->kind == RMAP_ELEMENT_BORE ? plan->place[i].hole : plan->place[i].semi;
+        const struct rmap_shape shape = rmap_lens_shape(&plan->lens->surface[i], radius[k]);
+        z[k] = (k ? e->gap : 0) + rmap_shape_sag(&shape, radius[k]);
+    }
+    *length = z[1] - z[0];
+    return z[0];
+}
+
+static void put_tube(FILE *out, const struct rmap_lens_plan *plan,
+                     const struct rmap_lens_element *e)
+{
+    double radius[2], length = 0;
+    (void)tube(plan, e, radius, &length);
+    (void)fprintf(out, "  %s: {type: cone, radius: %.15g, radius2: %.15g, length: %.15g}\n",
+                  e->name, radius[0], radius[1], length);
+}
+
 static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
                          const struct rmap_lens_element *e)
 {
@@ -260,6 +284,10 @@ static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
     case RMAP_ELEMENT_SPIDER:
         put_parts(out, plan, e, false);
         break;
+    case RMAP_ELEMENT_EDGE:
+    case RMAP_ELEMENT_BORE:
+        put_tube(out, plan, e);
+        break;
     }
 }
 
@@ -300,6 +328,10 @@ static void put_object(FILE *out, const struct rmap_lens_plan *plan,
         before = 1e-5 * place->semi;
     if (e->kind == RMAP_ELEMENT_SPIDER)
         before += rise(s, place);
+    if (e->kind == RMAP_ELEMENT_EDGE || e->kind == RMAP_ELEMENT_BORE) {
+        double radius[2], length = 0;
+        before = -tube(plan, e, radius, &length);
+    }
     if (e->kind == RMAP_ELEMENT_PLATE && !parts)
         to_world.t = rmap_affine_point(&to_world,
                                        rmap_vec3(s->aperture.centre[0], s->aperture.centre[1], 0));

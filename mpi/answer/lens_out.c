@@ -46,11 +46,11 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
 
 static json_t *elements(const struct rmap_lens_plan *plan)
 {
-    static const char *const kind[] = {[RMAP_ELEMENT_LENS] = "lens",
-                                       [RMAP_ELEMENT_SURFACE] = "surface",
-                                       [RMAP_ELEMENT_PLATE] = "plate",
-                                       [RMAP_ELEMENT_OBSCURATION] = "obscuration",
-                                       [RMAP_ELEMENT_SPIDER] = "spider"};
+    static const char *const kind[] = {
+        [RMAP_ELEMENT_LENS] = "lens",     [RMAP_ELEMENT_SURFACE] = "surface",
+        [RMAP_ELEMENT_PLATE] = "plate",   [RMAP_ELEMENT_OBSCURATION] = "obscuration",
+        [RMAP_ELEMENT_SPIDER] = "spider", [RMAP_ELEMENT_EDGE] = "edge",
+        [RMAP_ELEMENT_BORE] = "edge"};
     json_t *list = json_array();
     for (size_t e = 0; e < plan->n_element; e++) {
         const struct rmap_lens_element *element = &plan->element[e];
