@@ -127,32 +127,59 @@ static void set_openings(struct rmap_lens_plan *plan, size_t i)
         place->hole = 0;
 }
 
-/* Light that comes back through a mirror, as in a Cassegrain telescope, goes through a hole that
- * files need not have. */
+/* The way from surface i (0: from far before surface 1) to the next, where it crosses the plane of
+ * a mirror: how far from the mirror's axis, and how wide light is there. False: it does not. */
+static bool crosses(const struct rmap_lens_plan *plan, const struct rmap_affine *to_local, size_t i,
+                    double *aside, double *radius)
+{
+    const struct rmap_vec3 end = plan->place[i + 1].to_world.t;
+    const struct rmap_vec3 begin =
+        i ? plan->place[i].to_world.t
+          : rmap_vec3(end.x, end.y, -1e6 * plan->order.entrance_diameter);
+    const struct rmap_vec3 a = rmap_affine_point(to_local, begin),
+                           b = rmap_affine_point(to_local, end);
+    const double t = a.z / (a.z - b.z);
+    if (!(a.z * b.z < 0))
+        return false;
+    *aside = hypot(a.x * (1 - t) + b.x * t, a.y * (1 - t) + b.y * t);
+    *radius = i ? plan->place[i].semi * (1 - t) + plan->place[i + 1].semi * t
+                : 0.5 * plan->order.entrance_diameter;
+    return true;
+}
+
+/* Light that goes through a mirror on its way, as it comes back in a Cassegrain telescope, goes
+ * through a hole that files need not have; or is hidden by it, aside. */
 static void set_holes(struct rmap_lens_plan *plan)
 {
     const size_t n = plan->lens->n_surface;
     for (size_t m = 1; m < n; m++) {
         struct rmap_lens_place *mirror = &plan->place[m];
+        struct rmap_lens_surface *surface = &plan->lens->surface[m];
         struct rmap_affine to_local;
+        double aside = 0, radius = 0;
+        bool told = false;
         if (mirror->role != RMAP_ROLE_MIRROR || mirror->hole > 0 ||
             !rmap_affine_invert(&mirror->to_world, &to_local))
             continue;
-        for (size_t i = m + 1; i + 1 < n; i++) {
-            const struct rmap_vec3 a = rmap_affine_point(&to_local, plan->place[i].to_world.t);
-            const struct rmap_vec3 b = rmap_affine_point(&to_local, plan->place[i + 1].to_world.t);
-            const double t = a.z / (a.z - b.z);
-            if (!(a.z * b.z < 0))
+        for (size_t i = 0; i + 1 < n; i++) {
+            if (i == m || i + 1 == m || (i == 0 && isfinite(plan->order.object)) ||
+                !crosses(plan, &to_local, i, &aside, &radius) || !(radius > 0) ||
+                aside > mirror->semi)
                 continue;
-            const double radius =
-                1.05 * (plan->place[i].semi * (1 - t) + plan->place[i + 1].semi * t);
-            const double aside = hypot(a.x * (1 - t) + b.x * t, a.y * (1 - t) + b.y * t);
-            if (radius > 0 && aside + radius < mirror->semi && aside < 0.01 * mirror->semi) {
-                mirror->hole = radius;
-                rmap_lens_remark(&plan->lens->surface[m],
+            if (1.05 * radius < mirror->semi && aside < 0.01 * mirror->semi && i > m) {
+                mirror->hole = fmax(mirror->hole, 1.05 * radius);
+                rmap_lens_remark(surface,
                                  "the file has no hole in it: this one lets the light through that "
                                  "goes on to surface %zu",
                                  i + 1);
+            } else if (aside >= 0.01 * mirror->semi && !told &&
+                       !rmap_lens_is_outline(&surface->aperture)) {
+                told = true;
+                rmap_lens_lost(
+                    plan->lens, surface->line, surface,
+                    "the whole mirror stands there, in the way of the light that goes on "
+                    "to surface %zu: give it the aperture that is used",
+                    i + 1);
             }
         }
     }
