@@ -94,7 +94,7 @@ enum rmap_status rmap_lens_decode(const char *bytes, size_t nbytes, char **text_
     const size_t mark = little || big                                                 ? 2
                         : nbytes >= 3 && b[0] == 0xef && b[1] == 0xbb && b[2] == 0xbf ? 3
                                                                                       : 0;
-    char *text = rmap_alloc_unset(nbytes, 2);
+    char *text = rmap_alloc_unset(nbytes + 1, 2);
     size_t n = 0;
     b += mark;
     nbytes -= mark;

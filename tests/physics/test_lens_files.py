@@ -153,6 +153,16 @@ def check_hyper_suprime_cam():
             checks.close(f"HSC {name} direction", [d[1], d[2]], [dy, -dz], abs=1e-9)
 
 
+def write_lens(name, um, catalogue, rows, stop=1):
+    lines = ["UNIT MM X W X CM MR CPMM", "ENPD 10" if name == "cooke" else "ENPD 1", f"GCAT {catalogue}", "FTYP 0 0 1 1", f"WAVM 1 {um} 1", "SURF 0",
+             "  DISZ INFINITY"]
+    for k, (radius, thickness, glass) in enumerate(rows):
+        lines += [f"SURF {k + 1}", f"  CURV {1 / radius!r}", f"  DISZ {thickness}"] + ([f"  GLAS {glass}"] if glass else []) + \
+            (["  STOP"] if k + 1 == stop else [])
+    with open(name + ".zmx", "w", encoding="ascii") as file:
+        file.write("\n".join(lines + [f"SURF {len(rows) + 1}", "  DISZ 0"]))
+
+
 # First-order numbers of optiland's tests (tests/test_paraxial.py, MIT), and of the files' own makers.
 def check_first_order():
     hubble = ["UNIT MM X W X CM MR CPMM", "ENPD 2400", "FTYP 0 0 1 1", "WAVM 1 0.55 1", "SURF 0", "  DISZ INFINITY", "SURF 1",
@@ -166,15 +176,9 @@ def check_first_order():
     checks.close("Hubble f-number", told["f_number"], 24.0000337493348, rel=1e-9)
     checks.true("Hubble: light goes through a hole in the primary, and it is said",
                 re.search(r"inner: [0-9]", text) and "the file has no hole in it" in text)
-    cooke = ["UNIT MM X W X CM MR CPMM", "ENPD 10", "GCAT SCHOTT HIKARI", "FTYP 0 0 1 1", "WAVM 1 0.55 1", "SURF 0",
-             "  DISZ INFINITY"]
     rows = ((22.01359, 3.25896, "SK16"), (-435.76044, 6.00755, ""), (-22.21328, 0.99997, "F2"), (20.29192, 4.75041, ""),
             (79.6836, 2.95208, "SK16"), (-18.39533, 42.20778, ""))
-    for k, (radius, thickness, glass) in enumerate(rows):
-        cooke += [f"SURF {k + 1}", f"  CURV {1 / radius!r}", f"  DISZ {thickness}"] + ([f"  GLAS {glass}"] if glass else []) + \
-            (["  STOP"] if k == 3 else [])
-    with open("cooke.zmx", "w", encoding="ascii") as file:
-        file.write("\n".join(cooke + ["SURF 7", "  DISZ 0"]))
+    write_lens("cooke", 0.55, "SCHOTT HIKARI", rows, stop=4)
     told, text = bring("cooke.zmx")
     checks.close("Cooke triplet EFL", told["focal_length"], 49.9997830714319, rel=1e-9)
     checks.close("Cooke triplet BFL", told["back_focus"], 42.4148575589589, rel=1e-9)
@@ -184,6 +188,18 @@ def check_first_order():
     lens = [group for group in scene["lenses"]][0] if "lenses" in scene else None
     if lens:
         checks.close("Cooke triplet EFL of the scene", lens["focal_length"], told["focal_length"], rel=1e-12)
+    # Laikin's achromat (Lens Design, 4th edition, p. 45), Edmund 49-847, a singlet of LAC9, a telescope's triplet.
+    for name, um, catalogue, rows, focal, back in (
+            ("laikin", 0.5875618, "SCHOTT", ((12.38401, 0.434, "N-BAK1"), (-7.9414, 0.321, "SF2"), (-48.44396, 19.6059, "")),
+             20.0059952749227, 19.6069926337591),
+            ("edmund", 0.5875618, "SCHOTT", ((19.93, 7, "N-SF11"), (math.inf, 21.48, "")), 25.397595913429, 21.475411914667),
+            ("lac9", 0.5875618, "HOYA", ((63.73364157, 10.0, "LAC9"), (653.2939232, 92.7383463, "")), 101.501825948855, 94.9939680861907),
+            ("objective", 0.5876, "SCHOTT", ((50.098, 4.5, "N-BK7"), (-983.42, 0.1, ""), (56.671, 4.5, "N-BK7"), (-171.15, 5.571, ""),
+                                             (-97.339, 3.5, "SF1"), (81.454, 75.132, "")), 100.001261421799, 75.1335145573977)):
+        write_lens(name, um, catalogue, rows)
+        told, text = bring(name + ".zmx")
+        checks.close(f"{name} EFL", told["focal_length"], focal, rel=1e-9)
+        checks.close(f"{name} BFL", told["back_focus"], back, rel=1e-9)
     for name, focal, back in (("rayoptics_codev_schmidt_sph.seq", 100.0, None), ("optiland_lens2.zmx", 22.5, 19.982263937046813),
                               ("rayoptics_HoO-V2C18Ex03.zmx", None, 24.035)):
         told, text = bring(os.path.join(LENSES, name))
