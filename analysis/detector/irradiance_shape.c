@@ -8,10 +8,19 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "geometry/sag.h"
 
 /* Rows of a curved profile, and cells around an axis, at least: that bodies look round; and how
  * many cells of one row lie at a cell of the next, at most. */
 enum { ROWS_MIN = 6, AROUND_MIN = 6, PROFILE_STEPS = 64, FINER_MAX = 16 };
+
+/* At this share of the way from the bottom to the top. */
+static double wall_height(const struct rmap_shape *shape, struct rmap_vec3 p, double v)
+{
+    const double bottom = rmap_sag_height(shape->sag[0], p.x, p.y).z,
+                 top = shape->length + rmap_sag_height(shape->sag[1], p.x, p.y).z;
+    return bottom + v * (top - bottom);
+}
 
 static struct rmap_vec3 chart(const struct rmap_shape *shape, double u, double v)
 {
@@ -33,6 +42,16 @@ static struct rmap_vec3 chart(const struct rmap_shape *shape, double u, double v
         r = shape->radius * sin(RMAP_PI * v);
         z = -shape->radius * cos(RMAP_PI * v);
         break;
+    case RMAP_SHAPE_SAG: { /* inwards, too */
+        struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, u, v);
+        p.z = rmap_sag_height(shape->sag[0], p.x, p.y).z;
+        return p;
+    }
+    case RMAP_SHAPE_WALL: {
+        struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, u, 0.0);
+        p.z = wall_height(shape, p, v);
+        return p;
+    }
     }
     return rmap_vec3(r * cos(2.0 * RMAP_PI * u), r * sin(2.0 * RMAP_PI * u), z);
 }
@@ -56,6 +75,14 @@ static void find_on_chart(const struct rmap_shape *shape, struct rmap_vec3 p, do
         break;
     case RMAP_SHAPE_SPHERE:
         *v = atan2(r, -p.z) / RMAP_PI;
+        break;
+    case RMAP_SHAPE_SAG:
+        rmap_aperture_find(&shape->outline, p.x, p.y, u, v);
+        break;
+    case RMAP_SHAPE_WALL:
+        rmap_aperture_find(&shape->outline, p.x, p.y, u, v);
+        *v = (p.z - wall_height(shape, p, 0.0)) /
+             (wall_height(shape, p, 1.0) - wall_height(shape, p, 0.0));
         break;
     }
 }
@@ -125,7 +152,7 @@ static uint32_t cells_across(const struct rmap_irradiance_cells *self, const str
     const double longest = fmax(line_length(body, false, v[0]), line_length(body, false, v[1]));
     const double wanted = fmin(ceil(longest / self->shape_length), RMAP_IRRADIANCE_CELLS_MAX);
     uint32_t n = AROUND_MIN;
-    if (!rmap_shape_model[body->shape->type].revolved)
+    if (body->shape->type == RMAP_SHAPE_RECTANGLE)
         return wanted > 1.0 ? (uint32_t)wanted : 1;
     while (n < wanted)
         n *= 2;
@@ -169,7 +196,8 @@ enum rmap_status rmap_irradiance_cut_shape(struct rmap_irradiance_cells *self,
     enum rmap_status st = RMAP_OK;
     struct body body = {.shape = shape, .to_world = &object->to_world};
     const struct rmap_shape_model *model = &rmap_shape_model[shape->type];
-    const bool curved = shape->type == RMAP_SHAPE_CONIC || model->closed;
+    const bool curved =
+        shape->type == RMAP_SHAPE_CONIC || shape->type == RMAP_SHAPE_SAG || model->closed;
     body.size = fmax(line_length(&body, true, 0.0), line_length(&body, true, 0.25));
     const double wanted =
         fmin(ceil(body.size / self->shape_length), (double)RMAP_IRRADIANCE_CELLS_MAX);

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "geometry/sag.h"
 
 enum { RINGS = 24 }; /* of a curved cap; half as many again from pole to pole of a sphere */
 
@@ -131,6 +132,29 @@ static enum rmap_status tessellate_rectangle(const struct rmap_shape *shape,
     return RMAP_OK;
 }
 
+/* A sag or a wall: rings as of a surface of revolution, in the shape of the outline and at the
+ * heights that the surface has. */
+static enum rmap_status tessellate_outline(const struct rmap_shape *shape,
+                                           struct rmap_mesh **mesh_ret, struct rmap_error *err)
+{
+    const bool wall = shape->type == RMAP_SHAPE_WALL;
+    struct profile profile = {.n = wall ? 2 : RINGS + 1};
+    for (int i = 0; i < profile.n; i++)
+        profile.r[i] = wall || shape->outline.inner > 0.0 ? 1.0 : i;
+    enum rmap_status st = revolve(&profile, mesh_ret, err);
+    if (st != RMAP_OK)
+        return st;
+    for (int i = 0; i < profile.n; i++)
+        for (int k = 0; k < RMAP_FACETS; k++) {
+            const double v = wall ? 0.0 : 1.0 - (double)i / (profile.n - 1);
+            struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, (double)k / RMAP_FACETS, v);
+            const int end = wall && i == 0; /* from the far end, so that triangles face outwards */
+            p.z = rmap_sag_height(shape->sag[end], p.x, p.y).z + (end ? shape->length : 0.0);
+            put_vertex(*mesh_ret, (size_t)(i * RMAP_FACETS + k), p.x, p.y, p.z);
+        }
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_shape_tessellate(const struct rmap_shape *shape, struct rmap_mesh **mesh_ret,
                                        struct rmap_error *err)
 {
@@ -144,6 +168,9 @@ enum rmap_status rmap_shape_tessellate(const struct rmap_shape *shape, struct rm
         return tessellate_tube(shape, mesh_ret, err);
     case RMAP_SHAPE_SPHERE:
         return tessellate_sphere(shape, mesh_ret, err);
+    case RMAP_SHAPE_SAG:
+    case RMAP_SHAPE_WALL:
+        return tessellate_outline(shape, mesh_ret, err);
     }
     return rmap_error_set(err, RMAP_INTERNAL, "unknown shape %d", (int)shape->type);
 }

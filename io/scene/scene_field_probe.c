@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/grouped.h"
+#include "geometry/sag.h"
 #include "io/scene/scene_field_probe.h"
 #include "io/scene/scene_reader.h"
 
@@ -74,6 +75,20 @@ static void ask_sphere(struct probe *probe, double radius, bool inside)
     }
 }
 
+/* Of a SAG a curve around it, of a WALL along it from one end to the other. */
+static void ask_outline(struct probe *probe, const struct rmap_shape *shape, double t)
+{
+    for (int k = 0; k < ROUND; k++) {
+        const bool wall = shape->type == RMAP_SHAPE_WALL;
+        struct rmap_vec3 p =
+            rmap_aperture_chart(&shape->outline, (k + 0.25) / ROUND, wall ? 0 : 1 - t);
+        p.z = rmap_sag_height(shape->sag[0], p.x, p.y).z;
+        if (wall)
+            p.z += t * (shape->length + rmap_sag_height(shape->sag[1], p.x, p.y).z - p.z);
+        ask(probe, p);
+    }
+}
+
 static void ask_shape(struct probe *probe, const struct rmap_shape *shape, bool inside)
 {
     for (int i = 0; i <= LEVELS; i++) {
@@ -95,6 +110,10 @@ static void ask_shape(struct probe *probe, const struct rmap_shape *shape, bool 
                                      shape->size[1] * ((double)k / LEVELS - 0.5), 0));
             break;
         case RMAP_SHAPE_SPHERE:
+            break;
+        case RMAP_SHAPE_SAG:
+        case RMAP_SHAPE_WALL:
+            ask_outline(probe, shape, t);
             break;
         }
     }

@@ -13,6 +13,7 @@
 #include "io/scene/scene_geometries.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
+#include "io/scene/scene_sags.h"
 
 enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS, BOX, PRISM };
 
@@ -20,7 +21,9 @@ enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS, BOX, PRI
 const struct rmap_mapping rmap_geometry_keys = {
     "geometries",
     "conic rectangle disc cylinder cone sphere mesh lens box prism",
-    {[CONIC] = {"a conic", "type radius curvature conic asphere aperture inner"},
+    {[CONIC] = {"a conic",
+                "type radius curvature conic asphere toroid zernike xy qcon qbfs fresnel "
+                "aperture inner"},
      [RECTANGLE] = {"a rectangle", "type size"},
      [DISC] = {"a disc", "type radius inner"},
      [CYLINDER] = {"a cylinder", "type radius length closed"},
@@ -64,47 +67,17 @@ void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
         return;
     geometry->kind = RMAP_GEOMETRY_SHAPE;
     geometry->shape = *shape;
+    if (!rmap_shape_own(&geometry->shape))
+        rmap_reader_no_memory(reader);
 }
 
 /* ---- caps ---- */
-
-static bool read_asphere(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                         struct rmap_shape *shape)
-{
-    bool good = true;
-    if (node->kind != RMAP_YAML_MAP) {
-        rmap_reader_error(reader, node, "'asphere' must be a mapping {power: coefficient, ...}");
-        return false;
-    }
-    for (size_t i = 0; i < node->n_item; i++) {
-        const struct rmap_yaml_item *item = &node->item[i];
-        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        double power = 0, coefficient = 0;
-        bool even = rmap_reader_parse_number(item->key, strlen(item->key), &power) && power >= 2 &&
-                    power <= 2 * RMAP_ASPHERE_MAX && fmod(power, 2) == 0;
-        if (!even)
-            rmap_reader_error(reader, &place,
-                              "an even power from 2 to %d must stand here, not '%.40s'",
-                              2 * RMAP_ASPHERE_MAX, item->key);
-        even &= rmap_reader_scalar(reader, item->value, "an asphere coefficient", &rmap_range_any,
-                                   &coefficient);
-        good &= even;
-        if (!even || coefficient == 0)
-            continue;
-        int term = (int)power / 2 - 1;
-        shape->asphere[term] = coefficient;
-        if (shape->n_asphere <= term)
-            shape->n_asphere = term + 1;
-    }
-    return good;
-}
 
 /* radius: 0, inf or absent is a plane. */
 static bool read_curvature(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                            double *curvature)
 {
     const struct rmap_yaml_node *node = rmap_yaml_get(map, "radius");
-    double radius = 0;
     if (node && rmap_yaml_get(map, "curvature")) {
         rmap_reader_error(reader, node, "give 'radius' or 'curvature', not both");
         return false;
@@ -112,29 +85,21 @@ static bool read_curvature(struct rmap_reader *reader, const struct rmap_yaml_no
     if (!node)
         return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_curvature,
                                   curvature);
-    static const char *const infinite[] = {"inf",   "+inf",  "-inf",     ".inf",
-                                           "+.inf", "-.inf", "infinity", "Infinity"};
-    for (size_t i = 0; node->kind == RMAP_YAML_SCALAR && i < RMAP_COUNT(infinite); i++)
-        if (strcmp(node->text, infinite[i]) == 0)
-            return true;
-    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_length, &radius))
-        return false;
-    *curvature = radius != 0 ? 1.0 / radius : 0.0;
-    if (isfinite(*curvature))
-        return true;
-    rmap_reader_error(reader, node, "'radius' is too small: %s", node->text);
-    return false;
+    return rmap_reader_radius(reader, node, "'radius'", curvature);
 }
 
 bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                        struct rmap_shape *shape)
 {
     const struct rmap_yaml_node *asphere = rmap_yaml_get(map, "asphere");
+    if (rmap_reader_is_sag(map))
+        return rmap_reader_sag(reader, map, shape);
     shape->type = RMAP_SHAPE_CONIC;
     bool good = read_curvature(reader, map, &shape->curvature);
     good &= rmap_reader_fill(reader, map, &rmap_geometry_keys, CONIC, shape);
     if (asphere)
-        good &= read_asphere(reader, asphere, shape);
+        good &= rmap_reader_powers(reader, asphere, 2, 2 * RMAP_ASPHERE_MAX, shape->asphere,
+                                   &shape->n_asphere);
     if (!good)
         return false;
     const char *wrong = rmap_shape_check(shape);

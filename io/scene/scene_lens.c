@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "geometry/sag.h"
 #include "io/scene/scene_geometries.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
@@ -17,7 +18,9 @@
 const struct rmap_mapping rmap_lens_row_keys = {
     "lens",
     NULL,
-    {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop surface"}}};
+    {{"a row of a lens",
+      "radius curvature thickness medium aperture conic asphere toroid zernike xy "
+      "qcon qbfs fresnel stop surface"}}};
 
 static const struct rmap_range thickness_range = {0, RMAP_OBJECTS_RADIUS_MAX, "0 or greater",
                                                   RMAP_DIMENSION_LENGTH};
@@ -40,11 +43,40 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
     rmap_reader_medium(reader, node, "medium", &row->medium);
     rmap_reader_surface_pair(reader, node, "surface", &row->surface_front, &row->surface_back);
     *good &= row->medium >= 0;
+    const struct rmap_aperture outline = rmap_shape_outline(&row->shape);
+    if (*good && row->stop && !rmap_aperture_is_circle(&outline)) {
+        rmap_reader_error(reader, node,
+                          "the plate of a stop has a round hole: give the row a radius for its "
+                          "aperture, and its shape to a plate of its own");
+        *good = false;
+    }
 }
 
-static bool flat(const struct rmap_shape *shape)
+/* Of places over both apertures the one where the second surface lies least behind the first: of
+ * surfaces of revolution at the smaller rim. How far from the axis it is. */
+static double tightest(const struct rmap_lens_row *a, const struct rmap_lens_row *b, double z[2])
 {
-    return shape->curvature == 0 && shape->n_asphere == 0;
+    enum { AROUND = 64, INWARD = 8 };
+    const struct rmap_aperture outline[2] = {rmap_shape_outline(&a->shape),
+                                             rmap_shape_outline(&b->shape)};
+    double r = fmin(a->shape.aperture, b->shape.aperture);
+    z[0] = a->z + rmap_shape_sag(&a->shape, r);
+    z[1] = b->z + rmap_shape_sag(&b->shape, r);
+    if (rmap_shape_is_revolved(&a->shape) && rmap_shape_is_revolved(&b->shape))
+        return r;
+    z[1] = HUGE_VAL;
+    for (int i = 0; i < 2 * AROUND * INWARD; i++) {
+        const struct rmap_vec3 p = rmap_aperture_chart(
+            &outline[i % 2], (double)(i / 2 % AROUND) / AROUND, (double)(i / 2 / AROUND) / INWARD);
+        const double za = a->z + rmap_shape_height(&a->shape, p.x, p.y),
+                     zb = b->z + rmap_shape_height(&b->shape, p.x, p.y);
+        if (!rmap_aperture_has(&outline[1 - i % 2], p.x, p.y) || zb - za >= z[1] - z[0])
+            continue;
+        z[0] = za;
+        z[1] = zb;
+        r = hypot(p.x, p.y);
+    }
+    return r;
 }
 
 /* Where both surfaces stand, the second must not lie before the first: rays would meet them in
@@ -52,12 +84,13 @@ static bool flat(const struct rmap_shape *shape)
 static void check_order(struct rmap_reader *reader, const struct rmap_lens *lens, size_t k)
 {
     const struct rmap_lens_row *a = &lens->row[k], *b = &lens->row[k + 1];
-    double r = fmin(a->shape.aperture, b->shape.aperture);
-    double za = a->z + rmap_shape_sag(&a->shape, r), zb = b->z + rmap_shape_sag(&b->shape, r);
+    double z[2];
+    const double r = tightest(a, b, z), za = z[0], zb = z[1];
     double slack = 1e-9 * (fabs(za) + fabs(zb) + r);
     if (!(za > zb + slack))
         return;
-    bool plate = (a->stop && flat(&a->shape)) || (b->stop && flat(&b->shape));
+    bool plate =
+        (a->stop && rmap_shape_is_flat(&a->shape)) || (b->stop && rmap_shape_is_flat(&b->shape));
     if (plate)
         rmap_reader_warn(reader, b->node,
                          "rows %zu and %zu cross at radius %g: the plate of the stop cuts the "
@@ -187,8 +220,7 @@ static bool is_hole(const struct expansion *e, size_t k)
 {
     const struct rmap_lens_row *row = &e->lens->row[k];
     int32_t before = k ? e->lens->row[k - 1].medium : e->outside;
-    return row->stop && row->shape.curvature == 0 && row->shape.n_asphere == 0 &&
-           row->medium == before;
+    return row->stop && rmap_shape_is_flat(&row->shape) && row->medium == before;
 }
 
 /* z of the surface behind which the medium of row k begins. */
@@ -279,16 +311,45 @@ static void add_row(struct expansion *e, size_t k)
         add_stop(e, k, parent);
 }
 
-/* The surface of revolution between two rims, from its lower end, and on which side of its normal
- * the glass lies. Where the second rim lies before the first, the glass is outside the cone. */
+/* The surface of revolution, or straight wall, between two rims, from its lower end, and on which
+ * side of its normal the glass lies. Where the second rim lies before the first, the glass is
+ * outside the cone. */
 struct edge {
     struct rmap_shape shape;
     double z;
     bool exists, glass_in_front;
 };
 
-static struct edge edge_between(const struct rmap_lens_row *a, const struct rmap_lens_row *b)
+/* Between rims that are not plane. */
+static struct edge wall_between(struct rmap_reader *reader, const struct rmap_lens_row *a,
+                                const struct rmap_lens_row *b)
 {
+    const struct rmap_aperture outline = rmap_shape_outline(&a->shape),
+                               other = rmap_shape_outline(&b->shape);
+    struct edge edge = {.exists = false, .z = a->z};
+    struct rmap_sag *sag = rmap_reader_alloc(reader, 2, sizeof *sag);
+    if (!sag)
+        return edge;
+    if (!rmap_aperture_same(&outline, &other)) {
+        rmap_reader_error(reader, b->node,
+                          "this row and the one before it need the same aperture: between rims "
+                          "that are no circles about the axis the edge of a body is straight");
+        return edge;
+    }
+    rmap_shape_as_sag(&a->shape, &sag[0]);
+    rmap_shape_as_sag(&b->shape, &sag[1]);
+    const char *wrong = rmap_shape_of_wall(&edge.shape, &sag[0], &sag[1], b->z - a->z, &outline);
+    if (wrong)
+        rmap_reader_error(reader, b->node, "this is no edge: %s", wrong);
+    edge.exists = !wrong;
+    return edge;
+}
+
+static struct edge edge_between(struct rmap_reader *reader, const struct rmap_lens_row *a,
+                                const struct rmap_lens_row *b)
+{
+    if (!rmap_shape_is_revolved(&a->shape) || !rmap_shape_is_revolved(&b->shape))
+        return wall_between(reader, a, b);
     double ra = a->shape.aperture, rb = b->shape.aperture, length = b->rim_z - a->rim_z;
     struct edge edge = {.exists = true, .z = fmin(a->rim_z, b->rim_z)};
     if (fabs(length) > 1e-12 * (fabs(a->rim_z) + fabs(b->rim_z) + ra)) {
@@ -309,7 +370,7 @@ static struct edge edge_between(const struct rmap_lens_row *a, const struct rmap
 static void add_edge(struct expansion *e, size_t k, size_t next)
 {
     struct rmap_lens_row *row = &e->lens->row[k];
-    const struct edge edge = edge_between(row, &e->lens->row[next]);
+    const struct edge edge = edge_between(e->reader, row, &e->lens->row[next]);
     if (!edge.exists)
         return;
     char *name = compose(e->reader, "%s.edge.%d", e->plan->name, ++e->n_edge);

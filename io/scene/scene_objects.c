@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "geometry/sag.h"
 #include "io/scene/scene_bodies.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_films.h"
@@ -223,6 +224,8 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
         .line = plan->node->line,
         .column = plan->node->column,
     };
+    const struct rmap_shape *shape = &scene->geometry[plan->geometry].shape;
+    object->faceted = shape->type == RMAP_SHAPE_SAG && shape->sag[0]->fresnel;
     if (!object->name)
         return;
     place_sides(reader, plan, (int32_t)(scene->n_object - 1));

@@ -141,6 +141,7 @@ static void reduce_geometries(struct rmap_reader *reader)
         }
         rmap_free(scene->geometry[i].name);
         rmap_mesh_destroy(scene->geometry[i].mesh);
+        rmap_shape_release(&scene->geometry[i].shape);
     }
     if (!index)
         return;

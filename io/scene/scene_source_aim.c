@@ -37,7 +37,7 @@ static double enclose(const struct rmap_scene *scene, const struct rmap_object *
     rmap_geometry_bounds(geometry, &lower, &upper);
     const struct rmap_vec3 half = rmap_scale(rmap_sub(upper, lower), 0.5);
     const bool is_round =
-        geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type != RMAP_SHAPE_RECTANGLE;
+        geometry->kind == RMAP_GEOMETRY_SHAPE && rmap_shape_model[geometry->shape.type].revolved;
     const double across = is_round ? fmax(half.x, half.y) : hypot(half.x, half.y);
     *centre = rmap_affine_point(&object->to_world, rmap_scale(rmap_add(lower, upper), 0.5));
     double stretch = 0;

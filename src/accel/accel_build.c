@@ -39,6 +39,14 @@ void rmap_shell_radii(const struct rmap_shape *shape, double radius[2])
     case RMAP_SHAPE_RECTANGLE:
         radius[1] = 0.5 * hypot(shape->size[0], shape->size[1]);
         break;
+    case RMAP_SHAPE_SAG:
+        radius[0] = shape->inner;
+        radius[1] = rmap_aperture_far(&shape->outline);
+        break;
+    case RMAP_SHAPE_WALL:
+        radius[0] = rmap_aperture_near(&shape->outline);
+        radius[1] = rmap_aperture_far(&shape->outline);
+        break;
     case RMAP_SHAPE_SPHERE:
         break;
     }

@@ -69,10 +69,30 @@ static double circle_side(const struct rmap_rim *rim, struct rmap_vec3 q, struct
     return (rim->z - p.z) * (p.x * e.x + p.y * e.y) / rim->size;
 }
 
-/* The same for either kind of rim, in its own frame. */
+/* The same of a curve, at the point of it nearest to the line: so near to the rim its tangent leads
+ * there in a few steps. */
+static double curve_side(const struct rmap_rim *rim, struct rmap_vec3 q, struct rmap_vec3 e,
+                         double t, struct rmap_rim_point *at)
+{
+    enum { STEPS = 4 };
+    const double square = rmap_dot(e, e);
+    for (int k = 0; k < STEPS; k++) {
+        *at = rmap_rim_point(rim, rmap_axpy(t, e, q));
+        const struct rmap_vec3 to = rmap_sub(at->at, q);
+        const double along = rmap_dot(e, at->along), across = square - along * along;
+        if (!(across > GRAZING * GRAZING * square))
+            break;
+        t = (rmap_dot(to, e) - along * rmap_dot(to, at->along)) / across;
+    }
+    return triple(rmap_sub(at->at, q), e, at->along);
+}
+
+/* The same for any kind of rim, in its own frame. */
 static double line_side(const struct rmap_rim *rim, struct rmap_vec3 q, struct rmap_vec3 e,
                         double t, struct rmap_rim_point *at)
 {
+    if (rim->curve)
+        return curve_side(rim, q, e, t, at);
     if (!rim->straight)
         return circle_side(rim, q, e, t, at);
     *at = rmap_rim_point(rim, rmap_axpy(t, e, q));
@@ -221,15 +241,15 @@ static const struct rmap_vec3 SORTED_ALONG = {0.36235775447667357, 0.61803398874
 static struct rmap_vec3 world_middle(const struct rmap_accel_object *object,
                                      const struct rmap_rim *rim)
 {
+    struct rmap_vec3 at = rmap_affine_point(&object->to_world, rmap_rim_middle(rim));
     if (!rim->straight)
-        return rmap_affine_point(&object->to_world, rmap_vec3(0, 0, rim->z));
+        return at;
     struct rmap_vec3 w = rmap_normalize(rmap_affine_vector(&object->to_world, rim->along));
-    struct rmap_vec3 at = rmap_affine_point(&object->to_world, rim->at);
     return rmap_axpy(-rmap_dot(at, w), w, at); /* edges of one line may be of two lengths */
 }
 
 /* Do points of the first rim lie on the second? An affine circle is one where five of its points
- * are. */
+ * are; of curves as many are taken to be enough. */
 static bool coincides(const struct rmap_accel_object *a, const struct rmap_rim *first,
                       const struct rmap_accel_object *b, const struct rmap_rim *second)
 {
@@ -238,11 +258,7 @@ static bool coincides(const struct rmap_accel_object *a, const struct rmap_rim *
         return false;
     double error = (a->tolerance + b->tolerance) * rmap_affine_norm(&b->to_local);
     for (int i = 0; i < (first->straight ? 2 : POINTS); i++) {
-        double angle = 2 * RMAP_PI / POINTS * (i + 0.5);
-        struct rmap_vec3 p =
-            first->straight
-                ? rmap_axpy((2 * i - 1) * first->size, first->along, first->at)
-                : rmap_vec3(first->size * cos(angle), first->size * sin(angle), first->z);
+        struct rmap_vec3 p = rmap_rim_sample(first, i, POINTS);
         p = rmap_affine_point(&b->to_local, rmap_affine_point(&a->to_world, p));
         if (!(rmap_length(rmap_sub(p, rmap_rim_point(second, p).at)) <= error))
             return false;

@@ -107,8 +107,8 @@ static void set_shell(struct rmap_prefilter *prefilter, int slot, const struct r
     group->high[lane] = (float)(object->upper.z - at.z + pad);
     group->inner2[lane] = (float)(hole * hole);
     group->outer2[lane] = (float)(rim * rim);
-    group->half_x[lane] = (float)(object->upper.x + pad);
-    group->half_y[lane] = (float)(object->upper.y + pad);
+    group->half_x[lane] = (float)(rmap_greater(object->upper.x, -object->lower.x) + pad);
+    group->half_y[lane] = (float)(rmap_greater(object->upper.y, -object->lower.y) + pad);
     prefilter->object[slot] = index;
     prefilter->flat[slot] = rmap_shape_model[object->shape->type].plane;
 }

@@ -94,6 +94,8 @@ void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_
         guide->quadric = RMAP_BATCH_TURNS;
         break;
     case RMAP_FACING_ASPHERE:
+    case RMAP_FACING_SAG:
+    case RMAP_FACING_WALL:
         guide->batch = RMAP_BATCH_ALONE;
         break;
     case RMAP_FACING_MESH:

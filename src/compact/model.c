@@ -56,6 +56,12 @@ static void set_shape(struct rmap_compact_object *object, const struct rmap_shap
         break;
     case RMAP_SHAPE_SPHERE:
         break;
+    case RMAP_SHAPE_SAG:
+        object->kind = RMAP_FACING_SAG;
+        break;
+    case RMAP_SHAPE_WALL:
+        object->kind = RMAP_FACING_WALL;
+        break;
     }
 }
 

@@ -15,6 +15,8 @@ enum rmap_facing_kind {
     RMAP_FACING_FLAT,    /* z = 0 */
     RMAP_FACING_QUADRIC, /* alpha (x^2 + y^2) + gamma z^2 + 2 delta z + epsilon = 0 */
     RMAP_FACING_ASPHERE, /* that, and the polynomial of the shape on top */
+    RMAP_FACING_SAG,     /* z = sag(x, y) */
+    RMAP_FACING_WALL,    /* straight, over an outline */
     RMAP_FACING_MESH
 };
 

@@ -12,6 +12,7 @@
 #include "compact/step.h"
 #include "formula/emit.h"
 #include "formula/triangle.h"
+#include "geometry/sag.h"
 #include "trace/source.h"
 #include "trace/turbid.h"
 
@@ -161,6 +162,39 @@ static void descend_asphere(const struct rmap_shape *shape, struct local *l)
     l->normal = rmap_normalize(rmap_vec3(-2 * slope * l->point.x, -2 * slope * l->point.y, 1));
 }
 
+/* The same from the plane of the vertex, or from the start where that is on it. */
+#define SAG_STEPS 12
+
+static void descend_sag(const struct rmap_shape *shape, bool own, struct local *l)
+{
+    struct rmap_height at = {0, 0, 0};
+    double t = own || l->direction.z == 0 ? 0 : -l->origin.z / l->direction.z;
+    for (int k = 0; k < SAG_STEPS; k++) {
+        l->t = t;
+        l->point = rmap_axpy(t, l->direction, l->origin);
+        at = rmap_sag_height(shape->sag[0], l->point.x, l->point.y);
+        const double rate = l->direction.z - at.x * l->direction.x - at.y * l->direction.y;
+        if (k + 1 < SAG_STEPS && rate != 0)
+            t -= (l->point.z - at.z) / rate;
+    }
+    at = rmap_sag_profile(shape->sag[0], l->point.x, l->point.y);
+    l->normal = rmap_normalize(rmap_vec3(-at.x, -at.y, 1));
+}
+
+/* Where the line leaves the outline's prism, or where it enters that from outside. */
+static bool meet_wall(const struct rmap_shape *shape, bool own, double behind, struct local *l)
+{
+    double t[2] = {-HUGE_VAL, HUGE_VAL};
+    if (!rmap_aperture_clip(&shape->outline, l->origin, l->direction, t))
+        return false;
+    l->t = !own && t[0] > behind ? t[0] : t[1];
+    if (!isfinite(l->t))
+        return false;
+    l->point = rmap_axpy(l->t, l->direction, l->origin);
+    l->normal = rmap_aperture_outward(&shape->outline, l->point.x, l->point.y);
+    return true;
+}
+
 static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, struct local *l)
 {
     if (primitive < 0 || (size_t)primitive >= o->mesh->n_triangle)
@@ -195,6 +229,13 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
         if (!meet_quadric(o, own, -model->epsilon, &l))
             return false;
         descend_asphere(o->shape, &l);
+        break;
+    case RMAP_FACING_SAG:
+        descend_sag(o->shape, own, &l);
+        break;
+    case RMAP_FACING_WALL:
+        if (!meet_wall(o->shape, own, -model->epsilon, &l))
+            return false;
         break;
     case RMAP_FACING_MESH:
         if (!meet_triangle(o, primitive, &l))

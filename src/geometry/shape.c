@@ -5,7 +5,9 @@
 #include "geometry/shape.h"
 
 #include <stddef.h>
+#include <string.h>
 
+#include "base/alloc.h"
 #include "geometry/shape_solve.h"
 
 bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origin,
@@ -25,6 +27,12 @@ struct rmap_vec3 rmap_shape_normal(const struct rmap_shape *shape, struct rmap_v
         double slope = -2 * rmap_conic_slope(shape, point.x * point.x + point.y * point.y);
         return rmap_normalize(rmap_vec3(slope * point.x, slope * point.y, 1));
     }
+    if (shape->type == RMAP_SHAPE_SAG) {
+        const struct rmap_height at = rmap_sag_profile(shape->sag[0], point.x, point.y);
+        return rmap_normalize(rmap_vec3(-at.x, -at.y, 1));
+    }
+    if (shape->type == RMAP_SHAPE_WALL)
+        return rmap_aperture_outward(&shape->outline, point.x, point.y);
     struct rmap_quadric f = rmap_quadric_of(shape);
     return rmap_quadric_normal_at(shape, &f, point);
 }
@@ -41,6 +49,8 @@ static double under_root(const struct rmap_shape *shape, double r)
 
 double rmap_shape_sag(const struct rmap_shape *shape, double r)
 {
+    if (shape->type == RMAP_SHAPE_SAG)
+        return rmap_sag_height(shape->sag[0], r, 0).z;
     return under_root(shape, r) < -RIM_ROUNDING ? (double)NAN : rmap_conic_sag(shape, r * r);
 }
 
@@ -76,6 +86,16 @@ void rmap_shape_bounds(const struct rmap_shape *shape, struct rmap_vec3 *lower,
         break;
     case RMAP_SHAPE_DISC:
         break;
+    case RMAP_SHAPE_SAG:
+    case RMAP_SHAPE_WALL:
+        half = rmap_vec3(shape->outline.half[0], shape->outline.half[1], 0);
+        *lower = rmap_vec3(shape->outline.at[0], shape->outline.at[1], shape->sag[0]->low);
+        *upper = *lower;
+        upper->z = shape->type == RMAP_SHAPE_SAG ? shape->sag[0]->high
+                                                 : shape->length + shape->sag[1]->high;
+        *lower = rmap_sub(*lower, half);
+        *upper = rmap_add(*upper, half);
+        return;
     }
     *lower = rmap_vec3(-r, -r, low);
     *upper = rmap_vec3(r, r, high);
@@ -133,6 +153,109 @@ const char *rmap_shape_check(const struct rmap_shape *shape)
     case RMAP_SHAPE_SPHERE:
         return shape->radius > 0 && isfinite(shape->radius) ? NULL
                                                             : "radius must be > 0 and finite";
+    case RMAP_SHAPE_SAG:
+    case RMAP_SHAPE_WALL:
+        return rmap_aperture_check(&shape->outline);
     }
     return "unknown shape";
+}
+
+/* ---- sags ---- */
+
+static void set_outline(struct rmap_shape *shape, const struct rmap_aperture *outline)
+{
+    shape->outline = *outline;
+    shape->aperture = rmap_aperture_far(outline);
+    shape->inner = rmap_aperture_is_circle(outline) ? outline->inner : 0;
+}
+
+const char *rmap_shape_of_sag(struct rmap_shape *shape, struct rmap_sag *sag,
+                              const struct rmap_aperture *outline)
+{
+    const char *wrong = rmap_aperture_check(outline);
+    *shape = (struct rmap_shape){.type = RMAP_SHAPE_SAG, .sag = {sag, NULL}};
+    set_outline(shape, outline);
+    return wrong ? wrong : rmap_sag_finish(sag, outline);
+}
+
+const char *rmap_shape_of_wall(struct rmap_shape *shape, struct rmap_sag *bottom,
+                               struct rmap_sag *top, double length,
+                               const struct rmap_aperture *outline)
+{
+    struct rmap_aperture rim = *outline;
+    rim.inner = 0;
+    *shape = (struct rmap_shape){.type = RMAP_SHAPE_WALL, .sag = {bottom, top}, .length = length};
+    set_outline(shape, &rim);
+    const char *wrong = rmap_sag_finish(bottom, &rim);
+    return wrong ? wrong : rmap_sag_finish(top, &rim);
+}
+
+struct rmap_aperture rmap_shape_outline(const struct rmap_shape *shape)
+{
+    if (shape->type == RMAP_SHAPE_SAG || shape->type == RMAP_SHAPE_WALL)
+        return shape->outline;
+    return (struct rmap_aperture){.half = {shape->aperture, shape->aperture},
+                                  .inner = shape->inner};
+}
+
+void rmap_shape_as_sag(const struct rmap_shape *shape, struct rmap_sag *sag)
+{
+    if (shape->type == RMAP_SHAPE_SAG) {
+        *sag = *shape->sag[0];
+        return;
+    }
+    *sag = (struct rmap_sag){.base = RMAP_SAG_CONIC,
+                             .curvature = {shape->curvature, shape->curvature},
+                             .conic = {shape->conic, shape->conic},
+                             .n_power = 2 * shape->n_asphere};
+    for (int i = 0; i < shape->n_asphere; i++)
+        sag->power[2 * i + 1] = shape->asphere[i];
+}
+
+bool rmap_shape_own(struct rmap_shape *shape)
+{
+    struct rmap_sag *own[2] = {NULL, NULL};
+    bool good = true;
+    for (int k = 0; k < 2; k++)
+        if (shape->sag[k]) {
+            own[k] = rmap_alloc(1, sizeof *own[k]);
+            good = good && own[k];
+            if (own[k])
+                memcpy(own[k], shape->sag[k], sizeof *own[k]);
+        }
+    memcpy(shape->sag, own, sizeof own);
+    return good;
+}
+
+void rmap_shape_release(struct rmap_shape *shape)
+{
+    for (int k = 0; k < 2; k++)
+        rmap_free(shape->sag[k]);
+}
+
+double rmap_shape_height(const struct rmap_shape *shape, double x, double y)
+{
+    return shape->type == RMAP_SHAPE_SAG ? rmap_sag_height(shape->sag[0], x, y).z
+                                         : rmap_conic_sag(shape, x * x + y * y);
+}
+
+bool rmap_shape_is_flat(const struct rmap_shape *shape)
+{
+    return shape->type == RMAP_SHAPE_SAG ? rmap_sag_is_plane(shape->sag[0])
+                                         : shape->curvature == 0 && shape->n_asphere == 0;
+}
+
+bool rmap_shape_vertex(const struct rmap_shape *shape, double *curvature)
+{
+    if (shape->type == RMAP_SHAPE_CONIC)
+        *curvature = shape->curvature + (shape->n_asphere > 0 ? 2.0 * shape->asphere[0] : 0.0);
+    return shape->type == RMAP_SHAPE_CONIC ||
+           (shape->type == RMAP_SHAPE_SAG && rmap_sag_vertex(shape->sag[0], curvature));
+}
+
+bool rmap_shape_is_revolved(const struct rmap_shape *shape)
+{
+    return shape->type != RMAP_SHAPE_SAG ||
+           ((shape->sag[0]->fresnel || rmap_sag_is_revolved(shape->sag[0])) &&
+            rmap_aperture_is_circle(&shape->outline));
 }

@@ -8,6 +8,9 @@
  *   RECTANGLE  z = 0, |x| <= size[0] / 2, |y| <= size[1] / 2; normal +z.
  *   TUBE       cylinder or cone: radius at z = 0, radius2 at z = length, open ends; normal outward.
  *   SPHERE     radius about the origin; normal outward.
+ *   SAG        z = sag(x, y) over an outline (sag.h); normal of its profile, towards +z.
+ *   WALL       over an outline, from one sag to another: the edge of a body between two such
+ *              surfaces; normal outward.
  */
 #ifndef RMAP_SHAPE_H
 #define RMAP_SHAPE_H
@@ -15,6 +18,7 @@
 #include <stdbool.h>
 
 #include "base/vec.h"
+#include "geometry/aperture.h"
 
 /* Columns: symbol; plane; with a normal at its vertex, as caps of lenses have; of revolution about
  * z; closed, with an inside. What must be computed for each stands in switches without default. */
@@ -23,7 +27,9 @@
     X(DISC, true, true, true, false)                                                               \
     X(RECTANGLE, true, true, false, false)                                                         \
     X(TUBE, false, false, true, false)                                                             \
-    X(SPHERE, false, false, true, true)
+    X(SPHERE, false, false, true, true)                                                            \
+    X(SAG, false, true, false, false)                                                              \
+    X(WALL, false, false, false, false)
 
 enum rmap_shape_type {
 #define RMAP_SHAPE_ENUM(symbol, plane, cap, revolved, closed) RMAP_SHAPE_##symbol,
@@ -50,8 +56,11 @@ struct rmap_shape {
     int n_asphere;                    /* CONIC: entries in use; 0: a pure conic */
     double aperture, inner;           /* CONIC, DISC: outer and hole radius */
     double size[2];                   /* RECTANGLE */
-    double radius, radius2, length;   /* TUBE, SPHERE (radius) */
+    double radius, radius2, length;   /* TUBE, SPHERE (radius); WALL: from sag[0] to sag[1] */
+    struct rmap_aperture outline;     /* SAG, WALL */
+    struct rmap_sag *sag[2];          /* SAG: one; WALL: bottom and top. See rmap_shape_own. */
 };
+struct rmap_sag;
 
 struct rmap_shape_hit {
     double t;                /* in units of the direction's length */
@@ -67,7 +76,36 @@ bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origi
                           struct rmap_vec3 direction, bool on_surface, double t_min, double t_max,
                           struct rmap_shape_hit *hit);
 
-/* Sag of a CONIC at radius r; NaN where the conic ends before r. */
+/* A SAG, or a WALL whose ends stand `length` apart; the sags stay the caller's. NULL, or what is
+ * wrong with the numbers. */
+const char *rmap_shape_of_sag(struct rmap_shape *shape, struct rmap_sag *sag,
+                              const struct rmap_aperture *outline);
+const char *rmap_shape_of_wall(struct rmap_shape *shape, struct rmap_sag *bottom,
+                               struct rmap_sag *top, double length,
+                               const struct rmap_aperture *outline);
+
+/* The outline of a CONIC or SAG; what both have as a sag. */
+struct rmap_aperture rmap_shape_outline(const struct rmap_shape *shape);
+void rmap_shape_as_sag(const struct rmap_shape *shape, struct rmap_sag *sag);
+
+/* Puts copies of its own in place of a shape's sags, false for want of memory; and releases them.
+ */
+bool rmap_shape_own(struct rmap_shape *shape);
+void rmap_shape_release(struct rmap_shape *shape);
+
+/* Height of a CONIC or SAG above (x, y). */
+double rmap_shape_height(const struct rmap_shape *shape, double x, double y);
+
+/* A CONIC or SAG that is flat, in shape and in effect; and one that is the same when turned about
+ * z. */
+bool rmap_shape_is_flat(const struct rmap_shape *shape);
+bool rmap_shape_is_revolved(const struct rmap_shape *shape);
+
+/* Curvature of a CONIC or SAG at its vertex; false: there is no one such number, as the surface is
+ * another, or inclined, or differs along x and y there. */
+bool rmap_shape_vertex(const struct rmap_shape *shape, double *curvature);
+
+/* Sag of a CONIC or SAG at radius r (of a SAG: along x); NaN where the conic ends before r. */
 double rmap_shape_sag(const struct rmap_shape *shape, double r);
 
 /* Axis-aligned bounds in the local frame. */

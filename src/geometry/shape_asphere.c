@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * Even aspheres. Along the ray s(t) = x^2 + y^2 is a quadratic and the surface is met where
+ * Aspheres and other sags. Along the ray s(t) = x^2 + y^2 is a quadratic and the surface is met
+ * where
  *
- *     g(t) = z(t) - sag(s(t)) = 0.
+ *     g(t) = z(t) - sag(s(t)) = 0, of a SAG z(t) - sag(x(t), y(t)) = 0.
  *
  * The part of the ray over the aperture is cut into intervals, first in ray order, until on each
  * of them g provably has no root (its range excludes 0) or at most one (the range of its
  * derivative does: interval Newton, Moore 1966, "Interval Analysis"). So no root is missed, at
  * grazing incidence either, and none is found out of order. Where the ray starts on the surface,
  * t = 0 is an end point of an interval and its root is known: an interval that touches it with g
- * monotonic has no other.
+ * monotonic has no other. Of a SAG the ranges follow from g and its slope in the middle m, of width
+ * 2 h, and a bound M of its second derivative: |g(t) - g(m)| <= |g'(m)| h + M h^2 / 2.
  */
 #include "geometry/shape_internal.h"
 
@@ -22,6 +24,7 @@ struct range {
 struct ray2 {
     struct rmap_vec3 p, d; /* shifted to the point nearest to the vertex */
     double s0, s1, s2;     /* s(t) = s0 + 2 s1 t + s2 t^2 */
+    double turn, least;    /* SAG: where s is least, and what it is there */
 };
 
 double rmap_conic_sag(const struct rmap_shape *shape, double s)
@@ -106,11 +109,20 @@ static double s_at(const struct ray2 *ray, double t)
 
 static double g_at(const struct rmap_shape *shape, const struct ray2 *ray, double t)
 {
+    if (shape->type == RMAP_SHAPE_SAG) {
+        const struct rmap_vec3 q = rmap_axpy(t, ray->d, ray->p);
+        return q.z - rmap_sag_height(shape->sag[0], q.x, q.y).z;
+    }
     return ray->p.z + t * ray->d.z - rmap_conic_sag(shape, s_at(ray, t));
 }
 
 static double g_slope(const struct rmap_shape *shape, const struct ray2 *ray, double t)
 {
+    if (shape->type == RMAP_SHAPE_SAG) {
+        const struct rmap_vec3 q = rmap_axpy(t, ray->d, ray->p);
+        const struct rmap_height at = rmap_sag_height(shape->sag[0], q.x, q.y);
+        return ray->d.z - at.x * ray->d.x - at.y * ray->d.y;
+    }
     return ray->d.z - 2 * rmap_conic_slope(shape, s_at(ray, t)) * (ray->s1 + t * ray->s2);
 }
 
@@ -179,9 +191,32 @@ static double refine(const struct rmap_shape *shape, const struct ray2 *ray, str
 /* What an interval holds: nothing, at most one root, or it must be cut. */
 enum outcome { EMPTY, MONOTONIC, UNCLEAR };
 
+static enum outcome evaluate_sag(const struct rmap_shape *shape, const struct ray2 *ray,
+                                 struct range t)
+{
+    const struct rmap_sag *sag = shape->sag[0];
+    const double half = 0.5 * (t.upper - t.lower), a = s_at(ray, t.lower), b = s_at(ray, t.upper);
+    const struct rmap_vec3 q = rmap_axpy(0.5 * (t.lower + t.upper), ray->d, ray->p);
+    const struct rmap_height at = rmap_sag_height(sag, q.x, q.y);
+    const double slope = ray->d.z - at.x * ray->d.x - at.y * ray->d.y;
+    const bool turns = ray->turn > t.lower && ray->turn < t.upper;
+    const double bend =
+        ray->s2 > 0 ? ray->s2 * rmap_sag_bend(sag, ray->least, turns ? ray->least : rmap_min(a, b),
+                                              rmap_max(a, b))
+                    : 0;
+    const double rounding = 16 * DBL_EPSILON;
+    const double pad = sag->noise + rounding * (fabs(at.z) + fabs(q.z));
+    if (fabs(q.z - at.z) > (fabs(slope) + 0.5 * bend * half) * half + pad)
+        return EMPTY;
+    const double rest = rounding * (fabs(ray->d.z) + fabs(at.x * ray->d.x) + fabs(at.y * ray->d.y));
+    return fabs(slope) > bend * half * (1 + 1e-9) + rest ? MONOTONIC : UNCLEAR;
+}
+
 static enum outcome evaluator(const struct rmap_shape *shape, const struct ray2 *ray,
                               struct range t)
 {
+    if (shape->type == RMAP_SHAPE_SAG)
+        return evaluate_sag(shape, ray, t);
     struct range s = s_range(shape, ray, t);
     struct range sag = sag_range(shape, s, false);
     double z0 = ray->p.z + t.lower * ray->d.z;
@@ -194,21 +229,9 @@ static enum outcome evaluator(const struct rmap_shape *shape, const struct ray2 
     return excludes_zero(dg) ? MONOTONIC : UNCLEAR;
 }
 
-/* Part of the ray over the aperture and between the lowest and highest sag; false: none. */
-static bool clip(const struct rmap_shape *shape, const struct ray2 *ray, struct range *t)
+/* Part of the ray between two heights; false: none. */
+static bool clip_heights(const struct ray2 *ray, struct range z, struct range *t)
 {
-    double excess = ray->s0 - shape->aperture * shape->aperture;
-    if (ray->s2 > 0) {
-        double discriminant = ray->s1 * ray->s1 - ray->s2 * excess;
-        if (!(discriminant > 0))
-            return false;
-        double root = sqrt(discriminant);
-        t->lower = fmax(t->lower, (-ray->s1 - root) / ray->s2);
-        t->upper = fmin(t->upper, (-ray->s1 + root) / ray->s2);
-    } else if (excess > 0) {
-        return false;
-    }
-    struct range z = sag_range(shape, (struct range){0, shape->aperture * shape->aperture}, false);
     if (ray->d.z != 0) {
         double a = (z.lower - ray->p.z) / ray->d.z;
         double b = (z.upper - ray->p.z) / ray->d.z;
@@ -221,13 +244,44 @@ static bool clip(const struct rmap_shape *shape, const struct ray2 *ray, struct 
     return t->lower < t->upper;
 }
 
+static bool clip_sag(const struct rmap_shape *shape, const struct ray2 *ray, struct range *t)
+{
+    double part[2] = {t->lower, t->upper};
+    if (!rmap_aperture_clip(&shape->outline, ray->p, ray->d, part))
+        return false;
+    *t = (struct range){part[0], part[1]};
+    return clip_heights(ray, (struct range){shape->sag[0]->low, shape->sag[0]->high}, t);
+}
+
+/* Part of the ray over the aperture and between the lowest and highest sag; false: none. */
+static bool clip(const struct rmap_shape *shape, const struct ray2 *ray, struct range *t)
+{
+    if (shape->type == RMAP_SHAPE_SAG)
+        return clip_sag(shape, ray, t);
+    double excess = ray->s0 - shape->aperture * shape->aperture;
+    if (ray->s2 > 0) {
+        double discriminant = ray->s1 * ray->s1 - ray->s2 * excess;
+        if (!(discriminant > 0))
+            return false;
+        double root = sqrt(discriminant);
+        t->lower = fmax(t->lower, (-ray->s1 - root) / ray->s2);
+        t->upper = fmin(t->upper, (-ray->s1 + root) / ray->s2);
+    } else if (excess > 0) {
+        return false;
+    }
+    struct range z = sag_range(shape, (struct range){0, shape->aperture * shape->aperture}, false);
+    return clip_heights(ray, z, t);
+}
+
 static bool accept(const struct rmap_shape *shape, const struct ray2 *ray,
                    const struct rmap_shape_query *query, double t, double shift,
                    struct rmap_shape_hit *hit)
 {
     struct rmap_vec3 q = rmap_axpy(t, ray->d, ray->p);
     double s = q.x * q.x + q.y * q.y;
-    bool plain = s <= shape->aperture * shape->aperture && s >= shape->inner * shape->inner;
+    bool plain = shape->type == RMAP_SHAPE_SAG
+                     ? rmap_aperture_has(&shape->outline, q.x, q.y)
+                     : s <= shape->aperture * shape->aperture && s >= shape->inner * shape->inner;
     if (!(t + shift > query->t_min && t + shift < query->t_max) ||
         !rmap_root_belongs(query, t + shift, &q, plain))
         return false;
@@ -236,6 +290,13 @@ static bool accept(const struct rmap_shape *shape, const struct ray2 *ray,
     hit->normal = rmap_shape_normal(shape, q);
     hit->predicted = false; /* src/compact has another way to the root */
     return true;
+}
+
+/* Does the slope jump on the axis? */
+static bool has_tip(const struct rmap_shape *shape)
+{
+    return shape->type == RMAP_SHAPE_SAG && shape->sag[0]->n_power > 0 &&
+           shape->sag[0]->power[0] != 0;
 }
 
 /* First root in `t`; `known`: where a root stands that does not count (NaN: nowhere). */
@@ -247,6 +308,10 @@ static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
     struct range stack[DEPTH + 1];
     double smallest = (t.upper - t.lower) * 0x1p-50;
     int n = 0;
+    if (has_tip(shape) && ray->turn > t.lower && ray->turn < t.upper) {
+        stack[n++] = (struct range){ray->turn, t.upper};
+        t.upper = ray->turn;
+    }
     stack[n++] = t;
     while (n > 0) {
         struct range now = stack[--n];
@@ -276,6 +341,8 @@ static struct rmap_shape widened(const struct rmap_shape *shape)
 {
     struct rmap_shape wide = *shape;
     wide.aperture *= 1 + 1e-9;
+    for (int k = 0; k < 2; k++)
+        wide.outline.half[k] *= 1 + 1e-9;
     return wide;
 }
 
@@ -283,6 +350,8 @@ bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_sh
                             struct rmap_shape_hit *hit)
 {
     struct rmap_shape wide;
+    if (query->on_surface && shape->type == RMAP_SHAPE_SAG && shape->sag[0]->fresnel)
+        return false; /* a plane */
     if (query->joints) {
         wide = widened(shape);
         shape = &wide;
@@ -293,6 +362,8 @@ bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_sh
     ray.s0 = ray.p.x * ray.p.x + ray.p.y * ray.p.y;
     ray.s1 = ray.p.x * d.x + ray.p.y * d.y;
     ray.s2 = d.x * d.x + d.y * d.y;
+    ray.turn = ray.s2 > 0 ? -ray.s1 / ray.s2 : 0;
+    ray.least = s_at(&ray, ray.turn);
     struct range t = {query->t_min - shift, query->t_max - shift};
     if (!clip(shape, &ray, &t))
         return false;

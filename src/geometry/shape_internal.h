@@ -5,6 +5,7 @@
 #ifndef RMAP_SHAPE_INTERNAL_H
 #define RMAP_SHAPE_INTERNAL_H
 
+#include "geometry/sag.h"
 #include "geometry/shape.h"
 
 struct rmap_joints; /* accel_joint.c */
@@ -32,11 +33,15 @@ static inline bool rmap_root_belongs(const struct rmap_shape_query *query, doubl
 double rmap_conic_sag(const struct rmap_shape *shape, double s);
 double rmap_conic_slope(const struct rmap_shape *shape, double s);
 
-/* CONIC with aspheric terms. */
+/* CONIC with aspheric terms, SAG. */
 bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                             struct rmap_shape_hit *hit);
 
-/* Range of the sag over inner <= r <= aperture, never too narrow. */
+/* WALL. */
+bool rmap_wall_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
+                         struct rmap_shape_hit *hit);
+
+/* Range of the sag of a CONIC over inner <= r <= aperture, never too narrow. */
 void rmap_asphere_sag_range(const struct rmap_shape *shape, double *lower, double *upper);
 
 /* Unit normal at a point of the surface. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Where an analytic surface ends: circles about its axis, or the edges of a rectangle.
+ * Where an analytic surface ends: circles about its axis, the edges of a rectangle, or curves that
+ * follow a sag along an outline.
  */
 #include "geometry/shape_rim.h"
 
@@ -37,6 +38,119 @@ static struct rmap_rim edge(struct rmap_vec3 at, struct rmap_vec3 along)
                              .inward = rmap_scale(rmap_normalize(at), -1)};
 }
 
+/* ---- curves ---- */
+
+static double curve_height(const struct rmap_rim *rim, double x, double y, struct rmap_height *at)
+{
+    const struct rmap_shape *shape = rim->curve;
+    *at = rmap_sag_height(shape->sag[rim->end], x, y);
+    return at->z + (rim->end ? shape->length : 0);
+}
+
+/* Above or below the point of the outline that belongs to p. */
+static struct rmap_vec3 on_outline(const struct rmap_rim *rim, struct rmap_vec3 p)
+{
+    const struct rmap_aperture *a = &rim->curve->outline;
+    double x = p.x - a->at[0], y = p.y - a->at[1];
+    if (rim->side >= 0) {
+        const int k = rim->side % 2;
+        *(k ? &y : &x) = rim->side < 2 ? a->half[k] : -a->half[k];
+    } else {
+        const double hx = rim->side == -2 ? a->inner : a->half[0],
+                     hy = rim->side == -2 ? a->inner : a->half[1];
+        const double r = hypot(x / hx, y / hy);
+        x = r > 0 ? x / r : hx;
+        y = r > 0 ? y / r : 0;
+    }
+    return rmap_vec3(a->at[0] + x, a->at[1] + y, 0);
+}
+
+static struct rmap_vec3 outward(const struct rmap_rim *rim, struct rmap_vec3 p)
+{
+    const struct rmap_aperture *a = &rim->curve->outline;
+    if (rim->side >= 0)
+        return rmap_vec3(rim->side == 0   ? 1
+                         : rim->side == 2 ? -1
+                                          : 0,
+                         rim->side == 1   ? 1
+                         : rim->side == 3 ? -1
+                                          : 0,
+                         0);
+    if (rim->side == -2)
+        return rmap_normalize(rmap_vec3(a->at[0] - p.x, a->at[1] - p.y, 0));
+    return rmap_aperture_outward(a, p.x, p.y);
+}
+
+static struct rmap_rim_point curve_point(const struct rmap_rim *rim, struct rmap_vec3 p)
+{
+    struct rmap_height at;
+    struct rmap_vec3 q = on_outline(rim, p);
+    const struct rmap_vec3 out = outward(rim, q);
+    q.z = curve_height(rim, q.x, q.y, &at);
+    const struct rmap_vec3 along =
+        rmap_normalize(rmap_vec3(-out.y, out.x, at.y * out.x - at.x * out.y));
+    const bool wall = rim->curve->type == RMAP_SHAPE_WALL;
+    const struct rmap_vec3 normal = wall ? out : rmap_vec3(-at.x, -at.y, 1);
+    struct rmap_vec3 inward = rmap_normalize(rmap_cross(normal, along));
+    /* of a cap it leads towards the middle, as the cross product does; of a wall away from its end
+     */
+    if (wall && (inward.z < 0) != (rim->end == 1))
+        inward = rmap_scale(inward, -1);
+    return (struct rmap_rim_point){q, along, inward};
+}
+
+static bool is_near_curve(const struct rmap_rim *rim, struct rmap_vec3 p, double near)
+{
+    /* a wall's points lie on its outline: those of its other sides are not near */
+    const bool wall = rim->curve->type == RMAP_SHAPE_WALL;
+    const double beside = wall ? 1e-7 * rim->size : near;
+    const struct rmap_vec3 q = on_outline(rim, p);
+    if (fabs(p.x - q.x) > beside || fabs(p.y - q.y) > beside)
+        return false;
+    if (rim->side >= 0) {
+        const struct rmap_aperture *a = &rim->curve->outline;
+        const int k = 1 - rim->side % 2;
+        if (fabs((k ? p.y : p.x) - a->at[k]) > a->half[k] + beside)
+            return false;
+    }
+    struct rmap_height at;
+    return !wall || fabs(p.z - curve_height(rim, q.x, q.y, &at)) <= near;
+}
+
+/* A circle where it is one. */
+static struct rmap_rim curve_rim(const struct rmap_shape *shape, int end, int side)
+{
+    const struct rmap_aperture *a = &shape->outline;
+    const struct rmap_sag *sag = shape->sag[end];
+    const double r = side == -2 ? a->inner : a->half[0];
+    if (side < 0 && rmap_aperture_is_circle(a) && (sag->fresnel || rmap_sag_is_revolved(sag))) {
+        const struct rmap_height at = rmap_sag_height(sag, r, 0);
+        const double inward = side == -2 ? 1 : -1;
+        if (shape->type == RMAP_SHAPE_SAG)
+            return circle(r, at.z, inward, inward * at.x);
+        return circle(r, at.z + (end ? shape->length : 0), 0, end ? -1 : 1);
+    }
+    double size = rmap_max(a->half[0], a->half[1]);
+    if (side >= 0)
+        size = a->half[1 - side % 2];
+    return (struct rmap_rim){
+        .size = side == -2 ? a->inner : size, .curve = shape, .end = end, .side = side};
+}
+
+static int curve_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM_MAX])
+{
+    int n = 0;
+    for (int end = 0; end < (shape->type == RMAP_SHAPE_WALL ? 2 : 1); end++) {
+        if (!shape->outline.rectangle)
+            rim[n++] = curve_rim(shape, end, -1);
+        for (int side = 0; shape->outline.rectangle && side < 4; side++)
+            rim[n++] = curve_rim(shape, end, side);
+    }
+    if (shape->outline.inner > 0 && shape->type == RMAP_SHAPE_SAG)
+        rim[n++] = curve_rim(shape, 0, -2);
+    return n;
+}
+
 int rmap_shape_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM_MAX])
 {
     struct rmap_vec3 half = rmap_vec3(0.5 * shape->size[0], 0.5 * shape->size[1], 0);
@@ -67,6 +181,9 @@ int rmap_shape_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM
         break;
     case RMAP_SHAPE_SPHERE:
         break;
+    case RMAP_SHAPE_SAG:
+    case RMAP_SHAPE_WALL:
+        return curve_rims(shape, rim);
     }
     return n;
 }
@@ -74,6 +191,8 @@ int rmap_shape_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM
 bool rmap_rim_is_near(const struct rmap_rim *rim, struct rmap_vec3 p, double zone)
 {
     double near = zone * rim->size;
+    if (rim->curve)
+        return is_near_curve(rim, p, near);
     if (!rim->straight)
         return fabs(p.z - rim->z) <= near &&
                fabs(p.x * p.x + p.y * p.y - rim->size * rim->size) <= 2 * near * rim->size;
@@ -83,8 +202,36 @@ bool rmap_rim_is_near(const struct rmap_rim *rim, struct rmap_vec3 p, double zon
            fabs(p.z) <= near;
 }
 
+struct rmap_vec3 rmap_rim_sample(const struct rmap_rim *rim, int i, int n)
+{
+    const double angle = 2 * RMAP_PI / n * (i + 0.5), along = (2.0 * i + 1) / n - 1;
+    if (rim->straight)
+        return rmap_axpy((i == 0 ? -1 : 1) * rim->size, rim->along, rim->at);
+    if (!rim->curve)
+        return rmap_vec3(rim->size * cos(angle), rim->size * sin(angle), rim->z);
+    const struct rmap_aperture *a = &rim->curve->outline;
+    struct rmap_vec3 p =
+        rmap_vec3(a->at[0] + a->half[0] * cos(angle), a->at[1] + a->half[1] * sin(angle), 0);
+    if (rim->side >= 0)
+        p = rmap_vec3(a->at[0] + a->half[0] * along, a->at[1] + a->half[1] * along, 0);
+    return curve_point(rim, p).at;
+}
+
+struct rmap_vec3 rmap_rim_middle(const struct rmap_rim *rim)
+{
+    enum { POINTS = 4 };
+    struct rmap_vec3 sum = {0, 0, 0};
+    if (!rim->curve)
+        return rim->straight ? rim->at : rmap_vec3(0, 0, rim->z);
+    for (int i = 0; i < POINTS; i++)
+        sum = rmap_add(sum, rmap_rim_sample(rim, i, POINTS));
+    return rmap_scale(sum, 1.0 / POINTS);
+}
+
 struct rmap_rim_point rmap_rim_point(const struct rmap_rim *rim, struct rmap_vec3 p)
 {
+    if (rim->curve)
+        return curve_point(rim, p);
     if (rim->straight) {
         double along = rmap_dot(rmap_sub(p, rim->at), rim->along);
         return (struct rmap_rim_point){rmap_axpy(along, rim->along, rim->at), rim->along,

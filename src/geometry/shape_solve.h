@@ -28,6 +28,8 @@ static inline struct rmap_quadric rmap_quadric_of(const struct rmap_shape *shape
         return (struct rmap_quadric){1, -m * m, -m * shape->radius, -shape->radius * shape->radius,
                                      0.5 * shape->length};
     case RMAP_SHAPE_SPHERE:
+    case RMAP_SHAPE_SAG: /* solved otherwise */
+    case RMAP_SHAPE_WALL:
         break;
     }
     return (struct rmap_quadric){1, 1, 0, -shape->radius * shape->radius, 0};
@@ -181,8 +183,10 @@ static inline bool rmap_shape_solve(const struct rmap_shape *shape,
 {
     if (shape->type == RMAP_SHAPE_DISC || shape->type == RMAP_SHAPE_RECTANGLE)
         return rmap_flat_intersect(shape, query, hit);
-    if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0)
+    if ((shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0) || shape->type == RMAP_SHAPE_SAG)
         return rmap_asphere_intersect(shape, query, hit);
+    if (shape->type == RMAP_SHAPE_WALL)
+        return rmap_wall_intersect(shape, query, hit);
     return rmap_quadric_intersect(shape, query, hit);
 }
 

@@ -60,14 +60,16 @@ static bool add(struct train *train, const struct rmap_scene *scene, int32_t o, 
     const struct rmap_shape *shape = &geometry->shape;
     if (geometry->kind != RMAP_GEOMETRY_SHAPE || object->gradient_front || object->gradient_back)
         return false;
-    if (shape->type == RMAP_SHAPE_TUBE || (shape->type == RMAP_SHAPE_DISC && !(shape->inner > 0.0)))
+    if (shape->type == RMAP_SHAPE_TUBE || shape->type == RMAP_SHAPE_WALL ||
+        (shape->type == RMAP_SHAPE_DISC && !(shape->inner > 0.0)))
         return true; /* edges */
     const bool is_stop = shape->type == RMAP_SHAPE_DISC &&
                          object->medium_front == RMAP_MEDIUM_ANY &&
                          object->medium_back == RMAP_MEDIUM_ANY;
     if (shape->type == RMAP_SHAPE_DISC && !is_stop)
         return true;
-    const bool refracts = shape->type == RMAP_SHAPE_CONIC && object->medium_front >= 0 &&
+    double curvature = 0.0;
+    const bool refracts = rmap_shape_vertex(shape, &curvature) && object->medium_front >= 0 &&
                           object->medium_back >= 0 &&
                           rmap_scene_transmits(scene, object->surface_front);
     if ((!is_stop && !refracts) || train->n == SURFACES_MAX || !on_axis(train, &object->to_world))
@@ -87,8 +89,7 @@ static bool add(struct train *train, const struct rmap_scene *scene, int32_t o, 
         return true;
     vertex->before = index_of(scene, object->medium_back, channel);
     vertex->after = index_of(scene, object->medium_front, channel);
-    vertex->curvature =
-        (shape->curvature + (shape->n_asphere > 0 ? 2.0 * shape->asphere[0] : 0.0)) / scale;
+    vertex->curvature = curvature / scale;
     return true;
 }
 

@@ -88,6 +88,7 @@ static void destroy_bodies(struct rmap_scene *scene)
     for (size_t i = 0; scene->geometry && i < scene->n_geometry; i++) {
         rmap_free(scene->geometry[i].name);
         rmap_mesh_destroy(scene->geometry[i].mesh);
+        rmap_shape_release(&scene->geometry[i].shape);
     }
     rmap_free(scene->geometry);
     for (size_t i = 0; scene->object && i < scene->n_object; i++)

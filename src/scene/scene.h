@@ -63,7 +63,7 @@ enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
 struct rmap_geometry {
     char *name;
     enum rmap_geometry_kind kind;
-    struct rmap_shape shape; /* SHAPE */
+    struct rmap_shape shape; /* SHAPE; its sags owned by the scene */
     struct rmap_mesh *mesh;  /* MESH; owned by the scene */
 };
 
@@ -83,6 +83,7 @@ struct rmap_object {
     int32_t gradient_front, gradient_back; /* 1 + index of the gradient medium in place on that
                                               side; 0: uniform, or any */
     int32_t line, column;                  /* in the scene file */
+    bool faceted; /* a Fresnel surface: flat, with the normals of its profile */
 };
 
 struct rmap_group {

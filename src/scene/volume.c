@@ -126,6 +126,13 @@ static void cross_shape(const struct rmap_shape *shape, struct rmap_vec3 o, stru
         cross_quadratic(rmap_dot(d, d), rmap_dot(o, d),
                         rmap_dot(o, o) - shape->radius * shape->radius, z, -1.0, nearest);
         break;
+    case RMAP_SHAPE_SAG:
+    case RMAP_SHAPE_WALL: {
+        struct rmap_shape_hit hit;
+        if (rmap_shape_intersect(shape, o, d, false, 0.0, HUGE_VAL, &hit))
+            offer(nearest, hit.t, rmap_dot(hit.normal, d) < 0.0);
+        break;
+    }
     }
 }
 
@@ -167,7 +174,8 @@ static bool closes(const struct rmap_scene *scene, const struct rmap_volume *vol
 static bool is_cap(const struct rmap_scene *scene, int32_t object)
 {
     const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
-    return geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type == RMAP_SHAPE_CONIC;
+    return geometry->kind == RMAP_GEOMETRY_SHAPE &&
+           (geometry->shape.type == RMAP_SHAPE_CONIC || geometry->shape.type == RMAP_SHAPE_SAG);
 }
 
 static enum rmap_status find_parts(const struct rmap_scene *scene, struct rmap_volume *volume,

@@ -500,7 +500,7 @@ static bool look_up(const struct rmap_scene *scene, const struct rmap_ray *ray,
     return true;
 }
 
-void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
+static void decide(const struct rmap_scene *scene, const struct rmap_ray *ray,
                    const struct rmap_hit *hit, const struct rmap_colour *colour,
                    const struct rmap_draw *draw, struct rmap_decision *decision)
 {
@@ -541,6 +541,38 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
         decide_mixture(scene, ray, &side, colour, draw, decision);
         break;
     }
+}
+
+/* Light that the facets of a Fresnel surface would meet from their back, or send through the plane
+ * on the wrong side, ends on the steps between them. */
+static bool meets_step(const struct rmap_object *object, const struct rmap_ray *ray,
+                       const struct rmap_hit *hit, const struct rmap_decision *decision)
+{
+    const struct rmap_vec3 up = rmap_affine_transposed(&object->to_local, rmap_vec3(0, 0, 1));
+    const double in = rmap_dot(ray->direction, up);
+    if (!decision)
+        return in * rmap_dot(ray->direction, hit->normal) <= 0.0;
+    return (decision->turned ? -in : in) * rmap_dot(decision->direction, up) <= 0.0;
+}
+
+void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                   const struct rmap_hit *hit, const struct rmap_colour *colour,
+                   const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_object *object = &scene->object[hit->object];
+    const bool stopped = object->faceted && meets_step(object, ray, hit, NULL);
+    if (!stopped)
+        decide(scene, ray, hit, colour, draw, decision);
+    if (!object->faceted)
+        return;
+    if (stopped)
+        *decision = (struct rmap_decision){.medium = ray->medium,
+                                           .gradient = ray->gradient,
+                                           .collapse = -1,
+                                           .events = RMAP_EVENT_ABSORB};
+    else if (!(decision->events & (RMAP_EVENT_ABSORB | RMAP_EVENT_ERROR)) &&
+             meets_step(object, ray, hit, decision))
+        decision->events = RMAP_EVENT_ABSORB;
 }
 
 void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colour *colour)
