@@ -13,15 +13,9 @@ struct ray {
     double y, nu;
 };
 
-/* Base curvature at the vertex: the r^2 term of an asphere bends, too. */
-static double vertex_curvature(const struct rmap_lens_surface *surface)
-{
-    return surface->curvature + 2 * surface->asphere[2];
-}
-
 /* From before surface `from` to behind surface `to`; *n: index there, signed. y is left at `to`. */
-static struct ray trace(const struct rmap_lens_plan *plan, struct ray ray, size_t from, size_t to,
-                        double *n)
+static struct ray trace_in(const struct rmap_lens_plan *plan, int axis, struct ray ray, size_t from,
+                           size_t to, double *n)
 {
     const struct rmap_prescription *lens = plan->lens;
     for (size_t i = from; i <= to; i++) {
@@ -31,11 +25,17 @@ static struct ray trace(const struct rmap_lens_plan *plan, struct ray ray, size_
         if (i > from)
             ray.y += lens->surface[i - 1].thickness * ray.nu / *n;
         if (!surface->is_break) {
-            ray.nu -= ray.y * vertex_curvature(surface) * (after - *n);
+            ray.nu -= ray.y * plan->place[i].vertex[axis] * (after - *n);
             *n = after;
         }
     }
     return ray;
+}
+
+static struct ray trace(const struct rmap_lens_plan *plan, struct ray ray, size_t from, size_t to,
+                        double *n)
+{
+    return trace_in(plan, 1, ray, from, to, n);
 }
 
 static size_t stop_of(const struct rmap_prescription *lens)
@@ -98,6 +98,13 @@ void rmap_lens_first_order(struct rmap_lens_plan *plan)
                           plan->media.behind[power] == plan->media.behind[power - 1])))
         power--;
     const struct ray out = trace(plan, (struct ray){1, 0}, 1, power, &n);
+    double n_x = before;
+    const struct ray across = trace_in(plan, 0, (struct ray){1, 0}, 1, power, &n_x);
+    const bool anamorphic = fabs(across.nu - out.nu) > 1e-9 * fmax(fabs(across.nu), fabs(out.nu));
+    o->across[0] = !anamorphic ? (double)NAN : across.nu == 0 ? HUGE_VAL : -fabs(n_x) / across.nu;
+    o->across[1] = !anamorphic      ? (double)NAN
+                   : across.nu == 0 ? HUGE_VAL
+                                    : -across.y / (across.nu / n_x);
     o->focal_length = out.nu == 0 ? HUGE_VAL : -fabs(n) / out.nu;
     o->back_focus = out.nu == 0 ? HUGE_VAL : -out.y / (out.nu / n);
     o->object = lens->surface[0].thickness;

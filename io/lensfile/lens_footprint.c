@@ -10,24 +10,6 @@
 
 enum { RIM = 8 };
 
-struct rmap_shape rmap_lens_shape(const struct rmap_lens_surface *surface, double semi)
-{
-    struct rmap_shape shape = {.type = RMAP_SHAPE_CONIC,
-                               .curvature = surface->curvature,
-                               .conic = surface->conic,
-                               .n_asphere = surface->n_asphere / 2,
-                               .aperture = semi};
-    for (int i = 2; i <= surface->n_asphere; i += 2)
-        shape.asphere[i / 2 - 1] = surface->asphere[i];
-    return shape;
-}
-
-double rmap_lens_reach(const struct rmap_lens_surface *surface)
-{
-    const double c2 = (1 + surface->conic) * surface->curvature * surface->curvature;
-    return c2 > 0 ? 0.9999 / sqrt(c2) : HUGE_VAL;
-}
-
 struct beam {
     const struct rmap_lens_plan *plan;
     struct rmap_vec3 origin, direction; /* in the world */
@@ -60,8 +42,9 @@ static bool advance(struct beam *beam, size_t i, double *radius)
     const struct rmap_vec3 o = rmap_affine_point(&to_local, beam->origin);
     struct rmap_vec3 d = rmap_normalize(rmap_affine_vector(&to_local, beam->direction));
     const double scale = rmap_length(o) + beam->plan->order.entrance_diameter;
-    const struct rmap_shape shape =
-        rmap_lens_shape(surface, fmin(rmap_lens_reach(surface), 1e3 * scale));
+    struct rmap_shape shape = beam->plan->place[i].shape;
+    if (shape.type == RMAP_SHAPE_CONIC)
+        shape.aperture = fmin(rmap_lens_reach(surface), 1e3 * scale);
     if (!rmap_shape_intersect(&shape, o, d, false, -10 * scale, 1e4 * scale, &hit))
         return false;
     *radius = hypot(hit.point.x, hit.point.y);

@@ -211,15 +211,27 @@ static void limit(struct rmap_lens_plan *plan, size_t i, double semi, const char
     place->semi = semi;
 }
 
+/* Whether b lies behind a all around at radius r. */
+static bool is_behind(const struct rmap_shape *a, const struct rmap_shape *b, double gap, double r)
+{
+    enum { AROUND = 16 };
+    for (int i = 0; i < AROUND; i++) {
+        const double angle = 2 * RMAP_PI * i / AROUND, x = r * cos(angle), y = r * sin(angle);
+        if (!(rmap_shape_height(a, x, y) <= gap + rmap_shape_height(b, x, y)))
+            return false;
+    }
+    return true;
+}
+
 /* The largest radius up to r at which b lies behind a. */
 static double apart(const struct rmap_shape *a, const struct rmap_shape *b, double gap, double r)
 {
     double low = 0, high = r;
-    if (rmap_shape_sag(a, r) <= gap + rmap_shape_sag(b, r))
+    if (is_behind(a, b, gap, r))
         return r;
     for (int i = 0; i < 60; i++) {
         const double middle = 0.5 * (low + high);
-        if (rmap_shape_sag(a, middle) <= gap + rmap_shape_sag(b, middle))
+        if (is_behind(a, b, gap, middle))
             low = middle;
         else
             high = middle;
@@ -232,10 +244,11 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
 {
     struct rmap_lens_place *pa = &plan->place[a->surface], *pb = &plan->place[b->surface];
     const double r = fmin(pa->semi, pb->semi), enough = 1e-3;
-    const struct rmap_shape sa = rmap_lens_shape(&plan->lens->surface[a->surface], r);
-    const struct rmap_shape sb = rmap_lens_shape(&plan->lens->surface[b->surface], r);
     if (pa->role == RMAP_ROLE_HOLE || pb->role == RMAP_ROLE_HOLE)
         return;
+    struct rmap_shape sa = pa->shape, sb = pb->shape;
+    sa.aperture = sa.type == RMAP_SHAPE_CONIC ? r : sa.aperture;
+    sb.aperture = sb.type == RMAP_SHAPE_CONIC ? r : sb.aperture;
     const double most = apart(&sa, &sb, b->z - a->z, r);
     if (most < r && most > enough * r) {
         limit(plan, a->surface, most, "the next surface allows");
@@ -243,8 +256,53 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
     }
 }
 
+/* Between rims that are no circles about the axis, or on surfaces that are none of revolution, the
+ * edge of a body is straight: both rims are alike. */
+static void unite_rims(struct rmap_lens_plan *plan, const struct rmap_element_row *a,
+                       const struct rmap_element_row *b)
+{
+    struct rmap_lens_surface *s[2] = {&plan->lens->surface[a->surface],
+                                      &plan->lens->surface[b->surface]};
+    struct rmap_lens_place *p[2] = {&plan->place[a->surface], &plan->place[b->surface]};
+    const bool outline[2] = {rmap_lens_is_outline(&s[0]->aperture),
+                             rmap_lens_is_outline(&s[1]->aperture)};
+    if (outline[0] != outline[1]) {
+        const int from = outline[1];
+        s[!from]->aperture = s[from]->aperture;
+        p[!from]->semi = p[from]->semi;
+        rmap_lens_remark(s[!from], "its rim is that of surface %d, with which it makes a body",
+                         s[from]->number);
+    } else if (outline[0] && memcmp(&s[0]->aperture, &s[1]->aperture, sizeof s[0]->aperture) != 0) {
+        rmap_lens_lost(
+            plan->lens, s[1]->line, s[1],
+            "its aperture is another than that of surface %d, with which it makes a body: "
+            "that one stands there",
+            s[0]->number);
+        s[1]->aperture = s[0]->aperture;
+        p[1]->semi = p[0]->semi;
+    } else if (!outline[0] && p[0]->semi != p[1]->semi &&
+               !(rmap_lens_is_revolved(s[0]) && rmap_lens_is_revolved(s[1]))) {
+        const double most = fmax(p[0]->semi, p[1]->semi);
+        const int from = p[1]->semi == most && most <= rmap_lens_reach(s[0]) ? 1
+                         : p[0]->semi == most && most <= rmap_lens_reach(s[1])
+                             ? 0
+                             : p[1]->semi < p[0]->semi;
+        p[!from]->semi = p[from]->semi;
+        p[!from]->computed = p[from]->computed;
+        rmap_lens_remark(s[!from], "its rim is that of surface %d, with which it makes a body",
+                         s[from]->number);
+    }
+}
+
 static void fit(struct rmap_lens_plan *plan)
 {
+    for (size_t e = 0; e < plan->n_element; e++) {
+        const struct rmap_element_row *row = &plan->row[plan->element[e].first];
+        for (size_t k = 0; plan->element[e].kind == RMAP_ELEMENT_LENS && k + 1 < plan->element[e].n;
+             k++)
+            if (row[k].medium != 0)
+                unite_rims(plan, &row[k], &row[k + 1]);
+    }
     for (size_t i = 1; i < plan->lens->n_surface; i++)
         if (plan->place[i].role == RMAP_ROLE_REFRACTS || plan->place[i].role == RMAP_ROLE_MIRROR)
             limit(plan, i, rmap_lens_reach(&plan->lens->surface[i]), "its sphere or conic reaches");
@@ -269,6 +327,14 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the places of a lens");
     set_places(plan);
     set_roles(plan);
+    for (size_t i = 1; i < lens->n_surface; i++)
+        plan->widest = fmax(plan->widest, lens->surface[i].semi);
+    if (!(plan->widest > 0))
+        plan->widest =
+            lens->pupil == RMAP_PUPIL_DIAMETER && lens->pupil_value > 0 ? lens->pupil_value : 10;
+    st = rmap_lens_shapes(plan, err);
+    if (st != RMAP_OK)
+        return st;
     rmap_lens_first_order(plan);
     rmap_lens_footprints(plan);
     for (size_t i = 1; i < lens->n_surface; i++) {
@@ -289,6 +355,8 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
 void rmap_lens_plan_fini(struct rmap_lens_plan *plan)
 {
     rmap_lens_media_fini(&plan->media);
+    for (size_t i = 1; plan->place && i < plan->lens->n_surface; i++)
+        rmap_free(plan->place[i].sag);
     rmap_free(plan->place);
     rmap_free(plan->row);
     rmap_free(plan->element);

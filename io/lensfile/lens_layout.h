@@ -8,6 +8,7 @@
 #ifndef RMAP_LENS_LAYOUT_H
 #define RMAP_LENS_LAYOUT_H
 
+#include "geometry/sag.h"
 #include "io/lensfile/lens_media.h"
 
 /* First-order numbers at the primary wavelength, along the axis, tilts not looked at. Infinite
@@ -16,9 +17,11 @@ struct rmap_first_order {
     double focal_length, back_focus;    /* the latter from the last surface with power */
     double entrance, entrance_diameter; /* pupil, from surface 1 */
     double f_number;                    /* focal length by the pupil's diameter */
-    double object;                      /* of the object before surface 1, > 0; infinite: a star */
-    double magnification;               /* of a near object */
-    size_t last; /* index of the last surface that is not the image or a break */
+    double across[2]; /* focal length and back focus in x, where they are others than those in y, of
+                         which all else is; else NaN */
+    double object;    /* of the object before surface 1, > 0; infinite: a star */
+    double magnification; /* of a near object */
+    size_t last;          /* index of the last surface that is not the image or a break */
 };
 
 enum rmap_lens_role {
@@ -32,6 +35,9 @@ enum rmap_lens_role {
 
 struct rmap_lens_place {
     struct rmap_affine to_world;
+    struct rmap_shape shape; /* its aperture is not that of the surface */
+    struct rmap_sag *sag;    /* of a shape that is no conic; NULL: none, or the shape stands in */
+    double vertex[2];        /* curvature along x and y */
     enum rmap_lens_role role;
     bool backwards; /* light comes along its -z */
     size_t again;
@@ -77,6 +83,7 @@ struct rmap_lens_plan {
     struct rmap_lens_element *element;
     size_t n_element;
     double image_half; /* of the detector's side */
+    double widest;     /* semi-diameter that the file gives or its pupil has */
 };
 
 /* RMAP_INPUT: nothing would stand there; RMAP_SYSTEM. *plan is the caller's to finish in any
@@ -98,7 +105,14 @@ void rmap_lens_elements(struct rmap_lens_plan *plan);
 void rmap_lens_field_at(const struct rmap_lens_plan *plan, const struct rmap_lens_field *field,
                         double xy[2]);
 
-/* A surface's shape, as wide as that. */
+/* Fills shapes and curvatures of all places. RMAP_SYSTEM. */
+enum rmap_status rmap_lens_shapes(struct rmap_lens_plan *plan,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* It looks alike from all sides. */
+bool rmap_lens_is_revolved(const struct rmap_lens_surface *surface);
+
+/* A surface's conic with its even powers, as wide as that. */
 struct rmap_shape rmap_lens_shape(const struct rmap_lens_surface *surface, double semi);
 
 /* The widest that a conic has a surface for. */

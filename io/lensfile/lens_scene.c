@@ -22,6 +22,11 @@ static void put_first_order(FILE *out, const struct rmap_lens_plan *plan)
                       lens->unit, o->back_focus, lens->unit, o->f_number);
     else
         (void)fputs("afocal, ", out);
+    if (isfinite(o->across[0]))
+        (void)fprintf(out, "in x focal length %.8g %s, back focus %.8g %s,\n# ", o->across[0],
+                      lens->unit, o->across[1], lens->unit);
+    else if (!isnan(o->across[0]))
+        (void)fputs("afocal in x, ", out);
     (void)fprintf(out, "entrance pupil %.7g %s across", o->entrance_diameter, lens->unit);
     if (isfinite(o->entrance))
         (void)fprintf(out, ", %.7g %s behind surface 1", o->entrance, lens->unit);
@@ -147,12 +152,13 @@ static void put_row(FILE *out, const struct rmap_lens_plan *plan,
     }
     (void)fprintf(out, ", medium: %s", plan->media.medium[row->medium].name);
     put_semi(out, plan, row->surface);
-    if (s->is_stop && !s->is_mirror)
+    const bool has_plate = s->is_stop && !s->is_mirror && !rmap_lens_is_outline(&s->aperture);
+    if (has_plate)
         (void)fputs(", stop: true", out);
     if (s->is_mirror)
         (void)fprintf(out, ", surface: %s", mirror_sides(plan, row->surface));
     (void)fputc('}', out);
-    put_remark(out, plan, row->surface, false);
+    put_remark(out, plan, row->surface, !has_plate);
 }
 
 static double widest(const struct rmap_lens_plan *plan)

@@ -36,6 +36,9 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
     if (isfinite(o->focal_length))
         (void)fprintf(out, "  focal length %.7g %s, back focus %.7g %s, f/%.4g\n", o->focal_length,
                       lens->unit, o->back_focus, lens->unit, o->f_number);
+    if (isfinite(o->across[0]))
+        (void)fprintf(out, "  in x: focal length %.7g %s, back focus %.7g %s\n", o->across[0],
+                      lens->unit, o->across[1], lens->unit);
     if (isfinite(o->object))
         (void)fprintf(out, "  object %.7g %s before surface 1, magnification %.5g\n", o->object,
                       lens->unit, o->magnification);
@@ -109,6 +112,8 @@ json_t *rmap_lens_json(const struct rmap_lens_plan *plan, const char *path, cons
         double value;
     } numbers[] = {{"focal_length", o->focal_length},
                    {"back_focus", o->back_focus},
+                   {"focal_length_x", o->across[0]},
+                   {"back_focus_x", o->across[1]},
                    {"f_number", o->f_number},
                    {"entrance_pupil", o->entrance},
                    {"entrance_pupil_diameter", o->entrance_diameter},

@@ -142,12 +142,15 @@ static struct rmap_height qbfs(const struct rmap_sag *sag, double s)
                                 .x = (1 - 2 * s) * sum + s * (1 - s) * rate};
 }
 
-/* A sum over s = (r / norm)^2, through a factor 1 / sqrt(1 - c^2 r^2). */
-static void add_round(struct rmap_height part, double norm, double c, double x, double y,
+/* A sum over s = (r / norm)^2, times 1 over the cosine of a conic's slope, which is
+ * sqrt((1 - k c^2 r^2) / (1 - (1 + k) c^2 r^2)); of a sphere 1 / sqrt(1 - c^2 r^2). */
+static void add_round(struct rmap_height part, double norm, double c, double k, double x, double y,
                       struct rmap_height *sum)
 {
-    const double w = 1 - c * c * (x * x + y * y), over = 1 / sqrt(fmax(0, w));
-    const double rate = 2 * over * part.x / (norm * norm) + part.z * c * c * over * over * over;
+    const double c2 = c * c, r2 = x * x + y * y;
+    const double a = 1 - k * c2 * r2, b = 1 - (1 + k) * c2 * r2,
+                 over = sqrt(fmax(0, a) / fmax(0, b));
+    const double rate = 2 * over * part.x / (norm * norm) + part.z * c2 * over / (a * b);
     sum->z += part.z * over;
     sum->x += rate * x;
     sum->y += rate * y;
@@ -181,10 +184,10 @@ struct rmap_height rmap_sag_profile(const struct rmap_sag *sag, double x, double
     if (sag->n_zernike > 0)
         add_zernike(sag, x, y, &z);
     if (sag->n_qcon > 0)
-        add_round(qcon(sag, s / (sag->qcon_norm * sag->qcon_norm)), sag->qcon_norm, 0, x, y, &z);
+        add_round(qcon(sag, s / (sag->qcon_norm * sag->qcon_norm)), sag->qcon_norm, 0, 0, x, y, &z);
     if (sag->n_qbfs > 0)
         add_round(qbfs(sag, s / (sag->qbfs_norm * sag->qbfs_norm)), sag->qbfs_norm,
-                  sag->curvature[0], x, y, &z);
+                  sag->curvature[0], sag->conic[0], x, y, &z);
     return z;
 }
 

@@ -11,8 +11,8 @@
  *   xy       sum a_ij (x / norm)^i (y / norm)^j
  *   zernike  sum a_nm R_n^|m|(u) cos m phi (m >= 0) or sin |m| phi, u = r / norm, phi from x to y
  *   qcon     u^4 sum a_m Q_m^con(u^2) (Forbes 2007, doi 10.1364/OE.15.005218)
- *   qbfs     u^2 (1 - u^2) / sqrt(1 - c^2 r^2) sum a_m Q_m^bfs(u^2) (Forbes 2010,
- *            doi 10.1364/OE.18.019700)
+ *   qbfs     u^2 (1 - u^2) / cosine sum a_m Q_m^bfs(u^2) (Forbes 2010, doi 10.1364/OE.18.019700),
+ *            the cosine that of the base's slope: sqrt(1 - c^2 r^2) of a sphere
  *
  * All by + - * / and square roots alone, as what compact maps are decoded with must be.
  */

@@ -94,13 +94,16 @@ static double bend_of_sums(const struct rmap_sag *sag, double radius)
         take(sag, QCON | (sag->base != RMAP_SAG_TOROID ? POWERS : 0), &part);
         bend += most_of(&part, ray, greater(sag->n_power, 2 * sag->n_qcon + 2), 1, false).bend;
     }
-    if (sag->n_qbfs > 0) { /* F / sqrt(1 - c^2 r^2) */
-        const double c2 = sag->curvature[0] * sag->curvature[0];
-        const double over = 1 / sqrt(1 - c2 * radius * radius), cube = c2 * over * over * over;
+    if (sag->n_qbfs > 0) { /* F W with W of rmap_sag_profile, and dW/dr = c^2 r W / (a b) */
+        const double c2 = sag->curvature[0] * sag->curvature[0], r2 = radius * radius;
+        const double of[2] = {sag->conic[0] * c2, (1 + sag->conic[0]) * c2};
+        const double a = 1 - rmap_max(of[0], 0) * r2, b = 1 - rmap_max(of[1], 0) * r2;
+        const double over = sqrt((1 - of[0] * r2) / (1 - of[1] * r2)), rate = c2 / (a * b);
         take(sag, QBFS, &part);
         const struct most most = most_of(&part, ray, 2 * sag->n_qbfs + 2, 1, false);
-        bend += most.bend * over + 2 * most.slope * radius * cube +
-                most.z * cube * (1 + 3 * c2 * radius * radius * over * over);
+        bend +=
+            over * (most.bend + 2 * most.slope * radius * rate +
+                    most.z * rate * (1 + r2 * (rate + 2 * fabs(of[0]) / a + 2 * fabs(of[1]) / b)));
     }
     return bend;
 }
@@ -291,9 +294,8 @@ static const char *check_base(const struct rmap_sag *sag, double far, const doub
                    "below 1";
         break;
     }
-    if (sag->n_qbfs > 0 && 1 - c[0] * c[0] * far * far < LEAST_ROOT)
-        return "qbfs ends where its best-fit sphere does: the aperture must be less than the "
-               "radius";
+    if (sag->n_qbfs > 0 && 1 - k[0] * c[0] * c[0] * far * far < LEAST_ROOT)
+        return "qbfs ends where conic (aperture / radius)^2 is 1";
     return NULL;
 }
 
