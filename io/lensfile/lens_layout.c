@@ -244,7 +244,9 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
 {
     struct rmap_lens_place *pa = &plan->place[a->surface], *pb = &plan->place[b->surface];
     const double r = fmin(pa->semi, pb->semi), enough = 1e-3;
-    if (pa->role == RMAP_ROLE_HOLE || pb->role == RMAP_ROLE_HOLE)
+    if (pa->role == RMAP_ROLE_HOLE || pb->role == RMAP_ROLE_HOLE ||
+        rmap_lens_is_outline(&plan->lens->surface[a->surface].aperture) ||
+        rmap_lens_is_outline(&plan->lens->surface[b->surface].aperture))
         return;
     struct rmap_shape sa = pa->shape, sb = pb->shape;
     sa.aperture = sa.type == RMAP_SHAPE_CONIC ? r : sa.aperture;
@@ -304,7 +306,9 @@ static void fit(struct rmap_lens_plan *plan)
                 unite_rims(plan, &row[k], &row[k + 1]);
     }
     for (size_t i = 1; i < plan->lens->n_surface; i++)
-        if (plan->place[i].role == RMAP_ROLE_REFRACTS || plan->place[i].role == RMAP_ROLE_MIRROR)
+        if ((plan->place[i].role == RMAP_ROLE_REFRACTS ||
+             plan->place[i].role == RMAP_ROLE_MIRROR) &&
+            !rmap_lens_is_outline(&plan->lens->surface[i].aperture))
             limit(plan, i, rmap_lens_reach(&plan->lens->surface[i]), "its sphere or conic reaches");
     for (size_t e = 0; e < plan->n_element; e++) {
         const struct rmap_element_row *row = &plan->row[plan->element[e].first];

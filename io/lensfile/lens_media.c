@@ -81,7 +81,8 @@ static const struct {
                    {"POLYCARB", "PC"},         {"POLYSTYR", "PS"},
                    {"SAPPHIRE", "Al2O3"},      {"CAFL", "CaF2"},
                    {"E48R", "ZeonexE48R"},     {"GERMANIUM", "Ge"},
-                   {"SILICON", "Si"}};
+                   {"SILICON", "Si"},          {"C7980", "fused-silica"}, /* Corning's */
+                   {"UVFS", "fused-silica"}};
 
 static bool find_named(struct rmap_prescription *lens, struct rmap_lens_surface *surface,
                        struct rmap_lens_medium *medium)

@@ -300,7 +300,8 @@ const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *pl
     const bool upright = fabs(a->m[2][2] - 1) < 1e-12 && fabs(a->m[0][0] - 1) < 1e-12;
     const bool on_axis = hypot(a->t.x, a->t.y) == 0;
     double along = 0;
-    if (is_hidden(plan, rmap_vec3(0, 0, 1), &along))
+    if (is_hidden(plan, rmap_vec3(0, 0, 1), &along) ||
+        rmap_lens_is_outline(&plan->lens->surface[i].aperture))
         return NULL;
     return upright && on_axis && !plan->place[i].backwards && !isfinite(plan->order.object) ? first
                                                                                             : NULL;

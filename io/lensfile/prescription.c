@@ -66,6 +66,8 @@ static enum rmap_status complete(struct rmap_prescription *lens, struct rmap_err
     bool stop = false;
     for (size_t i = 0; i < lens->n_surface; i++) {
         struct rmap_lens_surface *surface = &lens->surface[i];
+        if (surface->curvature == 0 && surface->n_asphere == 0 && !isfinite(surface->figure.turn))
+            surface->figure.is_toroid = false; /* a plane */
         stop = stop || (surface->is_stop && i > 0 && i + 1 < lens->n_surface);
         if (i > 0 && !isfinite(surface->thickness)) {
             rmap_lens_lost(lens, surface->line, surface, "an infinite thickness is taken as 0");
