@@ -30,6 +30,27 @@ static bool bend(struct rmap_vec3 *d, struct rmap_vec3 normal, double from, doub
     return true;
 }
 
+/* Where a line meets a sag near its vertex's plane, by Newton's method: files of strangers have
+ * shapes whose exact roots take long. False: nowhere that it finds. */
+static bool meet_sag(const struct rmap_sag *sag, struct rmap_vec3 o, struct rmap_vec3 d,
+                     struct rmap_shape_hit *hit)
+{
+    enum { STEPS = 40 };
+    const double near = 1e-9 * (1 + rmap_length(o));
+    double t = -o.z / d.z;
+    for (int i = 0; i < STEPS; i++) {
+        hit->point = rmap_axpy(t, d, o);
+        const struct rmap_height h = rmap_sag_profile(sag, hit->point.x, hit->point.y);
+        const double miss = hit->point.z - (sag->fresnel ? 0 : h.z);
+        if (fabs(miss) <= near) {
+            hit->normal = rmap_normalize(rmap_vec3(-h.x, -h.y, 1));
+            return isfinite(hit->normal.z) && hypot(hit->point.x, hit->point.y) <= sag->far;
+        }
+        t -= miss / (sag->fresnel ? d.z : d.z - h.x * d.x - h.y * d.y);
+    }
+    return false;
+}
+
 /* On to surface i; its distance from that surface's axis. False: it misses. */
 static bool advance(struct beam *beam, size_t i, double *radius)
 {
@@ -42,10 +63,11 @@ static bool advance(struct beam *beam, size_t i, double *radius)
     const struct rmap_vec3 o = rmap_affine_point(&to_local, beam->origin);
     struct rmap_vec3 d = rmap_normalize(rmap_affine_vector(&to_local, beam->direction));
     const double scale = rmap_length(o) + beam->plan->order.entrance_diameter;
+    const struct rmap_sag *sag = beam->plan->place[i].sag;
     struct rmap_shape shape = beam->plan->place[i].shape;
-    if (shape.type == RMAP_SHAPE_CONIC)
-        shape.aperture = fmin(rmap_lens_reach(surface), 1e3 * scale);
-    if (!rmap_shape_intersect(&shape, o, d, false, -10 * scale, 1e4 * scale, &hit))
+    shape.aperture = fmin(rmap_lens_reach(surface), 1e3 * scale);
+    if (sag ? !meet_sag(sag, o, d, &hit)
+            : !rmap_shape_intersect(&shape, o, d, false, -10 * scale, 1e4 * scale, &hit))
         return false;
     *radius = hypot(hit.point.x, hit.point.y);
     const double to = beam->plan->media.medium[beam->plan->media.behind[i]].index;

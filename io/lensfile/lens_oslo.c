@@ -145,7 +145,7 @@ static bool read_of_lens(struct oslo *o, const char *key, char **word, size_t n)
             if (rmap_lens_is(key, "WW")) {
                 lens->wavelength_weight[i - 1] = fabs(number);
             } else if (number > 0) {
-                lens->wavelength_nm[i - 1] = 1e3 * number;
+                lens->wavelength_nm[i - 1] = rmap_lens_nm(number);
                 lens->wavelength_weight[i - 1] = 1;
                 lens->n_wavelength = i;
             }

@@ -178,6 +178,12 @@ double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other)
     return value;
 }
 
+double rmap_lens_nm(double um)
+{
+    const double digits = 1e7; /* of a nm */
+    return fabs(um) < 1e3 ? rint(1e3 * digits * um) / digits : 1e3 * um;
+}
+
 /* Cut before a character that has no room. What would end a line of YAML, or may not stand in it,
  * becomes a blank. */
 void rmap_lens_copy(char *to, size_t cap, const char *text)

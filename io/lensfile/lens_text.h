@@ -35,6 +35,9 @@ bool rmap_lens_number(const char *word, double *value);
 /* The k-th word as a number, or `other` where it is none. */
 double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other);
 
+/* Of um, without what binary fractions add behind the digits of the file. */
+double rmap_lens_nm(double um);
+
 /* Text that can stand in a line of a scene, cut where it has no room. */
 void rmap_lens_copy(char *to, size_t cap, const char *text);
 

@@ -227,7 +227,7 @@ static void read_wavelength(struct zmx *z, char *const *word, size_t n)
     if (!(k >= 1 && k <= RMAP_PRESCRIPTION_WAVELENGTHS_MAX && um > 0))
         return;
     const size_t i = (size_t)k - 1;
-    lens->wavelength_nm[i] = 1e3 * um;
+    lens->wavelength_nm[i] = rmap_lens_nm(um);
     lens->wavelength_weight[i] = rmap_lens_value(word, n, 3, 1);
     lens->n_wavelength = i + 1 > lens->n_wavelength ? i + 1 : lens->n_wavelength;
 }
@@ -294,7 +294,7 @@ static bool read_of_lens(struct zmx *z, const char *key, char *const *word, size
         read_values(word, n, z->list_wavelength, 1);
         for (size_t i = 0; i + 1 < n && i < RMAP_PRESCRIPTION_WAVELENGTHS_MAX; i++)
             if (z->list_wavelength[i] > 0) {
-                lens->wavelength_nm[i] = 1e3 * z->list_wavelength[i];
+                lens->wavelength_nm[i] = rmap_lens_nm(z->list_wavelength[i]);
                 lens->wavelength_weight[i] = 1;
                 lens->n_wavelength = i + 1;
             }

@@ -163,7 +163,7 @@ void rmap_zmx_change_lens(const struct rmap_zmx_changes *changes, struct rmap_pr
         else if (strcmp(change->key, "PRES") == 0)
             lens->pressure_atm = change->value;
         else if (strcmp(change->key, "WAVE") == 0 && at < lens->n_wavelength && change->value > 0)
-            lens->wavelength_nm[at] = 1e3 * change->value;
+            lens->wavelength_nm[at] = rmap_lens_nm(change->value);
         else if (strcmp(change->key, "WLWT") == 0 && at < lens->n_wavelength)
             lens->wavelength_weight[at] = change->value;
         else if (is_one_of(change->key, " XFIE YFIE FLWT FVDX FVDY FVCX FVCY ") &&

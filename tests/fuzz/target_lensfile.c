@@ -13,7 +13,7 @@
 #include "io/scene/yaml_tree.h"
 #include "target.h"
 
-const unsigned rmap_fuzz_rounds = 20000;
+const unsigned rmap_fuzz_rounds = 12000;
 
 enum { LONGEST = 16384, GLASS = 3, ARCHIVE = 4, KINDS = 5 }; /* after the lens formats */
 
