@@ -33,6 +33,9 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
                   lens->n_wavelength, plural(lens->n_wavelength));
     (void)fprintf(out, "  %zu group%s of lenses, %zu mirror%s\n", n_lens, plural(n_lens), n_mirror,
                   plural(n_mirror));
+    if (lens->n_configuration > 1)
+        (void)fprintf(out, "  %d configurations, each a simulation of the scene\n",
+                      lens->n_configuration);
     if (isfinite(o->focal_length))
         (void)fprintf(out, "  focal length %.7g %s, back focus %.7g %s, f/%.4g\n", o->focal_length,
                       lens->unit, o->back_focus, lens->unit, o->f_number);
@@ -102,11 +105,11 @@ json_t *rmap_lens_json(const struct rmap_lens_plan *plan, const char *path, cons
 {
     const struct rmap_prescription *lens = plan->lens;
     const struct rmap_first_order *o = &plan->order;
-    json_t *document =
-        json_pack("{s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:o}", "path", path, "scene", scene,
-                  "format", lens->format, "title", lens->title, "units", lens->unit, "surfaces",
-                  (json_int_t)lens->n_surface - 2, "fields", (json_int_t)lens->n_field,
-                  "wavelength", rmap_json_number(lens->wavelength_nm[lens->primary]));
+    json_t *document = json_pack(
+        "{s:s, s:s, s:s, s:s, s:s, s:I, s:I, s:i, s:o}", "path", path, "scene", scene, "format",
+        lens->format, "title", lens->title, "units", lens->unit, "surfaces",
+        (json_int_t)lens->n_surface - 2, "fields", (json_int_t)lens->n_field, "configurations",
+        lens->n_configuration, "wavelength", rmap_json_number(lens->wavelength_nm[lens->primary]));
     const struct {
         const char *key;
         double value;

@@ -288,6 +288,7 @@ def check_configurations():
     """Each is a simulation that sets what is other; a scene with it is as one of the file with that configuration stored."""
     lens = write("zoom.zmx", ZOOM)
     said = run("import", lens, "-o", "here/zoom")
+    check("3 configurations" in said, said)
     path = "here/zoom/scene.yaml"
     text = pathlib.Path(path).read_text(encoding="utf-8")
     for words in ("name: wide\n", "name: configuration_2\n", "name: at_infinity\n", "objects.image.at"):
@@ -300,6 +301,14 @@ def check_configurations():
         seen.append([step["position"] for step in report["steps"]])
     check(seen[0] == seen[1], "a ray of the configuration is that of the file in which it is stored")
     check("--set objects.image.at" not in run("check", path, "--simulation", "at_infinity"), "others are read")
+    digests = []
+    for scene_file, more in ((path, ["--simulation", "configuration_2"]), ("here/alone/scene.yaml", [])):
+        run("trace", scene_file, "-n", "3000", "-o", "here/zoom.raymap", "--force", "--quiet", *more)
+        run("verify", "here/zoom.raymap")
+        digests.append(json.loads(run("info", "here/zoom.raymap", "--json"))["digest"])
+    check(digests[0] == digests[1], "and so are all rays of a map, which keeps the choice")
+    moved = json.loads(run("report", path, "--ray", "7", "--json", "--simulation", "configuration_2", "--set", "objects.image.at=[0, 0, 60]"))
+    check(moved["steps"][-1]["position"][2] == 60, "--set comes after it")
     bad = pathlib.Path(path)
     bad.write_text(text.replace("objects.image.at:", "objects.imago.at:"), encoding="utf-8")
     told = run("check", path, "--simulation", "configuration_2", status=3)
