@@ -82,8 +82,11 @@ struct rmap_lens_plan {
     size_t n_row;
     struct rmap_lens_element *element;
     size_t n_element;
-    double image_half; /* of the detector's side */
-    double widest;     /* semi-diameter that the file gives or its pupil has */
+    double aim[RMAP_PRESCRIPTION_FIELDS_MAX + 1][2]; /* each field's and the axis's centre in the
+                                                        entrance pupil, beside its own where the
+                                                        lens is decentred */
+    double image_half;                               /* of the detector's side */
+    double widest; /* semi-diameter that the file gives or its pupil has */
 };
 
 /* RMAP_INPUT: nothing would stand there; RMAP_SYSTEM. *plan is the caller's to finish in any

@@ -261,6 +261,7 @@ enum rmap_status rmap_lens_read_oslo(char *text, struct rmap_prescription *lens,
     struct oslo o = {.lens = lens, .lines = {.at = text}, .err = err};
     char *word[RMAP_LENS_WORDS_MAX];
     lens->format = "OSLO";
+    lens->aims_at_stop = true;
     if (!rmap_lens_add(lens, 1, err))
         return err->status;
     while (rmap_lens_next_line(&o.lines)) {

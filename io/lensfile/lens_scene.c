@@ -161,13 +161,17 @@ static void put_row(FILE *out, const struct rmap_lens_plan *plan,
     put_remark(out, plan, row->surface, !has_plate);
 }
 
-static double widest(const struct rmap_lens_plan *plan)
+/* Radius of a plate about an opening: it holds back what would go past the lens; where mirrors send
+ * light to and fro it stands in nobody's way. */
+static double plate_radius(const struct rmap_lens_plan *plan, double opening)
 {
-    double most = 0;
+    double most = opening;
     for (size_t i = 1; i + 1 < plan->lens->n_surface; i++)
-        if (plan->place[i].role != RMAP_ROLE_NOTHING)
+        if (plan->lens->surface[i].is_mirror)
+            return 1.4 * opening;
+        else if (plan->place[i].role != RMAP_ROLE_NOTHING)
             most = fmax(most, plan->place[i].semi);
-    return most;
+    return 1.2 * most;
 }
 
 /* Plates that lie in the plane of an element, in its frame: four about a hole, or arms. */
@@ -183,7 +187,7 @@ static int make_parts(const struct rmap_lens_plan *plan, const struct rmap_lens_
     const size_t i = plan->row[e->first].surface;
     const struct rmap_lens_surface *s = &plan->lens->surface[i];
     const struct rmap_lens_opening *a = &s->aperture;
-    const double outer = 1.2 * fmax(widest(plan), plan->place[i].semi);
+    const double outer = plate_radius(plan, plan->place[i].semi);
     int n = 0;
     if (e->kind == RMAP_ELEMENT_SPIDER)
         for (; n < s->n_arm && n < PARTS_MAX; n++) {
@@ -285,7 +289,7 @@ static void put_geometry(FILE *out, const struct rmap_lens_plan *plan,
         else
             (void)fprintf(out, "  %s: {type: disc, inner: %.15g, radius: %.6g}\n", e->name,
                           s->aperture.shape ? s->aperture.half[0] : place->semi,
-                          1.2 * fmax(widest(plan), place->semi));
+                          plate_radius(plan, place->semi));
         break;
     case RMAP_ELEMENT_SPIDER:
         put_parts(out, plan, e, false);

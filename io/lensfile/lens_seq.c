@@ -553,6 +553,7 @@ enum rmap_status rmap_lens_read_seq(char *text, struct rmap_prescription *lens,
     s.configuration = lens->configuration > 0 ? lens->configuration : 1;
     enum rmap_status st = RMAP_OK;
     lens->format = "CODE V";
+    lens->aims_at_stop = true;
     while (st == RMAP_OK && rmap_lens_next_line(&s.lines)) {
         const size_t length = strlen(s.lines.line);
         if (n + length + 2 > LONGEST)

@@ -275,17 +275,20 @@ void rmap_lens_put_media(FILE *out, const struct rmap_lens_plan *plan)
 
 /* ---- sources ---- */
 
-static struct rmap_vec3 pupil_of(const struct rmap_lens_plan *plan)
+/* Of a field. */
+static struct rmap_vec3 pupil_of(const struct rmap_lens_plan *plan, size_t field)
 {
-    return rmap_vec3(0, 0, isfinite(plan->order.entrance) ? plan->order.entrance : 0);
+    return rmap_vec3(plan->aim[field][0], plan->aim[field][1],
+                     isfinite(plan->order.entrance) ? plan->order.entrance : 0);
 }
 
 /* Whether a large image stands before the pupil in a beam along d, as a mirror's does; *along:
  * where from the pupil. */
-static bool is_hidden(const struct rmap_lens_plan *plan, struct rmap_vec3 d, double *along)
+static bool is_hidden(const struct rmap_lens_plan *plan, size_t field, struct rmap_vec3 d,
+                      double *along)
 {
     const struct rmap_vec3 image = plan->place[plan->lens->n_surface - 1].to_world.t;
-    const struct rmap_vec3 to_image = rmap_sub(image, pupil_of(plan));
+    const struct rmap_vec3 to_image = rmap_sub(image, pupil_of(plan, field));
     const double radius = 0.5 * plan->order.entrance_diameter, much = 0.3;
     *along = rmap_dot(to_image, d);
     return -*along > radius && plan->image_half > much * radius &&
@@ -300,7 +303,10 @@ const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *pl
     const bool upright = fabs(a->m[2][2] - 1) < 1e-12 && fabs(a->m[0][0] - 1) < 1e-12;
     const bool on_axis = hypot(a->t.x, a->t.y) == 0;
     double along = 0;
-    if (is_hidden(plan, rmap_vec3(0, 0, 1), &along) ||
+    for (size_t f = 0; f <= plan->lens->n_field; f++)
+        if (plan->aim[f][0] != 0 || plan->aim[f][1] != 0)
+            return NULL;
+    if (is_hidden(plan, 0, rmap_vec3(0, 0, 1), &along) ||
         rmap_lens_is_outline(&plan->lens->surface[i].aperture))
         return NULL;
     return upright && on_axis && !plan->place[i].backwards && !isfinite(plan->order.object) ? first
@@ -314,23 +320,24 @@ static void put_vector(FILE *out, const char *key, struct rmap_vec3 v)
 
 /* A parallel beam through the entrance pupil, from before everything but an image that it would
  * have to go through. */
-static void put_beam(FILE *out, const struct rmap_lens_plan *plan, const double xy[2],
+static void put_beam(FILE *out, const struct rmap_lens_plan *plan, size_t field, const double xy[2],
                      bool *behind_image)
 {
     double before = 0, along = 0;
     const struct rmap_vec3 d = rmap_normalize(rmap_vec3(xy[0], xy[1], 1));
-    const struct rmap_vec3 pupil = pupil_of(plan);
+    const struct rmap_vec3 pupil = pupil_of(plan, field);
     for (size_t i = 1; i < plan->lens->n_surface; i++)
         before = fmax(before, rmap_length(plan->place[i].to_world.t) + plan->place[i].semi);
     before = fmax(before, fabs(pupil.z));
-    *behind_image = is_hidden(plan, d, &along);
+    *behind_image = is_hidden(plan, field, d, &along);
     (void)fprintf(out, "type: collimated, shape: {disc: %.6g}",
                   0.525 * plan->order.entrance_diameter);
     put_vector(out, "at", rmap_axpy(*behind_image ? 0.8 * along : -2 * before, d, pupil));
     put_vector(out, "direction", d);
 }
 
-static void put_point(FILE *out, const struct rmap_lens_plan *plan, const double xy[2])
+static void put_point(FILE *out, const struct rmap_lens_plan *plan, size_t field,
+                      const double xy[2])
 {
     const struct rmap_first_order *o = &plan->order;
     const struct rmap_vec3 at = rmap_vec3(xy[0] + 0.0, xy[1] + 0.0, -o->object); /* no -0 */
@@ -340,7 +347,7 @@ static void put_point(FILE *out, const struct rmap_lens_plan *plan, const double
                       ? 1.05 * degrees * asin(plan->lens->pupil_value)
                       : telecentric;
     if (isfinite(o->entrance) && o->entrance + o->object != 0) { /* not in the pupil itself */
-        d = rmap_sub(rmap_vec3(0, 0, o->entrance), at);
+        d = rmap_sub(pupil_of(plan, field), at);
         half = degrees * atan(radius / fabs(d.z));
         d = rmap_scale(rmap_normalize(d), d.z < 0 ? -1 : 1);
     }
@@ -390,9 +397,9 @@ static void put_field(FILE *out, const struct rmap_lens_plan *plan, size_t k)
         else if (xy[1] != 0)
             (void)fprintf(out, ", field: %.12g", degrees * atan(xy[1]));
     } else if (isfinite(plan->order.object)) {
-        put_point(out, plan, xy);
+        put_point(out, plan, k, xy);
     } else {
-        put_beam(out, plan, xy, &behind_image);
+        put_beam(out, plan, k, xy, &behind_image);
     }
     if (field->weight != 1 && field->weight > 0)
         (void)fprintf(out, ", flux: %.6g", field->weight);

@@ -72,7 +72,7 @@ static const struct {
 static const char harmless[] =
     " SSID FIMP HIDE MIRR SLAB POPS MEMA OEMA DRAW SCOL SCBD VCUR VDSZ VCON VPAR VXDT TCED TCMM "
     "MNCA MNCG "
-    "MXCA MXCG MNEA MNEG RGLA MODE VERS AUTH IWDP PFIL LANG GFAC RAIM PUSH SDMA OMMA ROPD "
+    "MXCA MXCG MNEA MNEG RGLA MODE VERS AUTH IWDP PFIL LANG GFAC PUSH SDMA OMMA ROPD "
     "HYPR "
     "PICB VANN ZVAN POLS GLRS GSTD NSCD COFN LUID EERA BLNK TOL MOFF TELE TRAC GLCZ STUD EFFL PUPD "
     "DMFS OPDX CONF FWGT DBDT FLAP WWGN WAVN VNDX UNIV ISNA PIKO QOMA RSCE RWRE NOTE LTTL MIND "
@@ -272,6 +272,8 @@ static bool read_of_lens(struct zmx *z, const char *key, char *const *word, size
     else if (strcmp(key, "ENPD") == 0 || strcmp(key, "FNUM") == 0 || strcmp(key, "OBNA") == 0 ||
              strcmp(key, "FLOA") == 0)
         read_pupil(z, key, word, n);
+    else if (strcmp(key, "RAIM") == 0) /* 0: off; 1: paraxial; 2: real */
+        lens->aims_at_stop = rmap_lens_value(word, n, 2, 0) > 0;
     else if (strcmp(key, "FTYP") == 0)
         read_type_of_fields(z, word, n);
     else if (strcmp(key, "XFLN") == 0)

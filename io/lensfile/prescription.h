@@ -130,6 +130,8 @@ struct rmap_prescription {
     const char *unit; /* "mm", "cm", "m", "in" */
     enum rmap_lens_pupil pupil;
     double pupil_value;
+    bool
+        aims_at_stop; /* rays are aimed at the stop, wherever it is, not at the pupil on the axis */
     enum rmap_lens_field_kind field_kind;
     struct rmap_lens_field field[RMAP_PRESCRIPTION_FIELDS_MAX];
     size_t n_field;

@@ -223,6 +223,23 @@ def check_folds():
         checks.close(f"bend {k}", steps[k]["position"], want, abs=1e-12)
 
 
+def check_aim():
+    """Of a decentred system of CODE V the middle ray of each field goes through the middle of the stop, behind a mirror."""
+    with open("aim.seq", "w", encoding="ascii") as file:
+        file.write("RDM;LEN\nEPD 20\nWL 550\nXAN 0 1\nYAN 0 -1.5\nSO 0 1e20\nS 0 100\nS -500 -200 REFL\nDAR; YDE 40; ADE 5\n"
+                   "S 0 -50\nSTO; DAR; YDE 12; XDE 3; ADE -4\nSI 0 0\nYDE 20; ADE 9\n")
+    told, text = bring("aim.seq")
+    stop = [float(v) for v in re.search(r"name: stop_3, .*?at: \[(.*?)\]", text).group(1).split(",")]
+    for name in ("field_1", "field_2"):
+        beam = re.search(rf"name: {name}, .*?at: \[(.*?)\], direction: \[(.*?)\]", text)
+        origin, direction = ([float(v) for v in beam.group(k).split(",")] for k in (1, 2))
+        step = report("aim", with_ray(text, origin, direction, 550))["steps"][0]
+        d = direction_after(report("aim", with_ray(text, origin, direction, 550))["steps"], 0)
+        off = [s - p for s, p in zip(stop, step["position"])]
+        along = sum(a * b for a, b in zip(off, d))
+        checks.close(f"{name} from the stop's middle", math.dist(off, [along * v for v in d]), 0, abs=1e-6)
+
+
 def check_mangin():
     """Its front surface is met twice and stands there once: back focus of the listing's numbers by a y-nu trace of our own."""
     told, text = bring(os.path.join(LENSES, "rayoptics_codev_mangin.seq"))
@@ -382,6 +399,7 @@ check_double_gauss()
 check_hyper_suprime_cam()
 check_first_order()
 check_folds()
+check_aim()
 check_mangin()
 check_model_glass()
 check_shapes()
