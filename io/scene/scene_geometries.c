@@ -66,6 +66,18 @@ void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
     geometry->shape = *shape;
 }
 
+void rmap_reader_add_mesh(struct rmap_reader *reader, const char *name, struct rmap_mesh *mesh,
+                          int32_t *index_ret)
+{
+    struct rmap_geometry *geometry = add_geometry(reader, name, index_ret);
+    if (!geometry) {
+        rmap_mesh_destroy(mesh);
+        return;
+    }
+    geometry->kind = RMAP_GEOMETRY_MESH;
+    geometry->mesh = mesh;
+}
+
 /* ---- caps ---- */
 
 static bool read_asphere(struct rmap_reader *reader, const struct rmap_yaml_node *node,
