@@ -155,7 +155,18 @@ enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *b, const
         name = material;
     const bool taken = material[0] && name_taken(b, name);
     (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material : "");
-    return rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
+    const size_t n_before = b->n_face;
+    enum rmap_status st = rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
+    if (st != RMAP_OK || !b->wants_materials || b->n_face == n_before)
+        return st;
+    RMAP_TRY(RMAP_RESERVE(b->face_material, b->cap_face_material, b->n_face, b->err));
+    while (b->n_face_material < n_before)
+        b->face_material[b->n_face_material++] = NULL;
+    b->face_material[b->n_face_material++] = rmap_strdup(material);
+    if (!b->face_material[n_before])
+        st = rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu faces", b->n_face);
+out:
+    return st;
 }
 
 enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rmap_mesh **mesh_ret)
@@ -188,6 +199,9 @@ void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
 {
     for (size_t i = 0; i < b->n_face; i++)
         rmap_free(b->face_name[i]);
+    for (size_t i = 0; i < b->n_face_material; i++)
+        rmap_free(b->face_material[i]);
+    rmap_free(b->face_material);
     rmap_free(b->face_name);
     rmap_free(b->tangent);
     rmap_free(b->vertex);

@@ -19,11 +19,11 @@ struct rmap_mesh_builder {
     float (*vertex)[3];
     uint32_t (*triangle)[3];
     uint32_t *face;
-    char **face_name;
+    char **face_name, **face_material; /* the latter where they are wanted */
     float (*tangent)[3]; /* of those that had texture coordinates; only where they are wanted */
-    bool wants_tangents, has_tangents;
-    size_t n_vertex, n_triangle, n_face;
-    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_tangent;
+    bool wants_tangents, has_tangents, wants_materials;
+    size_t n_vertex, n_triangle, n_face, n_face_material;
+    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_face_material, cap_tangent;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
     size_t n_slot;
     struct rmap_mesh_left_out left_out;
