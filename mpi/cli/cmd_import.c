@@ -12,7 +12,7 @@
 #include "base/alloc.h"
 #include "io/file/directory.h"
 #include "io/file/input_file.h"
-#include "io/file/whole_file.h"
+#include "io/file/kept_edits.h"
 #include "io/lensfile/lens_scene.h"
 #include "mpi/answer/lens_out.h"
 #include "mpi/command/command.h"
@@ -27,7 +27,7 @@ static const struct rmap_option options[] = {
     {"glass", 0, "FILE.agf" RMAP_ARGUMENT_AGAIN,
      "a glass catalogue; those beside the lens file are read without being named"},
     {"strict", 0, NULL, "write nothing if anything is not understood: status 3"},
-    {"force", 'f', NULL, "replace FOLDER/scene.yaml, with whatever was changed in it"},
+    {"force", 'f', NULL, "keep an edited FOLDER/scene.yaml as scene.yaml.bak, and write a new one"},
     {NULL}};
 
 struct import {
@@ -168,14 +168,17 @@ static enum rmap_status import_lens(const struct rmap_context *context,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct stat info;
+    enum rmap_edits edits = RMAP_EDITS_NO_FILE;
+    const bool force = rmap_argument(given, "force") != NULL;
+    char *kept = NULL;
     const size_t n = strlen(import->folder);
     const bool slash = n > 0 && import->folder[n - 1] == '/';
     if (snprintf(import->scene, sizeof import->scene, "%s%sscene.yaml", import->folder,
                  slash ? "" : "/") >= PATH)
         return rmap_error_set(err, RMAP_USAGE, "the name of the folder is too long");
-    if (stat(import->folder, &info) == 0) /* else it is made when there is something to write */
-        RMAP_TRY(rmap_output_free(import->scene, rmap_argument(given, "force") != NULL, err));
+    RMAP_TRY(rmap_edits_find(import->scene, &edits, err)); /* before the work */
+    if (edits == RMAP_EDITS_MADE && !force)
+        RMAP_TRY(rmap_edits_refuse(import->scene, err));
     RMAP_TRY(read_lens(import, given, err));
     st = rmap_lens_plan_make(&import->lens, &import->plan, err);
     if (st != RMAP_OK)
@@ -188,13 +191,16 @@ static enum rmap_status import_lens(const struct rmap_context *context,
                             import->path, import->findings.n + import->findings.n_dropped);
     RMAP_TRY(st);
     RMAP_TRY(make_folder(import->folder, err));
-    RMAP_TRY(rmap_whole_file_put(import->scene, put_scene, import, err));
+    RMAP_TRY(rmap_edits_put(import->scene, force, put_scene, import, &kept, err));
+    if (kept && !context->quiet)
+        (void)fprintf(stderr, "%s: the scene that stood there, with its edits\n", kept);
     if (context->json)
         st = rmap_json_print(rmap_lens_json(&import->plan, import->path, import->scene), stdout,
                              err);
     else if (!context->quiet)
         rmap_lens_print(&import->plan, import->scene, stdout);
 out:
+    rmap_free(kept);
     return st;
 }
 
@@ -225,7 +231,9 @@ const struct rmap_command rmap_command_import = {
         "to be read and edited like any other: glasses by their names, apertures, stops, mirrors,\n"
         "tilts, fields as sources, the image as a detector. What is not understood is told with\n"
         "its line and surface, and stands as a remark in the scene; --strict makes it a mistake.\n"
-        "A scene that is there already is not replaced unless --force is given.\n\n"
+        "A scene of an import is replaced; one that was edited since is not, unless --force is "
+        "given,\n"
+        "which keeps it as scene.yaml.bak.\n\n"
         "  raymap import double-gauss.zmx -o lens\n"
         "  raymap trace lens/scene.yaml -n 1M -o lens.raymap\n"
         "  raymap ghosts lens.raymap sensor",
