@@ -83,14 +83,14 @@ void measure(Shape &shape)
     shape.area = 0;
     for (Face &face : shape.faces) {
         GProp_GProps props;
-        BRepGProp::SurfaceProperties(face.brep, props);
+        BRepGProp::SurfaceProperties(face.brep, props, 1e-8);
         face.area = props.Mass();
         face.centroid = props.CentreOfMass().XYZ();
         shape.area += face.area;
         skin.Add(props);
     }
     if (shape.closed)
-        BRepGProp::VolumeProperties(shape.brep, whole);
+        BRepGProp::VolumeProperties(shape.brep, whole, 1e-8);
     shape.volume = shape.closed ? std::abs(whole.Mass()) : 0;
     const GProp_GProps &props = shape.closed ? whole : skin;
     shape.centroid = props.CentreOfMass().XYZ();

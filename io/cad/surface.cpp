@@ -10,6 +10,7 @@
 #include <gp_Sphere.hxx>
 #include <gp_Torus.hxx>
 
+#include <algorithm>
 #include <cmath>
 
 namespace cad
@@ -107,17 +108,27 @@ static std::vector<Sample> samples_of(const BRepAdaptor_Surface &surface, double
     int curved = 0;
     const double u0 = surface.FirstUParameter(), du = surface.LastUParameter() - u0;
     const double v0 = surface.FirstVParameter(), dv = surface.LastVParameter() - v0;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            BRepLProp_SLProps at(surface, u0 + du * i / (n - 1), v0 + dv * j / (n - 1), 2, 1e-12);
-            if (!at.IsNormalDefined()) // a pole
-                continue;
-            samples.push_back({at.Value().XYZ(), at.Normal().XYZ()});
-            if (!at.IsCurvatureDefined())
-                continue;
-            curvatures[0][curved] = at.MaxCurvature();
-            curvatures[1][curved++] = at.MinCurvature();
-        }
+    double widest = 0;
+    std::array<std::array<gp_Vec, 2>, n * n> tangents;
+    std::array<gp_Pnt, n * n> points;
+    for (std::size_t k = 0; k < n * n; ++k) {
+        surface.D1(u0 + du * static_cast<double>(k / n) / (n - 1),
+                   v0 + dv * static_cast<double>(k % n) / (n - 1), points[k], tangents[k][0],
+                   tangents[k][1]);
+        widest = std::max(widest, (tangents[k][0] ^ tangents[k][1]).Magnitude());
+    }
+    for (std::size_t k = 0; k < n * n; ++k) {
+        const gp_Vec normal = tangents[k][0] ^ tangents[k][1];
+        if (!(normal.Magnitude() > 1e-4 * widest)) // a pole
+            continue;
+        samples.push_back({points[k].XYZ(), normal.XYZ().Normalized()});
+        BRepLProp_SLProps at(surface, u0 + du * static_cast<double>(k / n) / (n - 1),
+                             v0 + dv * static_cast<double>(k % n) / (n - 1), 2, 1e-12);
+        if (!at.IsCurvatureDefined())
+            continue;
+        curvatures[0][curved] = at.MaxCurvature();
+        curvatures[1][curved++] = at.MinCurvature();
+    }
     minor = 0;
     for (int k = 0; k < 2 && curved > 0; ++k) {
         for (int i = 0; i < curved; ++i)

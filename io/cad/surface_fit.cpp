@@ -24,6 +24,16 @@ static gp_XYZ mean_of(const std::vector<gp_XYZ> &points)
     return sum / static_cast<double>(points.size());
 }
 
+// Least squares of rows * x = right.
+static bool solve(const math_Matrix &rows, const math_Vector &right, math_Vector &x)
+{
+    math_SVD svd(rows);
+    if (!svd.IsDone())
+        return false;
+    svd.Solve(right, x, 1e-13);
+    return true;
+}
+
 // The directions in which points about `middle` spread the least, and how much: eigenvalues per
 // point, ascending.
 static std::array<gp_XYZ, 3> spread_of(const std::vector<gp_XYZ> &points, const gp_XYZ &middle,
@@ -43,17 +53,20 @@ static std::array<gp_XYZ, 3> spread_of(const std::vector<gp_XYZ> &points, const 
         vectors[static_cast<std::size_t>(k - 1)] = gp_XYZ(v(1), v(2), v(3));
         values[k - 1] = eigen.Value(4 - k);
     }
+    // math_Jacobi stops early: one step of least squares makes the first what it should be.
+    const int n = static_cast<int>(points.size());
+    math_Matrix rows(1, n + 1, 1, 3);
+    math_Vector right(1, n + 1, 0.0), turn(1, 3);
+    for (int k = 0; k <= n; ++k) {
+        const gp_XYZ row = k < n ? points[static_cast<std::size_t>(k)] - middle
+                                 : vectors[0] * std::sqrt(values[2] * n);
+        for (int i = 1; i <= 3; ++i)
+            rows(k + 1, i) = row.Coord(i);
+        right(k + 1) = k < n ? -(row * vectors[0]) : 0;
+    }
+    if (solve(rows, right, turn))
+        vectors[0] = (vectors[0] + gp_XYZ(turn(1), turn(2), turn(3))).Normalized();
     return vectors;
-}
-
-// Least squares of rows * x = right.
-static bool solve(const math_Matrix &rows, const math_Vector &right, math_Vector &x)
-{
-    math_SVD svd(rows);
-    if (!svd.IsDone())
-        return false;
-    svd.Solve(right, x, 1e-13);
-    return true;
 }
 
 // p - r n = c for all, across the axis alone where there is one.
@@ -142,7 +155,7 @@ Surface fit_surface(const std::vector<Sample> &samples, double minor)
     const gp_XYZ middle = mean_of(normals);
     const auto directions = spread_of(normals, gp_XYZ(0, 0, 0), values);
     const auto tips = spread_of(normals, middle, about);
-    constexpr double none = 1e-18; // of squared sines
+    constexpr double none = 1e-14; // of squared sines
     Surface out;
     if (about[2] < none)
         return {Kind::plane, samples.front().point, middle.Normalized()};
