@@ -18,6 +18,7 @@ static void free_shape(struct rmap_assembly_shape *shape)
     rmap_free(shape->id);
     rmap_free(shape->name);
     rmap_free(shape->file);
+    rmap_free(shape->made);
     rmap_mesh_destroy(shape->mesh);
 }
 

@@ -31,6 +31,7 @@ struct rmap_assembly_face {
 struct rmap_assembly_shape {
     char *id, *name;
     char *file;    /* of its mesh, without a folder */
+    char *made;    /* what it was called where it was read; NULL: it is no file yet */
     char hash[33]; /* the same for the same shape, whatever file it is in */
     double chord;  /* of its triangles; 0: not known */
     bool closed;

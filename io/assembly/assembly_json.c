@@ -127,6 +127,7 @@ static enum rmap_status read_shape(struct reading *r, const json_t *from)
     shape->name = NULL;
     RMAP_TRY(text_of(r, from, "name", &shape->name));
     RMAP_TRY(text_of(r, from, "file", &shape->file));
+    RMAP_TRY(text_of(r, from, "file", &shape->made));
     if (!is_file_name(shape->file))
         return refuse(r, "'%.60s' is no name of a mesh file beside it: NAME.ply", shape->file);
     const char *hash = json_string_value(json_object_get(from, "hash"));
