@@ -29,8 +29,8 @@ static void put_head(const struct rmap_mesh *mesh, FILE *file)
     (void)fprintf(file,
                   "element vertex %zu\nproperty float x\nproperty float y\nproperty float z\n"
                   "element face %zu\nproperty list uchar int vertex_indices\nproperty int face\n"
-                  "end_header\n",
-                  mesh->n_vertex, mesh->n_triangle);
+                  "element surface %zu\nproperty int kind\nend_header\n",
+                  mesh->n_vertex, mesh->n_triangle, mesh->n_face);
 }
 
 static enum rmap_status put(const void *context, FILE *file, struct rmap_error *err)
@@ -50,6 +50,8 @@ static enum rmap_status put(const void *context, FILE *file, struct rmap_error *
             put_word(file, mesh->triangle[t][k]);
         put_word(file, mesh->face[t]);
     }
+    for (size_t f = 0; f < mesh->n_face; f++) /* of kind 0: faces are their triangles */
+        put_word(file, 0);
     return RMAP_OK;
 }
 

@@ -20,7 +20,8 @@ struct rmap_gltf_mesh {
     int32_t *material;      /* [n_face]; -1: none */
 };
 
-/* As glTF has them: colours and factors are linear; KHR_materials_transmission and _ior. */
+/* As glTF has them: colours and factors are linear; KHR_materials_transmission and _ior. What says
+ * nothing of metal is none, though glTF's default is 1: it is a guess at what things are. */
 struct rmap_gltf_material {
     char *name;
     double colour[3], metalness, roughness, transmission, index;

@@ -293,7 +293,7 @@ static enum rmap_status read_materials(struct gatherer *g)
         struct rmap_gltf_material *to = &g->tree->material[i];
         *to = (struct rmap_gltf_material){
             .name = rmap_strdup(name_of(from)),
-            .metalness = factor_of(metal, "metallicFactor", 1),
+            .metalness = factor_of(metal, "metallicFactor", 0),
             .roughness = factor_of(metal, "roughnessFactor", 1),
             .transmission = factor_of(json_object_get(more, "KHR_materials_transmission"),
                                       "transmissionFactor", 0),

@@ -317,6 +317,12 @@ enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh *
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
         memcpy(mesh->tangent, from->tangent, from->n_triangle * sizeof *from->tangent);
     }
+    if (from->surface) {
+        mesh->surface = rmap_alloc(from->n_face, sizeof *mesh->surface);
+        if (!mesh->surface)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
+        memcpy(mesh->surface, from->surface, from->n_face * sizeof *from->surface);
+    }
     for (size_t i = 0; i < from->n_face; i++) {
         mesh->face_name[i] = rmap_strdup(from->face_name[i]);
         if (from->face_name[i] && !mesh->face_name[i])

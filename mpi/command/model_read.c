@@ -123,10 +123,11 @@ static enum rmap_status convert(const struct rmap_model_request *request, const 
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char program[PATH], *said = rmap_path_format("%s/said", made);
+    char program[PATH], *said = rmap_path_format("%s/said", made),
+                        *model = rmap_path_format("%s/" RMAP_MODEL_MADE, made);
     const char *argv[10] = {"raymap-step", "--quiet"};
     int n = 2, wait_status = 0;
-    if (!said)
+    if (!said || !model)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
     if (!find_converter(program))
         RMAP_TRY(
@@ -143,12 +144,13 @@ static enum rmap_status convert(const struct rmap_model_request *request, const 
         argv[n++] = request->angle;
     }
     argv[n++] = request->path;
-    argv[n++] = made;
+    argv[n++] = model;
     RMAP_TRY(start(program, (char *const *)(void *)argv, said, &wait_status, err));
     if (!WIFEXITED(wait_status) || WEXITSTATUS(wait_status) != 0)
         st = complain(request->path, said, wait_status, err);
 out:
     rmap_free(said);
+    rmap_free(model);
     return st;
 }
 
@@ -171,7 +173,7 @@ static enum rmap_status read_step(const struct rmap_model_request *request,
     *made_ret = made;
     made = NULL;
     RMAP_TRY(convert(request, *made_ret, err));
-    json = rmap_path_format("%s/assembly.json", *made_ret);
+    json = rmap_path_format("%s/" RMAP_MODEL_MADE "/assembly.json", *made_ret);
     if (!json)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
     st = rmap_input_file_read(json, RMAP_ASSEMBLY_NBYTES_MAX, &text, &nbytes, err);
@@ -208,7 +210,11 @@ static enum rmap_status remove_one(void *context, int directory, const char *nam
 void rmap_model_clean(char *made)
 {
     struct rmap_error unheard = {0};
+    char *model = made ? rmap_path_format("%s/" RMAP_MODEL_MADE, made) : NULL;
+    if (model && rmap_directory_visit(model, remove_one, NULL, &unheard) == RMAP_OK)
+        (void)rmdir(model);
     if (made && rmap_directory_visit(made, remove_one, NULL, &unheard) == RMAP_OK)
         (void)rmdir(made);
+    rmap_free(model);
     rmap_free(made);
 }

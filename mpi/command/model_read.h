@@ -8,6 +8,8 @@
 
 #include "io/assembly/assembly.h"
 
+#define RMAP_MODEL_MADE "model" /* in the folder that is made, where raymap-step writes */
+
 struct rmap_model_request {
     const char *path;
     const char *folder;        /* in which meshes are made, in a folder of their own */

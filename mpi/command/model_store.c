@@ -18,6 +18,7 @@
 #include "io/file/kept_edits.h"
 #include "io/file/publish.h"
 #include "io/file/whole_file.h"
+#include "mpi/command/model_read.h"
 
 #define STORED RMAP_ASSEMBLY_MESHES "/assembly.json"
 
@@ -150,7 +151,7 @@ static enum rmap_status store_mesh(const char *folder, const char *made,
 {
     enum rmap_status st = RMAP_OK;
     char *to = rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, shape->file),
-         *from = made ? rmap_path_format("%s/%s", made, shape->made) : NULL;
+         *from = made ? rmap_path_format("%s/" RMAP_MODEL_MADE "/%s", made, shape->made) : NULL;
     if (!to || (made && !from))
         st = no_memory(err);
     else if (shape->mesh)

@@ -60,8 +60,13 @@ enum rmap_status rmap_mesh_part(const struct rmap_mesh *mesh, const uint8_t *wan
     RMAP_TRY(rmap_mesh_create(numbers.n_vertex, numbers.n_triangle, numbers.n_face, &part, err));
     if (mesh->tangent)
         part->tangent = rmap_alloc(numbers.n_triangle, sizeof *part->tangent);
-    if (mesh->tangent && !part->tangent)
+    if (mesh->surface)
+        part->surface = rmap_alloc(numbers.n_face, sizeof *part->surface);
+    if ((mesh->tangent && !part->tangent) || (mesh->surface && !part->surface))
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a part of a mesh"));
+    for (size_t f = 0; part->surface && f < mesh->n_face; f++)
+        if (wanted[f])
+            part->surface[numbers.face[f] - 1] = mesh->surface[f];
     for (size_t f = 0; f < mesh->n_face; f++) {
         if (!wanted[f] || !mesh->face_name[f])
             continue;
