@@ -42,7 +42,7 @@
 #define RMAP_FEATURE_TURBID                                                                        \
     "turbid" /* compact portions may leave out what follows from scattering and luminescence */
 
-#define RMAP_FEATURE_SURFACES "surfaces" /* faces of meshes lie on surfaces, where rays meet them */
+#define RMAP_FEATURE_SURFACES "surfaces" /* faces of meshes lie on surfaces */
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

@@ -20,9 +20,8 @@
  * say: then the order along the ray decides. As a share of coordinates. */
 #define TIE 1e-13
 
-/* A ray that starts in a strip: points of the next surface within so many widths may be its start.
- */
-#define START_WIDTHS 16
+/* Rays that run along smooth surfaces at smaller cosines than 1 / SLANT may slip through. */
+#define SLANT 16
 
 static double distance(const struct rmap_cell_edge *edge, struct rmap_vec3 p)
 {
@@ -251,11 +250,14 @@ static void set_box(struct rmap_cells *cells, size_t i, double wider)
     struct rmap_vec3 corner[3];
     double by = wider + rmap_mesh_bulge(cells->mesh, i), strip = 0;
     rmap_mesh_corners(cells->mesh, i, corner);
-    for (int k = 0; k < 3; k++)
-        strip = rmap_greater(strip, cells->edge[i][k].width);
+    for (int k = 0; k < 3; k++) {
+        const struct rmap_cell_edge *edge = &cells->edge[i][k];
+        bool smooth = edge->brink == RMAP_BRINK_SMOOTH;
+        strip = rmap_greater(strip, edge->width * (smooth ? SLANT : 2));
+    }
     struct rmap_vec3 low = rmap_least(corner[0], rmap_least(corner[1], corner[2]));
     struct rmap_vec3 high = rmap_greatest(corner[0], rmap_greatest(corner[1], corner[2]));
-    by += 2 * strip;
+    by += strip;
     const double box[6] = {low.x - by,  low.y - by,  low.z - by,
                            high.x + by, high.y + by, high.z + by};
     for (int k = 0; k < 6; k++)
@@ -369,13 +371,23 @@ static void meet_all(const struct rmap_query *query, const struct rmap_cells *ce
     }
 }
 
-/* The one at the least distance along the ray; -1: none. */
-static int nearest_along(const struct rmap_true_meeting *met, double t)
+/* The one at the least distance along the ray, of those where it goes the same way through the
+ * surface as at the normal of another; along NULL: of all. -1: none. */
+static int nearest_along(const struct rmap_query *query, const struct rmap_true_surface *surface,
+                         const struct rmap_true_meeting *met, double t,
+                         const struct rmap_vec3 *along)
 {
+    const struct rmap_vec3 d = query->local.direction;
     int best = -1;
-    for (int i = 0; i < met->n; i++)
+    for (int i = 0; i < met->n; i++) {
+        struct rmap_vec3 n = {0, 0, 0};
+        if (along)
+            (void)rmap_true_distance(surface, met->point[i], &n);
+        if (along && rmap_dot(n, d) * rmap_dot(*along, d) * rmap_dot(n, *along) < 0)
+            continue;
         if (best < 0 || fabs(met->t[i] - t) < fabs(met->t[best] - t))
             best = i;
+    }
     return best;
 }
 
@@ -392,7 +404,7 @@ static bool on_side(const struct rmap_query *query, const struct rmap_cells *cel
     if (fabs(off) > TIE * size)
         return off > 0;
     meet_all(query, cells, edge->across, &met);
-    int i = nearest_along(&met, t);
+    int i = nearest_along(query, other, &met, t, NULL);
     if (i < 0)
         return off > 0;
     if (met.t[i] == t)
@@ -402,15 +414,18 @@ static bool on_side(const struct rmap_query *query, const struct rmap_cells *cel
 
 /* The same where one goes on into the other. */
 static bool divides(const struct rmap_query *query, const struct rmap_cells *cells, int32_t surface,
-                    const struct rmap_cell_edge *edge, double t, double inside)
+                    const struct rmap_cell_edge *edge, double t, struct rmap_vec3 point)
 {
+    const double inside = distance(edge, point);
     struct rmap_true_meeting met;
+    struct rmap_vec3 normal;
     if (surface < edge->across)
         return inside >= 0;
+    (void)rmap_true_distance(&cells->surface[surface], point, &normal);
     meet_all(query, cells, edge->across, &met);
-    int i = nearest_along(&met, t);
+    int i = nearest_along(query, &cells->surface[edge->across], &met, t, &normal);
     double first = i < 0 ? HUGE_VAL : distance(edge, met.point[i]);
-    return fabs(first) <= 2 * edge->width ? first > 0 : inside > 0;
+    return fabs(first) <= 2 * SLANT * edge->width ? first > 0 : inside > 0;
 }
 
 /* Is p beside the edge, which has these ends? */
@@ -425,6 +440,17 @@ static bool beside(const struct rmap_cells *cells, uint32_t which, struct rmap_v
     return at >= -width && at <= length + width;
 }
 
+/* By how much farther aside a line meets two surfaces that lie behind one another, at most SLANT.
+ */
+static double slant(const struct rmap_query *query, const struct rmap_true_surface *surface,
+                    struct rmap_vec3 point)
+{
+    struct rmap_vec3 normal, d = query->local.direction;
+    (void)rmap_true_distance(surface, point, &normal);
+    double cosine = fabs(rmap_dot(normal, d)) / rmap_length(d);
+    return SLANT * cosine > 1 ? 1 / cosine : SLANT;
+}
+
 bool rmap_cell_holds(const struct rmap_query *query, int32_t object, int32_t primitive, double t,
                      struct rmap_vec3 point)
 {
@@ -436,12 +462,14 @@ bool rmap_cell_holds(const struct rmap_query *query, int32_t object, int32_t pri
         return false;
     for (int k = 0; k < 3; k++) {
         const struct rmap_cell_edge *edge = &cells->edge[primitive][k];
-        double inside = distance(edge, point);
-        if (inside > edge->width || edge->brink == RMAP_BRINK_FLAT)
+        double inside = distance(edge, point), width = edge->width;
+        if (edge->brink == RMAP_BRINK_SMOOTH && fabs(inside) <= SLANT * width)
+            width *= slant(query, &cells->surface[surface], point);
+        if (inside > width || edge->brink == RMAP_BRINK_FLAT)
             continue;
-        if (inside < -edge->width ||
+        if (inside < -width ||
             (edge->brink == RMAP_BRINK_SHARP && !on_side(query, cells, surface, edge, t, point)) ||
-            (edge->brink == RMAP_BRINK_SMOOTH && !divides(query, cells, surface, edge, t, inside)))
+            (edge->brink == RMAP_BRINK_SMOOTH && !divides(query, cells, surface, edge, t, point)))
             return false;
     }
     for (uint32_t i = cells->first[primitive]; i < cells->first[primitive + 1]; i++) {
@@ -458,7 +486,7 @@ static bool follows(const struct rmap_cell_edge *edge, int32_t surface, struct r
                     double *width)
 {
     if (edge->brink != RMAP_BRINK_SMOOTH || edge->across != surface ||
-        fabs(distance(edge, p)) > edge->width)
+        fabs(distance(edge, p)) > SLANT * edge->width)
         return false;
     *width = edge->width;
     return true;
@@ -479,7 +507,7 @@ bool rmap_cell_is_start(const struct rmap_query *query, int32_t object, int32_t 
     for (uint32_t i = cells->first[primitive]; i < cells->first[primitive + 1] && !smooth; i++)
         smooth = follows(&cells->edge[cells->near[i] / 3][cells->near[i] % 3], from, local->origin,
                          &width);
-    if (!smooth || rmap_length(rmap_sub(point, local->origin)) > START_WIDTHS * width)
+    if (!smooth || rmap_length(rmap_sub(point, local->origin)) > 2 * SLANT * width)
         return false;
     struct rmap_vec3 leaving;
     (void)rmap_true_distance(&cells->surface[from], local->origin, &leaving);

@@ -138,3 +138,40 @@ def box(size, true=True):
                 corners.append(tuple(p))
             model.polygon(face, *(corners if side > 0 else corners[::-1]))
     return model
+
+
+def torus(major, minor, around=24, across=16):
+    """One face."""
+    model = Model()
+    face = model.face(TORUS, r1=major, r2=minor)
+
+    def at(i, j):
+        u, v = 2 * math.pi * (i % across) / across, 2 * math.pi * (j % around) / around
+        r = major + minor * math.cos(u)
+        return (r * math.cos(v), r * math.sin(v), minor * math.sin(u))
+
+    for i in range(across):
+        for j in range(around):
+            model.polygon(face, at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j))
+    return model
+
+
+def off_surface(row, p):
+    """Signed distance of a point from one of a model's surfaces, and the unit normal."""
+    kind, at, a, r1, r2 = row[0], row[1:4], row[4:7], row[7], row[8]
+    q = [x - y for x, y in zip(p, at)]
+    z = sum(x * y for x, y in zip(q, a))
+    flat = [x - z * y for x, y in zip(q, a)]
+    rho = math.hypot(*flat)
+    out = [x / rho if rho else 0.0 for x in flat]
+    if kind == PLANE:
+        return z, list(a)
+    if kind == CYLINDER:
+        return rho - r1, out
+    if kind == CONE:
+        c, s = math.cos(r2), math.sin(r2)
+        return (rho - r1 - z * math.tan(r2)) * c, [c * x - s * y for x, y in zip(out, a)]
+    if kind == SPHERE:
+        return math.hypot(*q) - r1, [x / math.hypot(*q) for x in q]
+    off = math.hypot(rho - r1, z)
+    return off - r2, [((rho - r1) * x + z * y) / off for x, y in zip(out, a)]
