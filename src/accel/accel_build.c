@@ -541,7 +541,8 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
             continue;
         if (geometry->mesh->surface) {
-            RMAP_TRY(facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
+            const struct rmap_mesh whole = rmap_mesh_with_beyond(geometry->mesh);
+            RMAP_TRY(facets_build(&whole, wider[i], &accel->facets[i], err));
             RMAP_TRY(rmap_cells_build(geometry->mesh, &accel->facets[i], wider[i],
                                       &accel->facets[i].cells, err));
             RMAP_TRY(rmap_accel_cells(accel, accel->facets[i].cells, &accel->bottom[i], err));

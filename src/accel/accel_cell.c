@@ -311,13 +311,14 @@ enum rmap_status rmap_cells_build(const struct rmap_mesh *mesh, const struct rma
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n = mesh->n_triangle;
+    const size_t n = mesh->n_triangle + mesh->n_triangle_beyond;
     struct rmap_vec3 low, high;
-    int32_t *lead = rmap_alloc(mesh->n_face, sizeof(*lead));
+    int32_t *lead = rmap_alloc(mesh->n_face + mesh->n_face_beyond, sizeof(*lead));
     struct rmap_cells *cells = rmap_alloc(1, sizeof(*cells));
     if (!cells || !lead)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles", n));
-    cells->mesh = mesh;
+    cells->whole = rmap_mesh_with_beyond(mesh);
+    cells->mesh = mesh = &cells->whole;
     cells->surface = rmap_alloc(mesh->n_face + n, sizeof(*cells->surface));
     cells->its = rmap_alloc(n, sizeof(*cells->its));
     cells->edge = rmap_alloc(n, sizeof(*cells->edge));

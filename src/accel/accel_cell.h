@@ -38,7 +38,8 @@ struct rmap_cell_edge {
 };
 
 struct rmap_cells {
-    const struct rmap_mesh *mesh;
+    struct rmap_mesh whole;            /* with what lies beyond */
+    const struct rmap_mesh *mesh;      /* that */
     struct rmap_true_surface *surface; /* of faces, then of each plain triangle */
     int32_t *its;                      /* [n_triangle] surface, the first of those that are one */
     struct rmap_cell_edge (*edge)[3];  /* [n_triangle], from corner k to the next */

@@ -86,7 +86,8 @@ enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *c
                                   RTCScene *scene_ret, struct rmap_error *err)
 {
     RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(user, (unsigned)cells->mesh->n_triangle);
+    rtcSetGeometryUserPrimitiveCount(
+        user, (unsigned)(cells->whole.n_triangle - cells->whole.n_triangle_beyond));
     rtcSetGeometryUserData(user, cells);
     rtcSetGeometryBoundsFunction(user, cell_bounds, NULL);
     rtcSetGeometryIntersectFunction(user, rmap_accel_cell);

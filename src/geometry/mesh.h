@@ -23,6 +23,9 @@ struct rmap_mesh {
                                 it has none. NULL: nobody asks */
     struct rmap_true_surface *surface; /* [n_face] that the triangles of each face approximate, of
                                           kind NONE where they are all there is. NULL: of none */
+    /* Of a part of a mesh with true surfaces: so many more stand behind the arrays, of what lies
+     * beyond its rim, as surfaces end at each other. They are not of the part. */
+    size_t n_vertex_beyond, n_triangle_beyond, n_face_beyond;
 };
 
 /* Room for so many; contents zero. */
@@ -37,6 +40,16 @@ void rmap_mesh_destroy(struct rmap_mesh *mesh); /* NULL is fine */
 const char *rmap_true_surface_finish(struct rmap_true_surface *surface);
 enum rmap_status rmap_mesh_share_surfaces(struct rmap_mesh *mesh,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* The mesh with what lies beyond; it owns nothing. */
+static inline struct rmap_mesh rmap_mesh_with_beyond(const struct rmap_mesh *mesh)
+{
+    struct rmap_mesh whole = *mesh;
+    whole.n_vertex += mesh->n_vertex_beyond;
+    whole.n_triangle += mesh->n_triangle_beyond;
+    whole.n_face += mesh->n_face_beyond;
+    return whole;
+}
 
 /* The true surface of a triangle; NULL: itself. */
 static inline const struct rmap_true_surface *rmap_mesh_surface(const struct rmap_mesh *mesh,
