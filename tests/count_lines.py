@@ -19,7 +19,7 @@ def code_lines(path):
 total = files = 0
 for layer in ("src", "io", "analysis", "mpi"):
     rooms = {}
-    for path in sorted((root / layer).rglob("*.[ch]")):
+    for path in sorted((root / layer).rglob("*.[ch]*")):
         room = path.relative_to(root / layer).parts[0] if path.parent != root / layer else "."
         rooms.setdefault(room, []).append(code_lines(path))
     print(f"{layer:10} {sum(map(sum, rooms.values())):7} lines in {sum(map(len, rooms.values())):4} files")

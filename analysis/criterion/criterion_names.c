@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/glob.h"
 #include "io/file/diagnostics.h"
 
 static const struct {
@@ -126,39 +127,6 @@ const struct rmap_name *rmap_names_lookup(const struct rmap_names *names, const 
 {
     size_t at = lower_bound(names, text);
     return at < names->n && strcmp(names->name[at].text, text) == 0 ? &names->name[at] : NULL;
-}
-
-static const char *next_code_point(const char *s)
-{
-    do
-        s++;
-    while (((unsigned char)*s & 0xc0) == 0x80);
-    return s;
-}
-
-bool rmap_glob(const char *pattern, const char *text)
-{
-    const char *star = NULL, *resume = NULL;
-    while (*text) {
-        if (*pattern == '*') {
-            star = ++pattern;
-            resume = text;
-        } else if (*pattern == '?') {
-            pattern++;
-            text = next_code_point(text);
-        } else if (*pattern == *text) {
-            pattern++;
-            text++;
-        } else if (star) {
-            pattern = star;
-            text = resume = next_code_point(resume);
-        } else {
-            return false;
-        }
-    }
-    while (*pattern == '*')
-        pattern++;
-    return !*pattern;
 }
 
 void rmap_token_name(const char *text, const struct rmap_token *token,

@@ -52,9 +52,6 @@ const char *rmap_name_kind_usage(enum rmap_name_kind kind);
 /* First name that equals the text, or NULL. */
 const struct rmap_name *rmap_names_lookup(const struct rmap_names *names, const char *text);
 
-/* True when the text matches a pattern of * and ?. */
-bool rmap_glob(const char *pattern, const char *text);
-
 /* Plain text of a WORD or QUOTED token, quotes removed. */
 void rmap_token_name(const char *text, const struct rmap_token *token,
                      char name[RMAP_TOKEN_NAME_NBYTES + 1]);

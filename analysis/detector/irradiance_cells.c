@@ -11,6 +11,7 @@
 
 #include "analysis/criterion/criterion_names.h"
 #include "base/alloc.h"
+#include "base/glob.h"
 #include "scene/bounds.h"
 
 /* Cells are so long, as a part of the box about the objects, where nobody says. */

@@ -87,6 +87,9 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle);
 enum rmap_status rmap_bundle_rename(struct rmap_bundle *bundle, const char *name,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* Do faces of its meshes lie on surfaces? */
+bool rmap_bundle_has_surfaces(const struct rmap_bundle *bundle);
+
 /* Takes the mesh over, on success alone; for rmap_scene_read. */
 enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
                                       struct rmap_mesh *mesh, struct rmap_error *err) RMAP_MUST_USE;

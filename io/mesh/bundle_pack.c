@@ -3,7 +3,8 @@
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
  * gradient media are made of stands at the end, where there is any; behind that the texts of
- * tables, then the tangents of meshes that have them, and then rays of files.
+ * tables, then the tangents of meshes that have them, then rays of files, and then the surfaces
+ * that faces of meshes lie on.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -18,6 +19,7 @@ static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
 static const char magic_files[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '3'};
 static const char magic_tangents[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '4'};
 static const char magic_rays[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '5'};
+static const char magic_surfaces[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '6'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -126,6 +128,32 @@ static void put_tangents(struct sink *sink, const struct rmap_bundle *bundle)
     }
 }
 
+bool rmap_bundle_has_surfaces(const struct rmap_bundle *bundle)
+{
+    bool has = false;
+    for (size_t i = 0; i < bundle->n_mesh; i++)
+        has = has || bundle->mesh[i].mesh->surface;
+    return has;
+}
+
+enum { SURFACE_NUMBERS = 8 };
+
+static void put_surfaces(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        const struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        const size_t n = mesh->surface ? mesh->n_face : 0;
+        put_u64(sink, n);
+        for (size_t k = 0; k < n; k++) {
+            const struct rmap_true_surface *s = &mesh->surface[k];
+            const double number[SURFACE_NUMBERS] = {s->at.x,   s->at.y,   s->at.z,   s->axis.x,
+                                                    s->axis.y, s->axis.z, s->radius, s->second};
+            put_u32(sink, (uint32_t)s->kind);
+            put_bytes(sink, number, sizeof number);
+        }
+    }
+}
+
 /* Which columns there are, as bits. */
 enum {
     RAYS_WIDE = 1,
@@ -162,11 +190,13 @@ static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    const bool rays = bundle->n_ray_set > 0, tangents = rays || has_tangents(bundle),
+    const bool surfaces = rmap_bundle_has_surfaces(bundle),
+               rays = surfaces || bundle->n_ray_set > 0, tangents = rays || has_tangents(bundle),
                files = tangents || bundle->n_file > 0,
                fields = files || bundle->n_grid || bundle->n_plugin;
     put_bytes(sink,
-              rays       ? magic_rays
+              surfaces   ? magic_surfaces
+              : rays     ? magic_rays
               : tangents ? magic_tangents
               : files    ? magic_files
               : fields   ? magic_fields
@@ -198,6 +228,8 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
         put_text(sink, bundle->ray_set[i].name);
         put_rays(sink, bundle->ray_set[i].set);
     }
+    if (surfaces)
+        put_surfaces(sink, bundle);
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -506,6 +538,47 @@ out:
     return st;
 }
 
+static enum rmap_status take_surface(struct cursor *in, struct rmap_true_surface *surface)
+{
+    enum rmap_status st = RMAP_OK;
+    uint32_t kind = 0;
+    double number[SURFACE_NUMBERS] = {0};
+    RMAP_TRY(take_u32(in, &kind));
+    RMAP_TRY(take_doubles(in, number, SURFACE_NUMBERS));
+    if (kind > RMAP_TRUE_TORUS)
+        RMAP_TRY(damaged(in, "a surface is of no kind"));
+    *surface = (struct rmap_true_surface){.kind = (enum rmap_true_kind)kind,
+                                          .at = rmap_vec3(number[0], number[1], number[2]),
+                                          .axis = rmap_vec3(number[3], number[4], number[5]),
+                                          .radius = number[6],
+                                          .second = number[7]};
+    if (rmap_true_surface_finish(surface))
+        RMAP_TRY(damaged(in, "a face lies on no surface"));
+out:
+    return st;
+}
+
+static enum rmap_status take_surfaces(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        size_t n = 0;
+        RMAP_TRY(take_count(in, 4 + SURFACE_NUMBERS * sizeof(double), &n));
+        if (n == 0)
+            continue;
+        if (n != mesh->n_face)
+            RMAP_TRY(damaged(in, "surfaces are not those of its faces"));
+        mesh->surface = rmap_alloc(n, sizeof *mesh->surface);
+        if (!mesh->surface)
+            RMAP_TRY(no_memory(in));
+        for (size_t k = 0; k < n; k++)
+            RMAP_TRY(take_surface(in, &mesh->surface[k]));
+    }
+out:
+    return st;
+}
+
 /* A column of n rows; NULL where there is none. */
 static enum rmap_status take_column(struct cursor *in, bool there, size_t n, size_t size,
                                     void *column_address)
@@ -595,7 +668,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
     bool known = in->left >= sizeof magic;
-    const bool rays = known && memcmp(in->at, magic_rays, sizeof magic) == 0;
+    const bool surfaces = known && memcmp(in->at, magic_surfaces, sizeof magic) == 0;
+    const bool rays = surfaces || (known && memcmp(in->at, magic_rays, sizeof magic) == 0);
     const bool tangents = rays || (known && memcmp(in->at, magic_tangents, sizeof magic) == 0);
     const bool files = tangents || (known && memcmp(in->at, magic_files, sizeof magic) == 0);
     const bool fields = files || (known && memcmp(in->at, magic_fields, sizeof magic) == 0);
@@ -624,6 +698,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
         RMAP_TRY(take_tangents(in, bundle));
     if (rays)
         RMAP_TRY(take_ray_sets(in, bundle));
+    if (surfaces)
+        RMAP_TRY(take_surfaces(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

@@ -136,6 +136,20 @@ out:
     return st;
 }
 
+enum rmap_status rmap_mesh_builder_close_surface(struct rmap_mesh_builder *b, const char *name,
+                                                 const struct rmap_true_surface *surface)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = b->n_face;
+    RMAP_TRY(rmap_mesh_builder_close_face(b, name));
+    if (b->n_face == n)
+        return RMAP_OK;
+    RMAP_TRY(RMAP_RESERVE(b->surface, b->cap_surface, b->n_face, b->err));
+    b->surface[n] = *surface;
+out:
+    return st;
+}
+
 /* By one of the latest parts: a file has the materials of a part one after the other. */
 static bool name_taken(const struct rmap_mesh_builder *b, const char *name)
 {
@@ -155,7 +169,60 @@ enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *b, const
         name = material;
     const bool taken = material[0] && name_taken(b, name);
     (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material : "");
-    return rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
+    const size_t n_before = b->n_face;
+    enum rmap_status st = rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
+    if (st != RMAP_OK || !b->wants_materials || b->n_face == n_before)
+        return st;
+    RMAP_TRY(RMAP_RESERVE(b->face_material, b->cap_face_material, b->n_face, b->err));
+    while (b->n_face_material < n_before)
+        b->face_material[b->n_face_material++] = NULL;
+    b->face_material[b->n_face_material++] = rmap_strdup(material);
+    if (!b->face_material[n_before])
+        st = rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu faces", b->n_face);
+out:
+    return st;
+}
+
+/* As a share of the mesh's size: corners lie on the surface of their face to so much, or it is not
+ * theirs. */
+#define UNTRUE 1e-5
+
+static double off_surface(const struct rmap_mesh *mesh, size_t triangle)
+{
+    const struct rmap_true_surface *surface = rmap_mesh_surface(mesh, triangle);
+    struct rmap_vec3 corner[3], normal;
+    double off = 0;
+    rmap_mesh_corners(mesh, triangle, corner);
+    for (int k = 0; surface && k < 3; k++)
+        off = fmax(off, fabs(rmap_true_distance(surface, corner[k], &normal)));
+    return off;
+}
+
+static enum rmap_status set_surfaces(struct rmap_mesh_builder *b, struct rmap_mesh *mesh)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_vec3 lower, upper;
+    bool any = false;
+    rmap_mesh_bounds(mesh, &lower, &upper);
+    const double size = rmap_length(rmap_sub(upper, lower));
+    mesh->surface = b->surface; /* taken over, as the names are */
+    b->surface = NULL;
+    for (size_t i = 0; i < mesh->n_triangle; i++) {
+        if (off_surface(mesh, i) <= UNTRUE * size)
+            continue;
+        mesh->surface[mesh->face[i]] = (struct rmap_true_surface){.kind = RMAP_TRUE_NONE};
+        b->left_out.untrue++;
+    }
+    for (size_t i = 0; i < mesh->n_face; i++)
+        any = any || mesh->surface[i].kind != RMAP_TRUE_NONE;
+    if (any)
+        RMAP_TRY(rmap_mesh_share_surfaces(mesh, b->err));
+    else {
+        rmap_free(mesh->surface);
+        mesh->surface = NULL;
+    }
+out:
+    return st;
 }
 
 enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rmap_mesh **mesh_ret)
@@ -179,8 +246,12 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
         mesh->face_name[i] = b->face_name[i];
         b->face_name[i] = NULL;
     }
+    if (b->surface)
+        RMAP_TRY(set_surfaces(b, mesh));
     *mesh_ret = mesh;
+    mesh = NULL;
 out:
+    rmap_mesh_destroy(mesh);
     return st;
 }
 
@@ -188,8 +259,12 @@ void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
 {
     for (size_t i = 0; i < b->n_face; i++)
         rmap_free(b->face_name[i]);
+    for (size_t i = 0; i < b->n_face_material; i++)
+        rmap_free(b->face_material[i]);
+    rmap_free(b->face_material);
     rmap_free(b->face_name);
     rmap_free(b->tangent);
+    rmap_free(b->surface);
     rmap_free(b->vertex);
     rmap_free(b->triangle);
     rmap_free(b->face);

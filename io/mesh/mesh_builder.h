@@ -13,17 +13,20 @@ struct rmap_mesh_left_out {
     size_t degenerate; /* without an area */
     size_t undefined;  /* with a corner that is no number, or infinite */
     size_t first;      /* number of the first of these in the file, from 1 */
+    size_t untrue; /* faces whose triangles do not lie on the surface that the file gives them */
 };
 
 struct rmap_mesh_builder {
     float (*vertex)[3];
     uint32_t (*triangle)[3];
     uint32_t *face;
-    char **face_name;
+    char **face_name, **face_material; /* the latter where they are wanted */
+    struct rmap_true_surface *surface; /* [n_face]; NULL: no file gave one */
     float (*tangent)[3]; /* of those that had texture coordinates; only where they are wanted */
-    bool wants_tangents, has_tangents;
-    size_t n_vertex, n_triangle, n_face;
-    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_tangent;
+    bool wants_tangents, has_tangents, wants_materials;
+    size_t n_vertex, n_triangle, n_face, n_face_material;
+    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_face_material, cap_tangent,
+        cap_surface;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
     size_t n_slot;
     struct rmap_mesh_left_out left_out;
@@ -41,6 +44,11 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *builder,
  * The name is copied; NULL: none. */
 enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *builder,
                                               const char *name) RMAP_MUST_USE;
+
+/* The same of a face that lies on a surface; all faces are closed so, or none. */
+enum rmap_status
+rmap_mesh_builder_close_surface(struct rmap_mesh_builder *builder, const char *name,
+                                const struct rmap_true_surface *surface) RMAP_MUST_USE;
 
 /* The same for a part of a file, either of whose names may be "": parts of one name are told apart
  * by their material. */

@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "base/vec.h"
 #include "io/mesh/gltf_numbers.h"
+#include "io/mesh/gltf_tree.h"
 #include "io/mesh/mesh_builder.h"
 
 #define NODE_DEPTH_MAX 256
@@ -23,6 +24,9 @@ struct gatherer {
     bool *visited; /* [n_node] */
     size_t n_node;
     struct rmap_gltf_numbers point, corner, texture;
+    struct rmap_gltf_tree *tree; /* where nodes and materials go; NULL: all is one mesh */
+    int32_t *material;           /* [builder->n_face] of the mesh in hand */
+    size_t cap_material;
 };
 
 /* ---- places ---- */
@@ -121,6 +125,18 @@ static enum rmap_status close_face(struct gatherer *g, const json_t *mesh, size_
     return st == RMAP_OK ? rmap_mesh_builder_close_part(g->builder, name, material) : st;
 }
 
+/* Of the face that was closed last, if there was one. */
+static enum rmap_status note_material(struct gatherer *g, size_t n_before, size_t material)
+{
+    if (!g->tree || g->builder->n_face == n_before)
+        return RMAP_OK;
+    const enum rmap_status st =
+        RMAP_RESERVE(g->material, g->cap_material, n_before + 1, g->builder->err);
+    if (st == RMAP_OK)
+        g->material[n_before] = material < g->tree->n_material ? (int32_t)material : -1;
+    return st;
+}
+
 static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct rmap_affine *place)
 {
     enum rmap_status st = RMAP_OK;
@@ -132,6 +148,7 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
     for (size_t i = 0; i < json_array_size(parts); i++) {
         const json_t *part = json_array_get(parts, i);
         const bool indexed = json_object_get(part, "indices");
+        const size_t n_before = g->builder->n_face;
         const json_t *attributes = json_object_get(part, "attributes");
         size_t mode, position, texture, indices, material;
         RMAP_TRY(rmap_gltf_charge(&g->gltf, 1));
@@ -152,6 +169,7 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
         RMAP_TRY(add_triangles(g, mode, indexed ? g->corner.n : g->point.n, indexed, place));
         RMAP_TRY(close_face(g, mesh, index, i, json_array_size(parts),
                             name_of(json_array_get(json_object_get(root, "materials"), material))));
+        RMAP_TRY(note_material(g, n_before, material));
     }
 out:
     return st;
@@ -159,9 +177,29 @@ out:
 
 /* ---- nodes ---- */
 
+static enum rmap_status note_node(struct gatherer *g, const json_t *node, size_t mesh,
+                                  const struct rmap_affine *own, int32_t parent)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_gltf_tree *tree = g->tree;
+    RMAP_TRY(rmap_gltf_charge(&g->gltf, 1 + strlen(name_of(node))));
+    RMAP_TRY(RMAP_RESERVE(tree->node, tree->cap_node, tree->n_node + 1, g->builder->err));
+    struct rmap_gltf_node *to = &tree->node[tree->n_node];
+    *to = (struct rmap_gltf_node){.name = rmap_strdup(name_of(node)),
+                                  .place = *own,
+                                  .parent = parent,
+                                  .mesh = mesh < tree->n_mesh ? (int32_t)mesh : -1};
+    to->place.t = rmap_scale(own->t, g->scale);
+    if (!to->name)
+        return rmap_error_set(g->builder->err, RMAP_SYSTEM, "out of memory for a node");
+    tree->n_node++;
+out:
+    return st;
+}
+
 /* Once each: glTF's nodes are trees (3.5.2), so that a file cannot unfold to more than it has. */
 static enum rmap_status add_nodes(struct gatherer *g, const json_t *list,
-                                  const struct rmap_affine *parent, int depth)
+                                  const struct rmap_affine *parent, int32_t above, int depth)
 {
     enum rmap_status st = RMAP_OK;
     if (depth > NODE_DEPTH_MAX && json_array_size(list) > 0)
@@ -181,38 +219,160 @@ static enum rmap_status add_nodes(struct gatherer *g, const json_t *list,
                                     (long long)index);
         g->visited[index] = true;
         const struct rmap_affine place = rmap_affine_compose(parent, &own);
-        if (mesh != SIZE_MAX)
+        if (g->tree)
+            RMAP_TRY(note_node(g, node, mesh, &own, above));
+        else if (mesh != SIZE_MAX)
             RMAP_TRY(add_mesh(g, mesh, &place));
-        RMAP_TRY(add_nodes(g, json_object_get(node, "children"), &place, depth + 1));
+        RMAP_TRY(add_nodes(g, json_object_get(node, "children"), &place,
+                           g->tree ? (int32_t)g->tree->n_node - 1 : -1, depth + 1));
     }
 out:
     return st;
 }
 
-enum rmap_status rmap_gltf_read(const char *path, const uint8_t *bytes, size_t nbytes, double scale,
-                                struct rmap_mesh_builder *builder)
+static enum rmap_status gather(struct gatherer *g)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_affine identity = rmap_affine_identity();
-    struct gatherer g = {.scale = scale, .builder = builder};
     size_t scene;
-    RMAP_TRY(rmap_gltf_init(&g.gltf, path, bytes, nbytes, builder->err));
-    g.n_node = json_array_size(json_object_get(g.gltf.root, "nodes"));
-    g.visited = rmap_alloc(g.n_node, sizeof *g.visited);
-    if (!g.visited)
+    g->n_node = json_array_size(json_object_get(g->gltf.root, "nodes"));
+    g->visited = rmap_alloc(g->n_node, sizeof *g->visited);
+    if (!g->visited)
         RMAP_TRY(
-            rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for %zu nodes", g.n_node));
-    if (!rmap_gltf_count(g.gltf.root, "scene", 0, &scene))
-        RMAP_TRY(rmap_gltf_refuse(&g.gltf, "its scene is wrong"));
-    const json_t *chosen = json_array_get(json_object_get(g.gltf.root, "scenes"), scene);
+            rmap_error_set(g->builder->err, RMAP_SYSTEM, "out of memory for %zu nodes", g->n_node));
+    if (!rmap_gltf_count(g->gltf.root, "scene", 0, &scene))
+        RMAP_TRY(rmap_gltf_refuse(&g->gltf, "its scene is wrong"));
+    const json_t *chosen = json_array_get(json_object_get(g->gltf.root, "scenes"), scene);
     if (!json_is_object(chosen))
-        RMAP_TRY(rmap_gltf_refuse(&g.gltf, "it has no scene"));
-    RMAP_TRY(add_nodes(&g, json_object_get(chosen, "nodes"), &identity, 1));
+        RMAP_TRY(rmap_gltf_refuse(&g->gltf, "it has no scene"));
+    RMAP_TRY(add_nodes(g, json_object_get(chosen, "nodes"), &identity, -1, 1));
 out:
-    rmap_free(g.visited);
-    rmap_free(g.point.value);
-    rmap_free(g.corner.value);
-    rmap_free(g.texture.value);
-    rmap_gltf_fini(&g.gltf);
     return st;
+}
+
+static void fini(struct gatherer *g)
+{
+    rmap_free(g->visited);
+    rmap_free(g->material);
+    rmap_free(g->point.value);
+    rmap_free(g->corner.value);
+    rmap_free(g->texture.value);
+    rmap_gltf_fini(&g->gltf);
+}
+
+enum rmap_status rmap_gltf_read(const char *path, const uint8_t *bytes, size_t nbytes, double scale,
+                                struct rmap_mesh_builder *builder)
+{
+    struct gatherer g = {.scale = scale, .builder = builder};
+    enum rmap_status st = rmap_gltf_init(&g.gltf, path, bytes, nbytes, builder->err);
+    if (st == RMAP_OK)
+        st = gather(&g);
+    fini(&g);
+    return st;
+}
+
+/* ---- trees ---- */
+
+static double factor_of(const json_t *object, const char *key, double otherwise)
+{
+    const json_t *value = json_object_get(object, key);
+    const double number = json_is_number(value) ? json_number_value(value) : otherwise;
+    return fmin(fmax(number, 0), 10);
+}
+
+static enum rmap_status read_materials(struct gatherer *g)
+{
+    const json_t *list = json_object_get(g->gltf.root, "materials");
+    const size_t n = json_array_size(list);
+    g->tree->material = rmap_alloc(n, sizeof *g->tree->material);
+    for (size_t i = 0; g->tree->material && i < n; i++) {
+        const json_t *from = json_array_get(list, i);
+        const json_t *metal = json_object_get(from, "pbrMetallicRoughness"),
+                     *base = json_object_get(metal, "baseColorFactor"),
+                     *more = json_object_get(from, "extensions");
+        struct rmap_gltf_material *to = &g->tree->material[i];
+        *to = (struct rmap_gltf_material){
+            .name = rmap_strdup(name_of(from)),
+            .metalness = factor_of(metal, "metallicFactor", 0),
+            .roughness = factor_of(metal, "roughnessFactor", 1),
+            .transmission = factor_of(json_object_get(more, "KHR_materials_transmission"),
+                                      "transmissionFactor", 0),
+            .index = factor_of(json_object_get(more, "KHR_materials_ior"), "ior", 1.5)};
+        for (size_t k = 0; k < 3; k++) {
+            const json_t *part = json_array_get(base, k);
+            to->colour[k] = part ? fmin(fmax(json_number_value(part), 0), 1) : 1;
+        }
+        g->tree->n_material = i + 1;
+        if (!to->name)
+            return rmap_error_set(g->builder->err, RMAP_SYSTEM, "out of memory for materials");
+    }
+    return g->tree->material
+               ? RMAP_OK
+               : rmap_error_set(g->builder->err, RMAP_SYSTEM, "out of memory for materials");
+}
+
+/* Each mesh once, in its own frame, if a node has it. */
+static enum rmap_status read_meshes(struct gatherer *g, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_affine identity = rmap_affine_identity();
+    const json_t *list = json_object_get(g->gltf.root, "meshes");
+    for (size_t k = 0; k < g->tree->n_node && st == RMAP_OK; k++) {
+        const int32_t i = g->tree->node[k].mesh;
+        struct rmap_gltf_mesh *to = i >= 0 ? &g->tree->mesh[i] : NULL;
+        struct rmap_mesh_builder builder = {.err = err};
+        if (!to || to->name)
+            continue;
+        g->builder = &builder;
+        to->name = rmap_strdup(name_of(json_array_get(list, (size_t)i)));
+        st = to->name ? add_mesh(g, (size_t)i, &identity)
+                      : rmap_error_set(err, RMAP_SYSTEM, "out of memory for meshes");
+        if (st == RMAP_OK && builder.n_triangle > 0) {
+            st = rmap_mesh_builder_finish(&builder, &to->mesh);
+            to->material = g->material;
+            g->material = NULL;
+            g->cap_material = 0;
+        }
+        rmap_mesh_builder_fini(&builder);
+    }
+    return st;
+}
+
+enum rmap_status rmap_gltf_read_tree(const char *path, const uint8_t *bytes, size_t nbytes,
+                                     double scale, struct rmap_gltf_tree *tree,
+                                     struct rmap_error *err)
+{
+    struct rmap_mesh_builder none = {.err = err};
+    struct gatherer g = {.scale = scale, .builder = &none, .tree = tree};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_gltf_init(&g.gltf, path, bytes, nbytes, err));
+    tree->n_mesh = json_array_size(json_object_get(g.gltf.root, "meshes"));
+    tree->mesh = rmap_alloc(tree->n_mesh, sizeof *tree->mesh);
+    if (!tree->mesh) {
+        tree->n_mesh = 0;
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for meshes"));
+    }
+    RMAP_TRY(read_materials(&g));
+    RMAP_TRY(gather(&g));
+    st = read_meshes(&g, err);
+out:
+    fini(&g);
+    return st;
+}
+
+void rmap_gltf_tree_fini(struct rmap_gltf_tree *tree)
+{
+    for (size_t i = 0; i < tree->n_node; i++)
+        rmap_free(tree->node[i].name);
+    for (size_t i = 0; i < tree->n_mesh; i++) {
+        rmap_free(tree->mesh[i].name);
+        rmap_free(tree->mesh[i].material);
+        rmap_mesh_destroy(tree->mesh[i].mesh);
+    }
+    for (size_t i = 0; i < tree->n_material; i++)
+        rmap_free(tree->material[i].name);
+    rmap_free(tree->node);
+    rmap_free(tree->mesh);
+    rmap_free(tree->material);
+    *tree = (struct rmap_gltf_tree){0};
 }

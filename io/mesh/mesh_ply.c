@@ -21,7 +21,24 @@ enum { ELEMENTS_MAX = 16, PROPERTIES_MAX = 64, WORDS_MAX = 6 };
 enum type { I8, U8, I16, U16, I32, U32, F32, F64, TYPE_COUNT };
 static const size_t type_nbytes[TYPE_COUNT] = {1, 1, 2, 2, 4, 4, 4, 8};
 
-enum role { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_U, ROLE_V, ROLE_CORNERS };
+/* From ROLE_KIND on: columns of a surface. */
+enum role {
+    ROLE_NONE,
+    ROLE_X,
+    ROLE_Y,
+    ROLE_Z,
+    ROLE_U,
+    ROLE_V,
+    ROLE_CORNERS,
+    ROLE_FACE,
+    ROLE_KIND,
+    ROLE_AT,
+    ROLE_AXIS = ROLE_AT + 3,
+    ROLE_RADIUS = ROLE_AXIS + 3,
+    ROLE_SECOND,
+    ROLE_COUNT
+};
+enum { SURFACE_COLUMNS = ROLE_COUNT - ROLE_KIND };
 
 struct property {
     enum type type, count_type;
@@ -49,6 +66,18 @@ struct ply {
     uint64_t n_vertex;
     uint64_t *corner; /* of the polygon being read */
     size_t cap_corner;
+    bool has_surfaces;
+    double (*surface)[SURFACE_COLUMNS]; /* [n_surface], one for each face */
+    uint64_t n_surface;
+    struct part {
+        uint64_t corner[3], face;
+    } * part; /* triangles of such a file, as they come */
+    size_t n_part, cap_part;
+    struct title {
+        uint64_t face;
+        char *name;
+    } * title; /* names of faces */
+    size_t n_title, cap_title;
     struct rmap_mesh_builder *builder;
     double scale;
 };
@@ -113,6 +142,7 @@ static enum rmap_status read_element(struct ply *ply, char *word[WORDS_MAX], int
         return refuse(ply, "a line of its header that begins with 'element' is wrong");
     struct element *element = &ply->element[ply->n_element++];
     (void)snprintf(element->name, sizeof element->name, "%.31s", word[1]);
+    ply->has_surfaces = ply->has_surfaces || strcmp(word[1], "surface") == 0;
     element->n = strtoull(word[2], &end, 10);
     if (*end || element->n > ply->nbytes)
         return refuse(ply, "its header promises more than the file holds");
@@ -123,18 +153,25 @@ static enum role role_of(const struct element *element, const struct property *p
                          const char *name)
 {
     static const struct {
-        const char *name;
+        const char *element, *name;
         enum role role;
-    } known[] = {{"x", ROLE_X}, {"y", ROLE_Y}, {"z", ROLE_Z},
-                 {"u", ROLE_U}, {"s", ROLE_U}, {"texture_u", ROLE_U},
-                 {"v", ROLE_V}, {"t", ROLE_V}, {"texture_v", ROLE_V}};
+    } known[] = {{"vertex", "x", ROLE_X},          {"vertex", "y", ROLE_Y},
+                 {"vertex", "z", ROLE_Z},          {"vertex", "u", ROLE_U},
+                 {"vertex", "s", ROLE_U},          {"vertex", "texture_u", ROLE_U},
+                 {"vertex", "v", ROLE_V},          {"vertex", "t", ROLE_V},
+                 {"vertex", "texture_v", ROLE_V},  {"face", "face", ROLE_FACE},
+                 {"surface", "kind", ROLE_KIND},   {"surface", "ox", ROLE_AT},
+                 {"surface", "oy", ROLE_AT + 1},   {"surface", "oz", ROLE_AT + 2},
+                 {"surface", "ax", ROLE_AXIS},     {"surface", "ay", ROLE_AXIS + 1},
+                 {"surface", "az", ROLE_AXIS + 2}, {"surface", "r1", ROLE_RADIUS},
+                 {"surface", "r2", ROLE_SECOND}};
     if (property->is_list)
         return strcmp(element->name, "face") == 0 &&
                        (strcmp(name, "vertex_indices") == 0 || strcmp(name, "vertex_index") == 0)
                    ? ROLE_CORNERS
                    : ROLE_NONE;
     for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
-        if (strcmp(element->name, "vertex") == 0 && strcmp(name, known[k].name) == 0)
+        if (strcmp(element->name, known[k].element) == 0 && strcmp(name, known[k].name) == 0)
             return known[k].role;
     return ROLE_NONE;
 }
@@ -170,6 +207,32 @@ static enum rmap_status read_format(struct ply *ply, char *word[WORDS_MAX], int 
     return refuse(ply, "its format is not ascii, binary_little_endian or binary_big_endian");
 }
 
+/* comment face 3 a name to the line's end */
+static enum rmap_status read_title(struct ply *ply, const char *line)
+{
+    enum rmap_status st = RMAP_OK;
+    enum { LONGEST = 200 };
+    char name[LONGEST + 1] = "";
+    char *rest = NULL;
+    const char *end = memchr(line, '\n', (size_t)(ply->text + ply->at - line));
+    line = strstr(line, "face") + strlen("face");
+    const uint64_t face = strtoull(line, &rest, 10);
+    while (rest < end && isspace((unsigned char)*rest))
+        rest++;
+    while (end > rest && isspace((unsigned char)end[-1]))
+        end--;
+    if (rest == line || rest >= end || end - rest > LONGEST)
+        return RMAP_OK;
+    memcpy(name, rest, (size_t)(end - rest));
+    RMAP_TRY(RMAP_RESERVE(ply->title, ply->cap_title, ply->n_title + 1, ply->builder->err));
+    ply->title[ply->n_title] = (struct title){face, rmap_strdup(name)};
+    if (!ply->title[ply->n_title++].name)
+        return rmap_error_set(ply->builder->err, RMAP_SYSTEM, "out of memory: %zu faces",
+                              ply->n_title);
+out:
+    return st;
+}
+
 static enum rmap_status read_header(struct ply *ply)
 {
     enum rmap_status st = RMAP_OK;
@@ -178,7 +241,9 @@ static enum rmap_status read_header(struct ply *ply)
     bool formatted = false;
     if (!next_line(ply, line, word, &n_word) || n_word != 1 || strcmp(word[0], "ply") != 0)
         return refuse(ply, "it does not begin with 'ply'");
-    while (next_line(ply, line, word, &n_word)) {
+    for (size_t at = ply->at; next_line(ply, line, word, &n_word); at = ply->at) {
+        if (n_word > 3 && strcmp(word[0], "comment") == 0 && strcmp(word[1], "face") == 0)
+            RMAP_TRY(read_title(ply, ply->text + at));
         if (n_word == 0 || strcmp(word[0], "comment") == 0 || strcmp(word[0], "obj_info") == 0)
             continue;
         if (strcmp(word[0], "end_header") == 0)
@@ -278,20 +343,29 @@ out:
     return st;
 }
 
-static enum rmap_status add_polygon(struct ply *ply, size_t n)
+static enum rmap_status add_triangle(struct ply *ply, const uint64_t index[3])
+{
+    struct rmap_vec3 corner[3];
+    double uv[3][2];
+    for (int k = 0; k < 3; k++) {
+        const double *v = ply->vertex[index[k]];
+        memcpy(uv[k], v + 3, sizeof uv[k]);
+        corner[k] = rmap_scale(rmap_vec3(v[0], v[1], v[2]), ply->scale);
+    }
+    return rmap_mesh_builder_add(ply->builder, corner, ply->has_u && ply->has_v ? uv[0] : NULL);
+}
+
+static enum rmap_status add_polygon(struct ply *ply, size_t n, uint64_t face)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 2; i < n; i++) {
-        const uint64_t index[3] = {ply->corner[0], ply->corner[i - 1], ply->corner[i]};
-        struct rmap_vec3 corner[3];
-        double uv[3][2];
-        for (int k = 0; k < 3; k++) {
-            const double *v = ply->vertex[index[k]];
-            memcpy(uv[k], v + 3, sizeof uv[k]);
-            corner[k] = rmap_scale(rmap_vec3(v[0], v[1], v[2]), ply->scale);
+        const struct part part = {{ply->corner[0], ply->corner[i - 1], ply->corner[i]}, face};
+        if (!ply->has_surfaces) {
+            RMAP_TRY(add_triangle(ply, part.corner));
+            continue;
         }
-        RMAP_TRY(
-            rmap_mesh_builder_add(ply->builder, corner, ply->has_u && ply->has_v ? uv[0] : NULL));
+        RMAP_TRY(RMAP_RESERVE(ply->part, ply->cap_part, ply->n_part + 1, ply->builder->err));
+        ply->part[ply->n_part++] = part;
     }
 out:
     return st;
@@ -301,6 +375,7 @@ static enum rmap_status read_row(struct ply *ply, const struct element *element,
 {
     enum rmap_status st = RMAP_OK;
     size_t n_corner = 0;
+    uint64_t face = 0;
     for (int i = 0; i < element->n_property; i++) {
         const struct property *property = &element->property[i];
         double value = 0;
@@ -310,10 +385,14 @@ static enum rmap_status read_row(struct ply *ply, const struct element *element,
         }
         if (!next_value(ply, property->type, &value))
             return cut_off(ply);
-        if (property->role != ROLE_NONE)
+        if (property->role >= ROLE_KIND)
+            ply->surface[row][property->role - ROLE_KIND] = value;
+        else if (property->role == ROLE_FACE)
+            face = value >= 0 && value < (double)UINT32_MAX ? (uint64_t)value : UINT64_MAX;
+        else if (property->role != ROLE_NONE)
             ply->vertex[row][property->role - ROLE_X] = value;
     }
-    RMAP_TRY(add_polygon(ply, n_corner));
+    RMAP_TRY(add_polygon(ply, n_corner, face));
 out:
     return st;
 }
@@ -332,8 +411,82 @@ static enum rmap_status read_rows(struct ply *ply, const struct element *element
                                   (unsigned long long)element->n);
         ply->n_vertex = element->n;
     }
+    if (strcmp(element->name, "surface") == 0) {
+        if (ply->surface)
+            return refuse(ply, "it has two lists of surfaces");
+        ply->surface = rmap_alloc((size_t)element->n, sizeof *ply->surface);
+        if (!ply->surface)
+            return rmap_error_set(ply->builder->err, RMAP_SYSTEM, "out of memory for %llu surfaces",
+                                  (unsigned long long)element->n);
+        ply->n_surface = element->n;
+    }
     for (uint64_t row = 0; row < element->n; row++)
         RMAP_TRY(read_row(ply, element, row));
+out:
+    return st;
+}
+
+/* ---- faces that lie on surfaces ---- */
+
+static enum rmap_status set_surface(struct ply *ply, uint64_t face,
+                                    struct rmap_true_surface *surface)
+{
+    const double *row = ply->surface[face] - ROLE_KIND, kind = row[ROLE_KIND];
+    struct rmap_vec3 axis = rmap_vec3(row[ROLE_AXIS], row[ROLE_AXIS + 1], row[ROLE_AXIS + 2]);
+    const double length = rmap_length(axis);
+    if (!(kind >= RMAP_TRUE_NONE && kind <= RMAP_TRUE_TORUS && kind == floor(kind)))
+        return rmap_error_set(ply->builder->err, RMAP_INPUT,
+                              "face %llu lies on a surface of kind %g, which is none of 0 to %d",
+                              (unsigned long long)face, kind, RMAP_TRUE_TORUS);
+    *surface = (struct rmap_true_surface){.kind = (enum rmap_true_kind)kind};
+    surface->at =
+        rmap_scale(rmap_vec3(row[ROLE_AT], row[ROLE_AT + 1], row[ROLE_AT + 2]), ply->scale);
+    surface->axis = rmap_scale(axis, length > 0 ? 1 / length : 0);
+    if (surface->kind == RMAP_TRUE_SPHERE)
+        surface->axis = rmap_vec3(0, 0, 1);
+    surface->radius = surface->kind == RMAP_TRUE_PLANE ? 0 : ply->scale * row[ROLE_RADIUS];
+    if (surface->kind == RMAP_TRUE_CONE)
+        surface->second = tan(row[ROLE_SECOND]);
+    else if (surface->kind == RMAP_TRUE_TORUS)
+        surface->second = ply->scale * row[ROLE_SECOND];
+    const char *wrong = rmap_true_surface_finish(surface);
+    return wrong ? rmap_error_set(ply->builder->err, RMAP_INPUT,
+                                  "the surface of face %llu is none: %s", (unsigned long long)face,
+                                  wrong)
+                 : RMAP_OK;
+}
+
+static const char *name_of(const struct ply *ply, uint64_t face)
+{
+    const char *name = NULL;
+    for (size_t i = 0; i < ply->n_title; i++)
+        if (ply->title[i].face == face)
+            name = ply->title[i].name;
+    return name;
+}
+
+static int compare_parts(const void *left, const void *right)
+{
+    const struct part *a = left, *b = right;
+    return (a->face > b->face) - (a->face < b->face);
+}
+
+/* Face after face. */
+static enum rmap_status add_faces(struct ply *ply)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t k = 0;
+    if (ply->n_part)
+        qsort(ply->part, ply->n_part, sizeof *ply->part, compare_parts);
+    for (uint64_t face = 0; face < ply->n_surface; face++) {
+        struct rmap_true_surface surface;
+        RMAP_TRY(set_surface(ply, face, &surface));
+        for (; k < ply->n_part && ply->part[k].face == face; k++)
+            RMAP_TRY(add_triangle(ply, ply->part[k].corner));
+        RMAP_TRY(rmap_mesh_builder_close_surface(ply->builder, name_of(ply, face), &surface));
+    }
+    if (k < ply->n_part)
+        return refuse(ply, "a triangle belongs to a face that has no surface");
 out:
     return st;
 }
@@ -354,8 +507,15 @@ enum rmap_status rmap_ply_read(const uint8_t *bytes, size_t nbytes, double scale
     RMAP_TRY(read_header(ply));
     for (int i = 0; i < ply->n_element; i++)
         RMAP_TRY(read_rows(ply, &ply->element[i]));
+    if (ply->has_surfaces)
+        RMAP_TRY(add_faces(ply));
     RMAP_TRY(rmap_mesh_builder_close_face(builder, NULL));
 out:
+    for (size_t i = 0; i < ply->n_title; i++)
+        rmap_free(ply->title[i].name);
+    rmap_free(ply->title);
+    rmap_free(ply->part);
+    rmap_free(ply->surface);
     rmap_free(ply->vertex);
     rmap_free(ply->corner);
     rmap_free(ply);

@@ -246,27 +246,56 @@ static bool is_known(const char *path)
     return fits;
 }
 
+static enum rmap_status read_file(const char *path, double scale, struct rmap_mesh_builder *builder)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    const char *trouble;
+    if (!is_known(path))
+        RMAP_TRY(rmap_error_set(builder->err, RMAP_INPUT,
+                                "its name must end in .stl, .obj, .ply, .gltf or .glb"));
+    trouble = rmap_input_file_trouble(path);
+    if (trouble)
+        return rmap_error_set(builder->err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble);
+    RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, builder->err));
+    st = read_bytes(path, bytes, nbytes, scale, builder);
+out:
+    rmap_free(bytes);
+    return st;
+}
+
 enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
                                 struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_tangents = tangents};
-    uint8_t *bytes = NULL;
-    size_t nbytes = 0;
-    const char *trouble;
-    if (!is_known(path))
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "its name must end in .stl, .obj, .ply, .gltf or .glb"));
-    trouble = rmap_input_file_trouble(path);
-    if (trouble)
-        return rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble);
-    RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, err));
-    RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &builder));
+    RMAP_TRY(read_file(path, scale, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
     *left_out_ret = builder.left_out;
 out:
-    rmap_free(bytes);
+    rmap_mesh_builder_fini(&builder);
+    if (st == RMAP_INPUT)
+        rmap_error_context(err, "cannot read mesh %s", path);
+    return st;
+}
+
+enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rmap_mesh **mesh_ret,
+                                      char ***material_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_mesh_builder builder = {.err = err, .wants_materials = true};
+    RMAP_TRY(read_file(path, scale, &builder));
+    RMAP_TRY(
+        RMAP_RESERVE(builder.face_material, builder.cap_face_material, builder.n_face + 1, err));
+    while (builder.n_face_material < builder.n_face)
+        builder.face_material[builder.n_face_material++] = NULL;
+    RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
+    *material_ret = builder.face_material;
+    builder.face_material = NULL;
+    builder.n_face_material = 0;
+out:
     rmap_mesh_builder_fini(&builder);
     if (st == RMAP_INPUT)
         rmap_error_context(err, "cannot read mesh %s", path);
@@ -287,6 +316,12 @@ enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh *
         if (!mesh->tangent)
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
         memcpy(mesh->tangent, from->tangent, from->n_triangle * sizeof *from->tangent);
+    }
+    if (from->surface) {
+        mesh->surface = rmap_alloc(from->n_face, sizeof *mesh->surface);
+        if (!mesh->surface)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
+        memcpy(mesh->surface, from->surface, from->n_face * sizeof *from->surface);
     }
     for (size_t i = 0; i < from->n_face; i++) {
         mesh->face_name[i] = rmap_strdup(from->face_name[i]);

@@ -11,6 +11,7 @@
 #include "io/scene/scene_detectors.h"
 
 #include "io/scene/scene_cameras.h"
+#include "io/scene/scene_faces.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_reader.h"
@@ -39,47 +40,6 @@ static void find_on(struct rmap_reader *reader, const struct rmap_yaml_node *nod
         rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
 }
 
-/* "3" or "3..5"; false: neither. */
-static bool parse_range(const char *text, unsigned long *low, unsigned long *high)
-{
-    char *end;
-    if (*text < '0' || *text > '9')
-        return false;
-    *low = *high = strtoul(text, &end, 10);
-    if (strncmp(end, "..", 2) == 0 && end[2] >= '0' && end[2] <= '9')
-        *high = strtoul(end + 2, &end, 10);
-    return *end == 0;
-}
-
-/* Marks the faces that one word means: a number, a range of them, or a name of the mesh file. */
-static void mark_faces(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                       const struct rmap_mesh *mesh, uint8_t *face)
-{
-    unsigned long low, high;
-    bool found = false;
-    if (at->kind != RMAP_YAML_SCALAR) {
-        rmap_reader_error(reader, at, "a face must be a number, a range such as 0..3, or a name");
-        return;
-    }
-    if (!at->quoted && parse_range(at->text, &low, &high)) {
-        if (low > high)
-            rmap_reader_error(reader, at, "the range %.40s runs backwards", at->text);
-        else if (high >= mesh->n_face)
-            rmap_reader_error(reader, at, "there is no face %lu: the mesh has 0 to %zu", high,
-                              mesh->n_face - 1);
-        else
-            memset(face + low, 1, high - low + 1);
-        return;
-    }
-    for (size_t i = 0; i < mesh->n_face; i++)
-        if (mesh->face_name[i] && strcmp(mesh->face_name[i], at->text) == 0) {
-            face[i] = 1;
-            found = true;
-        }
-    if (!found)
-        rmap_reader_error(reader, at, "the mesh has no face named '%.60s'", at->text);
-}
-
 static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *on,
                        struct rmap_detector *detector)
 {
@@ -102,12 +62,7 @@ static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *
         rmap_reader_no_memory(reader);
         return;
     }
-    if (faces->kind != RMAP_YAML_LIST)
-        mark_faces(reader, faces, mesh, detector->face);
-    else if (faces->n_item == 0)
-        rmap_reader_error(reader, faces, "'faces' names none");
-    for (size_t i = 0; faces->kind == RMAP_YAML_LIST && i < faces->n_item; i++)
-        mark_faces(reader, faces->item[i].value, mesh, detector->face);
+    (void)rmap_reader_mark_faces(reader, faces, mesh, false, detector->face);
 }
 
 /* `on:` of a detector, whose list of faces is the scene's. */

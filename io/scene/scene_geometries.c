@@ -29,7 +29,7 @@ const struct rmap_mapping rmap_geometry_keys = {
      [CYLINDER] = {"a cylinder", "type radius length closed"},
      [CONE] = {"a cone", "type radius radius2 length closed"},
      [SPHERE] = {"a sphere", "type radius"},
-     [MESH] = {"a mesh", "type file scale"},
+     [MESH] = {"a mesh", "type file scale exact"},
      [LENS] = {"a lens", "type surfaces surface edge"},
      [BOX] = {"a box", "type size"},
      [PRISM] = {"a prism", "type points sides radius length"}},
@@ -69,6 +69,18 @@ void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
     geometry->shape = *shape;
     if (!rmap_shape_own(&geometry->shape))
         rmap_reader_no_memory(reader);
+}
+
+void rmap_reader_add_mesh(struct rmap_reader *reader, const char *name, struct rmap_mesh *mesh,
+                          int32_t *index_ret)
+{
+    struct rmap_geometry *geometry = add_geometry(reader, name, index_ret);
+    if (!geometry) {
+        rmap_mesh_destroy(mesh);
+        return;
+    }
+    geometry->kind = RMAP_GEOMETRY_MESH;
+    geometry->mesh = mesh;
 }
 
 /* ---- caps ---- */
@@ -220,7 +232,7 @@ static struct rmap_mesh *keep_mesh(struct rmap_reader *reader, const char *name,
 
 /* NULL after a complaint. */
 static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
-                                   const struct rmap_yaml_node *at, double scale)
+                                   const struct rmap_yaml_node *at, double scale, bool exact)
 {
     struct rmap_mesh *mesh = NULL;
     struct rmap_mesh_left_out left_out = {0};
@@ -239,6 +251,15 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
                          "mesh '%.60s': %zu triangles have corners that are no numbers (NaN or "
                          "infinite), triangle %zu first; they are left out and leave a hole",
                          name, left_out.undefined, left_out.first);
+    if (left_out.untrue)
+        rmap_reader_warn(reader, at,
+                         "mesh '%.60s': %zu faces do not lie on the surfaces that the file gives "
+                         "them; they stay triangles",
+                         name, left_out.untrue);
+    if (mesh && !exact) {
+        rmap_free(mesh->surface);
+        mesh->surface = NULL;
+    }
     rmap_reader_made(reader, at, st);
     return keep_mesh(reader, name, mesh);
 }
@@ -259,10 +280,13 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
     const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
     const struct rmap_yaml_node *at = kind == MESH ? rmap_yaml_get(node, "file") : node;
     double scale = 1;
+    bool exact = true;
     if (kind == MESH && !rmap_reader_text(reader, node, "file", RMAP_REQUIRED))
         at = NULL;
     if (kind == MESH)
         scale = mesh_scale(reader, node);
+    if (kind == MESH && !rmap_reader_bool(reader, node, "exact", &exact))
+        return;
     if (!at || !(scale > 0))
         return;
     if (!mesh && reader->bundle->meshes_complete) {
@@ -271,8 +295,8 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
         return;
     }
     if (!mesh)
-        mesh =
-            kind == MESH ? load_mesh(reader, name, at, scale) : make_body(reader, name, node, kind);
+        mesh = kind == MESH ? load_mesh(reader, name, at, scale, exact)
+                            : make_body(reader, name, node, kind);
     struct rmap_geometry *geometry = mesh ? add_geometry(reader, name, &entry->geometry) : NULL;
     if (!geometry)
         return;

@@ -18,6 +18,10 @@ bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *
 void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
                            const struct rmap_shape *shape, int32_t *index_ret);
 
+/* The same of a mesh, which is taken over; *index_ret stays where there is no memory. */
+void rmap_reader_add_mesh(struct rmap_reader *reader, const char *name, struct rmap_mesh *mesh,
+                          int32_t *index_ret);
+
 void rmap_reader_read_geometries(struct rmap_reader *reader);
 
 #endif

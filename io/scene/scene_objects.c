@@ -9,7 +9,9 @@
 
 #include "base/alloc.h"
 #include "geometry/sag.h"
+#include "io/scene/scene_attributes.h"
 #include "io/scene/scene_bodies.h"
+#include "io/scene/scene_faces.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_films.h"
 #include "io/scene/scene_keys.h"
@@ -271,13 +273,16 @@ static void read_side(struct rmap_reader *reader, const struct rmap_yaml_node *n
     rmap_reader_medium(reader, node, second ? other : key, medium);
 }
 
-static void read_media(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+void rmap_reader_sides(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        struct rmap_object_plan *plan)
 {
     bool front = false, back = false;
-    plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
+    const bool had_front = plan->medium_front != RMAP_MEDIUM_ANY,
+               had_back = plan->medium_back != RMAP_MEDIUM_ANY;
     read_side(reader, node, "front", "outside", &plan->medium_front, &front);
     read_side(reader, node, "back", "inside", &plan->medium_back, &back);
+    front |= had_front;
+    back |= had_back;
     int32_t clear = rmap_scene_transmits(reader->scene, plan->surface_front) ? plan->surface_front
                                                                              : plan->surface_back;
     if ((front && back) || !rmap_scene_transmits(reader->scene, clear))
@@ -295,10 +300,11 @@ enum { OBJECT, LENS, GROUP };
 const struct rmap_mapping rmap_object_keys = {
     "objects",
     NULL,
-    {{"an object",
-      "name geometry at rotate scale matrix copies surface front back inside outside id"},
+    {{"an object", "name geometry at rotate scale matrix copies surface front back inside outside "
+                   "id faces color "
+                   "material"},
      {"an instance of a lens",
-      "name geometry at rotate scale matrix copies outside front id surface edge"},
+      "name geometry at rotate scale matrix copies outside front id surface edge color material"},
      {"a group", "name objects sources at rotate scale matrix copies id"}}};
 
 static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -341,13 +347,17 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         rmap_reader_error(reader, node, "'surface' is missing: name the surface of object '%.60s'",
                           plan->name);
     rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front, &plan->surface_back);
-    read_media(reader, node, plan);
+    plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
+    rmap_reader_sides(reader, node, plan);
+    rmap_reader_check_labels(reader, node);
     if (!entry || entry->broken) {
         rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
         return;
     }
     plan->geometry = entry->geometry;
-    if (entry->closed)
+    if (rmap_yaml_get(node, "faces"))
+        rmap_reader_expand_faces(reader, node, plan);
+    else if (entry->closed)
         rmap_reader_expand_closed(reader, entry, plan);
     else
         rmap_reader_add_object(reader, plan);

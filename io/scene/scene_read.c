@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/scene/scene_attributes.h"
 #include "io/scene/scene_cameras.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_detectors.h"
@@ -44,7 +45,7 @@ const struct rmap_mapping rmap_root_keys = {
     "The scene file",
     NULL,
     {{"a scene", "raymap include units spectrum limits media films surfaces geometries objects "
-                 "sources detectors "
+                 "attributes sources detectors "
                  "cameras background time simulations"}}};
 
 static void read_sections(struct rmap_reader *reader)
@@ -58,7 +59,9 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_films,
                                                             rmap_reader_read_surfaces,
                                                             rmap_reader_read_geometries,
+                                                            rmap_reader_apply_attributes,
                                                             rmap_reader_read_objects,
+                                                            rmap_reader_check_attributes,
                                                             rmap_reader_make_gradients,
                                                             rmap_reader_read_turbid,
                                                             rmap_reader_read_sources,
@@ -108,6 +111,8 @@ static void fini(struct rmap_reader *reader)
     rmap_free(reader->entry);
     rmap_free(reader->group_to_world);
     rmap_free(reader->placed);
+    rmap_free(reader->mesh_part);
+    rmap_free(reader->rule);
     rmap_free(reader->frame);
     rmap_free(reader->sky);
     rmap_reader_release(reader);

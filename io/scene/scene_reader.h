@@ -76,6 +76,19 @@ struct rmap_geometry_entry {
     double length;
 };
 
+/* Some faces of a mesh geometry as a geometry of their own. */
+struct rmap_mesh_part {
+    int32_t of, geometry;
+    const uint8_t *face; /* [n_face] of the whole */
+};
+
+/* A rule of `attributes`, and how many objects or faces it fits. */
+struct rmap_attribute_rule {
+    const struct rmap_yaml_node *node;
+    size_t n_fit;
+    bool of_faces;
+};
+
 /* Where a gradient medium's index lives. */
 enum rmap_frame_kind { RMAP_FRAME_OBJECT, RMAP_FRAME_WORLD, RMAP_FRAME_NAMED };
 struct rmap_medium_frame {
@@ -128,6 +141,10 @@ struct rmap_reader {
     struct rmap_names meshes, grids; /* of the bundle, as it was given */
     struct rmap_geometry_entry *entry;
     size_t n_entry, cap_entry;
+    struct rmap_mesh_part *mesh_part;
+    size_t n_mesh_part, cap_mesh_part;
+    struct rmap_attribute_rule *rule;
+    size_t n_rule, cap_rule;
     struct rmap_affine *group_to_world; /* [n_group] */
     size_t cap_group_to_world;
     struct rmap_placed_source *placed;

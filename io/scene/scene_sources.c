@@ -435,6 +435,8 @@ void rmap_reader_read_sources(struct rmap_reader *reader)
                          sizeof *reader->placed))
         reader->placed[reader->n_placed++] =
             (struct rmap_placed_source){around, "background", -1, rmap_affine_identity()};
+    if (n_own + reader->n_placed == 0 && around && rmap_yaml_get(reader->root, "cameras"))
+        return; /* for pictures alone, which have the background's light */
     if (n_own + reader->n_placed == 0) {
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return;

@@ -237,33 +237,6 @@ out:
     return st;
 }
 
-static enum rmap_status copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **copy_ret,
-                             struct rmap_error *err)
-{
-    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node), *value = NULL;
-    enum rmap_status st = RMAP_OK;
-    if (!node)
-        return no_memory(err);
-    *node = (struct rmap_yaml_node){
-        .kind = from->kind, .line = from->line, .column = from->column, .quoted = from->quoted};
-    if (from->text && !(node->text = rmap_strdup(from->text)))
-        st = no_memory(err);
-    for (size_t i = 0; st == RMAP_OK && i < from->n_item; i++) {
-        const struct rmap_yaml_item *item = &from->item[i];
-        RMAP_TRY(copy(item->value, &value, err));
-        RMAP_TRY(rmap_yaml_append(node, item->key, item->line, item->column, value, err));
-        value = NULL;
-    }
-out:
-    if (st == RMAP_OK) {
-        *copy_ret = node;
-        return st;
-    }
-    rmap_yaml_destroy(value);
-    rmap_yaml_destroy(node);
-    return st;
-}
-
 enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_yaml_item *assignment,
                                struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
@@ -277,6 +250,6 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
         complain(&e, "a simulation does not change simulations%s", "");
         return RMAP_OK;
     }
-    const enum rmap_status st = copy(assignment->value, &value, err);
+    const enum rmap_status st = rmap_yaml_copy(assignment->value, &value, err);
     return st == RMAP_OK ? put(&e, root, assignment->key, value) : st;
 }

@@ -177,6 +177,25 @@ out:
     return st;
 }
 
+enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **node_ret,
+                                struct rmap_error *err)
+{
+    struct rmap_diagnostics unheard = {0};
+    struct builder b = {.diagnostics = &unheard, .err = err};
+    const enum rmap_status st = copy_node(&b, from, (yaml_mark_t){0}, 0, node_ret);
+    rmap_diagnostics_fini(&unheard);
+    return st;
+}
+
+void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index)
+{
+    rmap_free(node->item[index].key);
+    rmap_yaml_destroy(node->item[index].value);
+    node->n_item--;
+    memmove(&node->item[index], &node->item[index + 1],
+            (node->n_item - index) * sizeof *node->item);
+}
+
 static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *event, int depth,
                                      struct rmap_yaml_node **node_ret)
 {

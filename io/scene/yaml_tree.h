@@ -59,6 +59,13 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
                                struct rmap_diagnostics *diagnostics,
                                struct rmap_error *err) RMAP_MUST_USE;
 
+/* A copy whose nodes have the same places. RMAP_SYSTEM. */
+enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **node_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes an item out. */
+void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index);
+
 /* Appends an item; takes the value over, copies the key (which may be NULL). RMAP_SYSTEM leaves
  * the value to the caller. */
 enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,

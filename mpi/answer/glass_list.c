@@ -10,8 +10,8 @@
 #include <string.h>
 #include <strings.h>
 
-#include "analysis/criterion/criterion_names.h"
 #include "base/alloc.h"
+#include "base/glob.h"
 #include "io/export/json_number.h"
 #include "io/scene/glass_nearest.h"
 

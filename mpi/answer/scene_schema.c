@@ -25,6 +25,7 @@ static const struct section {
     {"surfaces", &rmap_surface_keys, NAMED},
     {"geometries", &rmap_geometry_keys, NAMED},
     {"objects", &rmap_object_keys, LISTED},
+    {"attributes", &rmap_attribute_keys, LISTED},
     {"sources", &rmap_source_keys, LISTED},
     {"detectors", &rmap_detector_keys, LISTED},
     {"cameras", &rmap_camera_keys, LISTED},

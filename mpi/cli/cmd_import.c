@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * raymap import: a scene of what lens designers have.
+ * raymap import: a scene of what lens designers and CAD programs have.
  */
 #include <errno.h>
 #include <limits.h>
@@ -17,8 +17,10 @@
 #include "io/lensfile/lens_zar.h"
 #include "io/scene/yaml_difference.h"
 #include "mpi/answer/lens_out.h"
+#include "mpi/answer/model_run.h"
 #include "mpi/command/command.h"
 #include "mpi/command/json_out.h"
+#include "mpi/command/model_read.h"
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 
@@ -34,8 +36,9 @@ static const struct rmap_option options[] = {
     {"output", 'o', "FOLDER", "where the scene goes, as FOLDER/scene.yaml"},
     {"glass", 0, "FILE.agf" RMAP_ARGUMENT_AGAIN,
      "a glass catalogue; those beside the lens file are read without being named"},
+    RMAP_MODEL_OPTIONS,
     {"strict", 0, NULL, "write nothing if anything is not understood: status 3"},
-    {"force", 'f', NULL, "keep an edited FOLDER/scene.yaml as scene.yaml.bak, and write a new one"},
+    {"force", 'f', NULL, "keep an edited scene.yaml as scene.yaml.bak, and write a new one"},
     {NULL}};
 
 struct import {
@@ -162,10 +165,11 @@ static enum rmap_status read_lens(struct import *import, int configuration, stru
         return rmap_error_set(err, RMAP_USAGE, "%s is a glass catalogue: give it with --glass",
                               import->path);
     if (!archive && !rmap_lens_format_of(import->path, &format))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "%s: what is imported ends in .zmx or .zar (Zemax), .seq (CODE V) or "
-                              ".len (OSLO)",
-                              import->path);
+        return rmap_error_set(
+            err, RMAP_USAGE,
+            "%s: what is imported ends in .zmx or .zar (Zemax), .seq (CODE V), .len (OSLO), "
+            "or .step .stp .iges .igs .gltf .glb .obj .stl .ply",
+            import->path);
     enum rmap_status st = rmap_input_file_read(import->path, FILE_NBYTES_MAX, &bytes, &nbytes, err);
     if (st == RMAP_OK)
         st = archive ? read_archive(import, bytes, nbytes, configuration, err)
@@ -327,6 +331,8 @@ static enum rmap_status run_import(const struct rmap_context *context,
     rmap_diagnostics_init(&import.findings, import.path);
     if (!import.folder)
         st = rmap_error_set(err, RMAP_USAGE, "-o FOLDER is missing: where the scene goes");
+    else if (context->rank == 0 && rmap_model_is_one(import.path))
+        st = rmap_model_import(context, given, import.folder, err);
     else if (context->rank == 0)
         st = import_lens(context, given, &import, err);
     st = rmap_agree(context, st, err);
@@ -336,8 +342,8 @@ static enum rmap_status run_import(const struct rmap_context *context,
 
 const struct rmap_command rmap_command_import = {
     .name = "import",
-    .summary = "write a scene of a lens designer's file",
-    .operands = "LENS -o FOLDER",
+    .summary = "write a scene of a lens or CAD file",
+    .operands = "FILE -o FOLDER",
     .help =
         "Reads a lens of Zemax (.zmx, .zar), CODE V (.seq) or OSLO (.len) and writes "
         "FOLDER/scene.yaml,\n"
@@ -347,9 +353,15 @@ const struct rmap_command rmap_command_import = {
         "A scene of an import is replaced; one that was edited since is not, unless --force is "
         "given,\n"
         "which keeps it as scene.yaml.bak.\n\n"
+        "Of a model (STEP and IGES where raymap-step is installed, glTF, OBJ, STL, PLY) the tree "
+        "of\n"
+        "parts goes to FOLDER/parts.yaml and their meshes to FOLDER/meshes; scene.yaml and\n"
+        "attributes.yaml, rules that say what parts are made of, are for you to edit: `raymap\n"
+        "update` brings the model's next revision and keeps them.\n\n"
         "  raymap import double-gauss.zmx -o lens\n"
         "  raymap trace lens/scene.yaml -n 1M -o lens.raymap\n"
-        "  raymap ghosts lens.raymap sensor",
+        "  raymap ghosts lens.raymap sensor\n"
+        "  raymap import lamp.step -o lamp",
     .options = options,
     .min_operands = 1,
     .max_operands = 1,

@@ -8,50 +8,10 @@
 #include <stdlib.h>
 
 #include "base/alloc.h"
+#include "geometry/mesh_edges.h"
 #include "scene/bounds.h"
 
 /* ---- meshes that are not closed ---- */
-
-/* An edge of a triangle, from its lesser vertex; turn: 1 or -1 as the triangle runs along it. */
-struct edge {
-    uint32_t from, to;
-    int turn;
-};
-
-static int compare_edges(const void *a, const void *b)
-{
-    const struct edge *x = a, *y = b;
-    if (x->from != y->from)
-        return x->from < y->from ? -1 : 1;
-    return x->to < y->to ? -1 : x->to > y->to;
-}
-
-/* Edges that triangles do not run along as often in one direction as in the other; *first_ret: one
- * of them. */
-static enum rmap_status find_open_edges(const struct rmap_mesh *mesh, size_t *n_ret,
-                                        struct edge *first_ret, struct rmap_error *err)
-{
-    const size_t n = 3 * mesh->n_triangle;
-    struct edge *edge = rmap_alloc(n + 1, sizeof *edge);
-    *n_ret = 0;
-    if (!edge)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu edges", n);
-    for (size_t i = 0; i < n; i++) {
-        const uint32_t *triangle = mesh->triangle[i / 3];
-        const uint32_t a = triangle[i % 3], b = triangle[(i + 1) % 3];
-        edge[i] = a < b ? (struct edge){a, b, 1} : (struct edge){b, a, -1};
-    }
-    qsort(edge, n, sizeof *edge, compare_edges);
-    for (size_t i = 0, end; i < n; i = end) {
-        int turn = 0;
-        for (end = i; end < n && compare_edges(&edge[i], &edge[end]) == 0; end++)
-            turn += edge[end].turn;
-        if (turn != 0 && (*n_ret)++ == 0)
-            *first_ret = edge[i];
-    }
-    rmap_free(edge);
-    return RMAP_OK;
-}
 
 /* Two media, one of which light can be inside of. */
 static bool bounds_medium(const struct rmap_scene *scene, const struct rmap_object *object)
@@ -67,13 +27,16 @@ static bool boxes_touch(const struct rmap_bounds *a, const struct rmap_bounds *b
            b->lower.y <= a->upper.y && a->lower.z <= b->upper.z && b->lower.z <= a->upper.z;
 }
 
-/* Another object close by has the medium, too, and may close what this one leaves open. */
+/* Another object close by has the medium, too, and may close what this one leaves open; so may the
+ * other faces of its mesh, which are opaque. */
 static bool is_shared(const struct rmap_scene *scene, const struct rmap_bounds *box, size_t object,
                       int32_t medium)
 {
     for (size_t i = 0; i < scene->n_object; i++)
         if (i != object &&
-            (scene->object[i].medium_back == medium || scene->object[i].medium_front == medium) &&
+            (scene->object[i].medium_back == medium || scene->object[i].medium_front == medium ||
+             (scene->object[i].medium_back == RMAP_MEDIUM_ANY &&
+              scene->object[i].parent == scene->object[object].parent)) &&
             boxes_touch(&box[i], &box[object]))
             return true;
     return false;
@@ -93,12 +56,12 @@ static enum rmap_status check_closed(const struct rmap_scene *scene, const struc
 {
     const struct rmap_object *object = &scene->object[index];
     const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
-    struct edge edge = {0};
+    struct rmap_mesh_edge edge = {0};
     size_t n = 0;
     if (geometry->kind != RMAP_GEOMETRY_MESH || !bounds_medium(scene, object) ||
         is_shared(scene, box, index, object->medium_back))
         return RMAP_OK;
-    const enum rmap_status st = find_open_edges(geometry->mesh, &n, &edge, err);
+    const enum rmap_status st = rmap_mesh_open_edges(geometry->mesh, &n, &edge, err);
     if (st != RMAP_OK || n == 0)
         return st;
     const struct rmap_vec3 a = corner_of(object, geometry->mesh, edge.from),

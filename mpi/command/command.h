@@ -53,6 +53,7 @@ extern const struct rmap_command rmap_command_keep;
 extern const struct rmap_command rmap_command_session;
 extern const struct rmap_command rmap_command_glass;
 extern const struct rmap_command rmap_command_import;
+extern const struct rmap_command rmap_command_update;
 extern const struct rmap_command rmap_command_voxels;
 extern const struct rmap_command rmap_command_irradiance;
 extern const struct rmap_command rmap_command_glare;

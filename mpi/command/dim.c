@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis/criterion/criterion_names.h"
 #include "base/alloc.h"
+#include "base/glob.h"
 #include "io/file/diagnostics.h"
 #include "mpi/command/argument_numbers.h"
 #include "scene/sky.h"

@@ -245,6 +245,14 @@ void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args)
         args->valid[0] = 0;
 }
 
+void rmap_accel_cell(const struct RTCIntersectFunctionNArguments *args)
+{
+    struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
+    if (args->valid[0] &&
+        rmap_consider_triangle(traversal->query, traversal->object, (int32_t)args->primID))
+        ((struct RTCRayHit *)args->rayhit)->ray.tfar = shrink(traversal);
+}
+
 static void search(struct rmap_traversal *traversal, RTCScene scene, const float origin[3],
                    const float direction[3])
 {
@@ -305,6 +313,7 @@ static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
     query->limit = limit;
     query->n_candidate = 0;
     query->local.object = -1;
+    query->met.object = -1;
     for (int i = 0; i < RMAP_DONE_SLOTS; i++)
         query->done[i] = -1;
     rmap_start_find(query);
@@ -395,14 +404,15 @@ static void search_shapes(struct rmap_query *query, const float origin[3], const
         rmap_prefilter_search(query, origin, direction, shift);
 }
 
-/* The weights are none of them negative: the position lies on the triangle, never beside it. */
+/* Weights are none of them negative: the position lies on the triangle, never beside it. */
 static void finish_triangle(const struct rmap_accel_object *object,
                             const struct rmap_candidate *best, struct rmap_hit *hit)
 {
-    struct rmap_vec3 corner[3];
+    struct rmap_vec3 corner[3], local = best->point;
     rmap_facets_corners(object->facets, best->primitive, corner);
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
-    struct rmap_vec3 local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
+    if (!best->on_true)
+        local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
     hit->position = rmap_affine_point(&object->to_world, local);
     hit->normal = rmap_scale(best->normal, 1 / best->length);
 }
@@ -413,7 +423,8 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     const struct rmap_accel_object *object = &query->accel->object[best->object];
     __builtin_prefetch(object->soon);
     rmap_query_local(query, best->object);
-    hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
+    double t = best->on_true ? best->from_start : best->t + query->local.ahead;
+    hit->t = best->touches ? 0 : rmap_greater(t, 0);
     hit->object = best->object;
     hit->primitive = best->listed;
     hit->predicted = best->predicted;

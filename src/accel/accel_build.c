@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "accel/accel_build.h"
+#include "accel/accel_cell.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
 #include "accel/accel_prefilter.h"
@@ -190,6 +191,7 @@ void rmap_facets_release(struct rmap_facets *facets)
     rmap_free(facets->same);
     rmap_free(facets->first);
     rmap_free(facets->fan);
+    rmap_cells_destroy(facets->cells);
     memset(facets, 0, sizeof(*facets));
 }
 
@@ -246,7 +248,7 @@ static void set_mesh_bounds(struct rmap_accel_object *object)
     const double t[3] = {a->t.x, a->t.y, a->t.z};
     double lower[3], upper[3];
     rmap_accel_bounds(object, &object->world_lower, &object->world_upper);
-    if (mesh->n_vertex > EXACT_BOUNDS_MAX)
+    if (mesh->n_vertex > EXACT_BOUNDS_MAX || mesh->surface)
         return;
     for (int k = 0; k < 3; k++) {
         lower[k] = INFINITY;
@@ -272,8 +274,19 @@ static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
     return rmap_length(far);
 }
 
+/* Of the size: bodies of a CAD model that touch agree to so much. */
+#define MODEL_ERROR 1e-9
+
+static bool is_all_true(const struct rmap_mesh *mesh)
+{
+    bool all = mesh->surface != NULL;
+    for (size_t i = 0; i < mesh->n_face && all; i++)
+        all = mesh->surface[i].kind != RMAP_TRUE_NONE;
+    return all;
+}
+
 /* Coincidence: 1e-12 of the object's size, double rounding of its place, and for a mesh the
- * rounding of its float vertices, with a factor 4 in hand. */
+ * rounding of its float vertices, with a factor 4 in hand, or of its model. */
 static void set_tolerances(struct rmap_accel_object *object)
 {
     struct rmap_vec3 lower = {0}, upper = {0};
@@ -283,7 +296,9 @@ static void set_tolerances(struct rmap_accel_object *object)
     object->exact = 1e-12 * size + 64 * DBL_EPSILON * place;
     object->local_exact = object->exact * rmap_affine_norm(&object->to_local);
     object->tolerance = object->exact;
-    if (object->mesh)
+    if (object->mesh && is_all_true(object->mesh))
+        object->tolerance += MODEL_ERROR * size;
+    else if (object->mesh)
         object->tolerance += 4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper) *
                              rmap_affine_norm(&object->to_world);
 }
@@ -533,12 +548,21 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         const struct rmap_geometry *geometry = &scene->geometry[i];
         if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
             continue;
+        if (geometry->mesh->surface) {
+            const struct rmap_mesh whole = rmap_mesh_with_beyond(geometry->mesh);
+            RMAP_TRY(facets_build(&whole, wider[i], &accel->facets[i], err));
+            RMAP_TRY(rmap_cells_build(geometry->mesh, &accel->facets[i], wider[i],
+                                      &accel->facets[i].cells, err));
+            RMAP_TRY(rmap_accel_cells(accel, accel->facets[i].cells, &accel->bottom[i], err));
+            continue;
+        }
         RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
         RMAP_TRY(facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
     }
     for (size_t i = 0; i < accel->n_object; i++) {
         accel->object[i].bottom = accel->bottom[scene->object[i].geometry];
         accel->object[i].facets = &accel->facets[scene->object[i].geometry];
+        accel->object[i].cells = accel->object[i].facets->cells;
     }
 out:
     rmap_free(wider);

@@ -40,9 +40,11 @@
  * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. `sight`: a triangle's unit
  * normal, and the cosine of a ray to it above which Embree cannot miss it, since the float error
  * along its plane is less than its margin. */
+struct rmap_cells; /* accel_cell.h */
 struct rmap_facets {
     float (*corner)[9], (*sight)[4];
     uint32_t *same, *first, *fan;
+    struct rmap_cells *cells; /* NULL: no face lies on a true surface */
 };
 
 /* Without the NaN rules of fmin and fmax, which make them calls. */
@@ -80,6 +82,7 @@ struct rmap_accel_object {
     const struct rmap_shape *shape; /* NULL: a mesh */
     const struct rmap_mesh *mesh;
     const struct rmap_facets *facets;
+    const struct rmap_cells *cells;      /* of facets */
     const struct rmap_object_rims *rims; /* NULL: no other shape shares one */
     RTCScene bottom;
     bool ball;                     /* among the spheres: the prefilter does not hold it */
@@ -198,6 +201,7 @@ enum rmap_rank {
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
     double t, tolerance;     /* along the ray, from the point inside if there is one */
+    double from_start;       /* on_true: from the ray's start */
     double cosine;           /* of the ray to the normal, >= 0 */
     struct rmap_vec3 point;  /* shapes: local; triangles: weights of the corners */
     struct rmap_vec3 normal; /* shapes: local, unit; triangles: world, `length` long */
@@ -206,12 +210,14 @@ struct rmap_candidate {
     int32_t listed; /* triangle that the contact list has for this face */
     bool touches;   /* the start */
     bool predicted; /* as in struct rmap_hit */
+    bool on_true;   /* surface of a triangle: the point is local */
     enum rmap_rank rank;
 };
 
 /* The surface that the ray starts from. */
 struct rmap_start {
     int32_t object, primitive; /* -1: it starts in space */
+    int32_t surface;           /* of a mesh's cells; -1: of none */
     double tolerance;
     bool at_edge;            /* to float error: neighbours are looked at without Embree */
     bool nudged;             /* at an edge: topology is decided from a point inside */
@@ -242,6 +248,10 @@ struct rmap_query {
     struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
     struct rmap_local_ray local;
     int32_t done[RMAP_DONE_SLOTS]; /* shapes in parts that need no second look */
+    struct {                       /* of the true surface that was asked for last */
+        int32_t object, surface;
+        struct rmap_true_meeting at;
+    } met;
 };
 
 /* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks
@@ -271,6 +281,7 @@ bool rmap_accel_is_wide(const struct rmap_accel *accel);
 /* Callbacks of the structure. */
 void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);
 void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args);
+void rmap_accel_cell(const struct RTCIntersectFunctionNArguments *args);
 
 /* Where the float ray, in its own distances, needs no further look. */
 static inline float rmap_far_end(const struct rmap_query *query, double shift)

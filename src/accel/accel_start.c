@@ -13,6 +13,7 @@
  */
 #include <math.h>
 
+#include "accel/accel_cell.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
 #include "accel/accel_start.h"
@@ -80,7 +81,7 @@ void rmap_start_find(struct rmap_query *query)
     struct rmap_start *start = &query->start;
     int32_t k = contact->backward ? contact->passed : contact->passed - 1;
     start->object = -1;
-    start->primitive = -1;
+    start->primitive = start->surface = -1;
     start->tolerance = 0;
     start->nudged = start->at_edge = false;
     start->has_normal = false;
@@ -90,7 +91,9 @@ void rmap_start_find(struct rmap_query *query)
     start->object = contact->surface[k].object;
     start->primitive = contact->surface[k].primitive;
     start->tolerance = object->tolerance;
-    if (object->mesh)
+    if (object->cells)
+        start->surface = object->cells->its[start->primitive];
+    if (object->mesh && !(object->cells && rmap_cell_is_true(object->cells, start->primitive)))
         set_inside(query, object);
 }
 
@@ -103,6 +106,10 @@ static void set_normal(struct rmap_query *query)
         struct rmap_vec3 corner[3];
         rmap_facets_corners(object->facets, start->primitive, corner);
         normal = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
+        if (object->cells)
+            normal =
+                rmap_true_normal(rmap_cell_surface(object->cells, start->primitive),
+                                 rmap_affine_point(&object->to_local, query->ray->origin), normal);
         start->middle = rmap_affine_point(
             &object->to_world,
             rmap_scale(rmap_add(corner[0], rmap_add(corner[1], corner[2])), 1.0 / 3));
@@ -140,6 +147,9 @@ static bool is_listed(const struct rmap_query *query, int32_t k, const struct rm
         return false;
     if (contact->surface[k].primitive == touch->primitive)
         return true;
+    if (object->cells)
+        return object->cells->its[contact->surface[k].primitive] ==
+               object->cells->its[touch->primitive];
     struct rmap_vec3 corner[3];
     rmap_facets_corners(object->facets, contact->surface[k].primitive, corner);
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));

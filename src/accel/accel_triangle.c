@@ -8,6 +8,7 @@
  * instruction set that Embree uses.
  */
 #include "accel/accel_triangle.h"
+#include "accel/accel_cell.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_start.h"
 #include "geometry/shape_solve.h"
@@ -65,6 +66,38 @@ static enum rmap_status check(const struct rmap_geometry *geometry, struct rmap_
                                       geometry->name ? geometry->name : "", i,
                                       (unsigned)mesh->triangle[i][k]);
     return RMAP_OK;
+}
+
+/* The boxes of cells. */
+static void cell_bounds(const struct RTCBoundsFunctionArguments *args)
+{
+    const struct rmap_cells *cells = args->geometryUserPtr;
+    const float *box = cells->box[args->primID];
+    struct RTCBounds *to = args->bounds_o;
+    to->lower_x = box[0];
+    to->lower_y = box[1];
+    to->lower_z = box[2];
+    to->upper_x = box[3];
+    to->upper_y = box[4];
+    to->upper_z = box[5];
+}
+
+enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *cells,
+                                  RTCScene *scene_ret, struct rmap_error *err)
+{
+    RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(
+        user, (unsigned)(cells->whole.n_triangle - cells->whole.n_triangle_beyond));
+    rtcSetGeometryUserData(user, cells);
+    rtcSetGeometryBoundsFunction(user, cell_bounds, NULL);
+    rtcSetGeometryIntersectFunction(user, rmap_accel_cell);
+    rtcCommitGeometry(user);
+    *scene_ret = rtcNewScene(accel->device);
+    rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_NONE);
+    rtcAttachGeometry(*scene_ret, user);
+    rtcReleaseGeometry(user);
+    rtcCommitScene(*scene_ret);
+    return rmap_accel_failed(accel, "building a mesh", err);
 }
 
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
@@ -335,6 +368,7 @@ static double square_distance(const double a[3], const double b[3])
 struct passage {
     double p[3][3]; /* corners in the sheared frame */
     double area[3], sum;
+    int side[3];  /* of the edge from corner k on */
     bool crosses; /* edges belong to both of their triangles; not one that is seen edge on */
 };
 
@@ -345,6 +379,9 @@ static void pass(const struct rmap_local_ray *local, const float corner[9], stru
     int s0 = side(to->p[1], to->p[2], &to->area[0]);
     int s1 = side(to->p[2], to->p[0], &to->area[1]);
     int s2 = side(to->p[0], to->p[1], &to->area[2]);
+    to->side[0] = s2;
+    to->side[1] = s0;
+    to->side[2] = s1;
     to->sum = to->area[0] + to->area[1] + to->area[2];
     to->crosses = s0 * s1 >= 0 && s0 * s2 >= 0 && s1 * s2 >= 0 && to->sum != 0;
 }
@@ -408,7 +445,7 @@ static bool consider(struct rmap_query *query, int32_t object, int32_t primitive
     struct rmap_vec3 corner[3];
     candidate->object = object;
     candidate->primitive = primitive;
-    candidate->touches = false;
+    candidate->touches = candidate->on_true = false;
     set_crossing(&query->local, passage, candidate);
     rmap_facets_corners(o->facets, candidate->primitive, corner);
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
@@ -436,6 +473,121 @@ static bool stands_clear(const struct rmap_local_ray *local, const float sight[4
     return facing * facing > cosine * cosine * square;
 }
 
+/* Meshes whose faces lie on true surfaces: accel_cell.h. */
+
+/* A point of a true surface as the start sees it: behind, ahead, or touching. */
+static bool cell_counts(struct rmap_query *query, struct rmap_candidate *candidate, double facing)
+{
+    const struct rmap_accel_object *o = &query->accel->object[candidate->object];
+    double tolerance = o->tolerance + query->start.tolerance;
+    if (query->start.object == candidate->object)
+        return candidate->from_start > 0;
+    if (fabs(candidate->t) * candidate->cosine > tolerance ||
+        fabs(candidate->t) > RMAP_GRAZING_MAX * tolerance)
+        return candidate->t > 0;
+    struct rmap_touch touch = {
+        .object = candidate->object,
+        .primitive = candidate->primitive,
+        .rank = candidate->rank,
+        .t = candidate->t,
+        .facing = facing,
+        .normal = rmap_scale(candidate->normal, 1 / candidate->length),
+        .point = rmap_affine_point(&o->to_world, candidate->point),
+    };
+    candidate->touches = true;
+    candidate->predicted = false;
+    candidate->t = rmap_greater(candidate->t, 0);
+    bool meets = rmap_start_meets(query, &touch);
+    candidate->listed = touch.primitive;
+    return meets;
+}
+
+static const struct rmap_true_meeting *meet_surface(struct rmap_query *query, int32_t object,
+                                                    int32_t primitive)
+{
+    const struct rmap_cells *cells = query->accel->object[object].cells;
+    int32_t surface = cells->its[primitive];
+    if (query->met.object == object && query->met.surface == surface)
+        return &query->met.at;
+    query->met.object = object;
+    query->met.surface = surface;
+    bool own = query->start.object == object && query->start.surface == surface;
+    rmap_true_meet(&cells->surface[surface], query->local.origin, query->local.direction, own,
+                   &query->met.at);
+    return &query->met.at;
+}
+
+/* Root i of those. */
+static bool consider_root(struct rmap_query *query, int32_t object, int32_t primitive,
+                          const struct rmap_true_meeting *met, int i)
+{
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    struct rmap_vec3 corner[3];
+    rmap_facets_corners(o->facets, primitive, corner);
+    struct rmap_vec3 flat =
+        rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
+    struct rmap_vec3 n =
+        rmap_true_normal(rmap_cell_surface(o->cells, primitive), met->point[i], flat);
+    if (rmap_cell_is_start(query, object, primitive, met->point[i], n))
+        return false;
+    double facing = rmap_dot(n, query->local.direction);
+    struct rmap_vec3 normal = rmap_affine_transposed(&o->to_local, n);
+    double length = rmap_length(normal);
+    struct rmap_vec3 middle =
+        rmap_scale(rmap_add(corner[0], rmap_add(corner[1], corner[2])), 1.0 / 3);
+    struct rmap_candidate candidate = {.t = met->t[i] - query->local.ahead,
+                                       .from_start = met->t[i],
+                                       .cosine = fabs(facing) / length,
+                                       .tolerance = rmap_along(o->tolerance, fabs(facing) / length),
+                                       .point = met->point[i],
+                                       .normal = normal,
+                                       .length = length,
+                                       .object = object,
+                                       .primitive = primitive,
+                                       .listed = primitive,
+                                       .on_true = true,
+                                       .predicted =
+                                           rmap_true_choose(met, query->accel->behind, middle) == i,
+                                       .rank = candidate_rank(query, object, facing)};
+    return cell_counts(query, &candidate, facing) && candidate_add(query, &candidate);
+}
+
+static bool consider_cell(struct rmap_query *query, int32_t object, int32_t primitive)
+{
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    const double grazing = RMAP_GRAZING_MAX * (o->tolerance + query->start.tolerance);
+    const struct rmap_true_meeting *met = meet_surface(query, object, primitive);
+    bool nearer = false;
+    for (int i = 0; i < met->n; i++)
+        if (met->t[i] >= -grazing && met->t[i] <= query->limit + grazing &&
+            rmap_cell_holds(query, object, primitive, met->t[i], met->point[i]) &&
+            consider_root(query, object, primitive, met, i))
+            nearer = true;
+    return nearer;
+}
+
+/* A triangle that is all there is, in such a mesh: at plain neighbours it ends where they begin. */
+static bool consider_plain(struct rmap_query *query, int32_t object, int32_t primitive)
+{
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    struct rmap_candidate at;
+    struct rmap_vec3 corner[3];
+    struct passage passage;
+    pass(&query->local, o->facets->corner[primitive], &passage);
+    if (passage.sum == 0)
+        return false;
+    for (int k = 0; k < 3; k++)
+        if (o->cells->edge[primitive][k].brink == RMAP_BRINK_FLAT &&
+            passage.side[k] * passage.sum < 0)
+            return false;
+    set_crossing(&query->local, &passage, &at);
+    rmap_facets_corners(o->facets, primitive, corner);
+    at.point = rmap_axpy(at.point.z, rmap_sub(corner[2], corner[0]),
+                         rmap_axpy(at.point.y, rmap_sub(corner[1], corner[0]), corner[0]));
+    return rmap_cell_holds(query, object, primitive, at.t + query->local.ahead, at.point) &&
+           consider(query, object, primitive, &passage);
+}
+
 bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive)
 {
     const struct rmap_accel_object *o = &query->accel->object[object];
@@ -447,6 +599,10 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
         for (uint32_t i = o->facets->first[vertex]; i < o->facets->first[vertex + 1]; i++) {
             int32_t other = (int32_t)o->facets->fan[i];
             struct passage passage;
+            if (o->cells && other != primitive) {
+                nearer |= rmap_consider_triangle(query, object, other);
+                continue;
+            }
             if (other == primitive || is_start(query, object, other) ||
                 stands_clear(local, o->facets->sight[other], square))
                 continue;
@@ -460,10 +616,16 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
 
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive)
 {
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    if (o->cells && rmap_cell_is_true(o->cells, primitive)) {
+        rmap_query_local(query, object);
+        return consider_cell(query, object, primitive);
+    }
     if (is_start(query, object, primitive))
         return false;
     rmap_query_local(query, object);
-    const struct rmap_accel_object *o = &query->accel->object[object];
+    if (o->cells)
+        return consider_plain(query, object, primitive);
     const struct rmap_local_ray *local = &query->local;
     struct passage passage;
     pass(local, o->facets->corner[primitive], &passage);

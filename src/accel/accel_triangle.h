@@ -17,6 +17,10 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
                                  double wider, RTCScene *scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same of a mesh whose faces lie on true surfaces. */
+enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *cells,
+                                  RTCScene *scene_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* By how much a triangle with these edges from its first corner is widened, in its plane. */
 double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider);
 

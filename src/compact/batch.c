@@ -99,7 +99,8 @@ void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_
         guide->batch = RMAP_BATCH_ALONE;
         break;
     case RMAP_FACING_MESH:
-        guide->batch = object->corner ? RMAP_BATCH_MESH : RMAP_BATCH_ALONE;
+        guide->batch =
+            object->corner && !object->mesh->surface ? RMAP_BATCH_MESH : RMAP_BATCH_ALONE;
         guide->n_primitive = object->mesh->n_triangle;
         if (object->corner) {
             guide->corner = (const float *)object->corner;
@@ -218,8 +219,9 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
     struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
     struct rmap_vec3 position = position_of(ray), direction = direction_of(ray);
     size_t row = ray->row;
-    int32_t from = ray->step > 0 ? r->object[row - 1] : r->start_object[ray->index];
-    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], from, position,
+    const struct rmap_left left = {ray->step > 0 ? r->object[row - 1] : r->start_object[ray->index],
+                                   ray->step > 0 ? r->primitive[row - 1] : -1};
+    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], &left, position,
                                 direction, &facing);
     if (!met) {
         const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);

@@ -195,27 +195,54 @@ static bool meet_wall(const struct rmap_shape *shape, bool own, double behind, s
     return true;
 }
 
-static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, struct local *l)
+/* On the surface of its face. own: the segment starts on this one. */
+static bool meet_true(const struct rmap_true_surface *surface, const struct rmap_vec3 corner[3],
+                      bool own, double behind, struct local *l)
+{
+    struct rmap_true_meeting met;
+    struct rmap_vec3 middle =
+        rmap_scale(rmap_add(corner[0], rmap_add(corner[1], corner[2])), 1.0 / 3);
+    rmap_true_meet(surface, l->origin, l->direction, own, &met);
+    int i = rmap_true_choose(&met, behind, middle);
+    if (i < 0)
+        return false;
+    l->t = met.t[i];
+    l->point = met.point[i];
+    l->normal = rmap_true_normal(
+        surface, l->point,
+        rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0])));
+    return true;
+}
+
+/* from: the triangle of the same object that the segment starts on, or -1. */
+static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, int32_t from,
+                          double behind, struct local *l)
 {
     if (primitive < 0 || (size_t)primitive >= o->mesh->n_triangle)
         return false;
     struct rmap_vec3 corner[3];
     rmap_mesh_corners(o->mesh, (size_t)primitive, corner);
+    const struct rmap_true_surface *surface = rmap_mesh_surface(o->mesh, (size_t)primitive);
+    if (surface) {
+        bool own = from >= 0 && (size_t)from < o->mesh->n_triangle &&
+                   rmap_true_same(&o->mesh->surface[o->mesh->face[from]], surface);
+        return meet_true(surface, corner, own, behind, l);
+    }
     l->t = rmap_triangle_meet(corner[0], corner[1], corner[2], l->origin, l->direction, &l->point,
                               &l->normal);
     return true;
 }
 
 bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
-                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
-                      struct rmap_facing *facing)
+                      const struct rmap_left *left, struct rmap_vec3 origin,
+                      struct rmap_vec3 direction, struct rmap_facing *facing)
 {
     if (object < 0 || (size_t)object >= model->n_object)
         return false;
     const struct rmap_compact_object *o = &model->object[object];
     struct local l = {.origin = rmap_affine_point(&o->to_local, origin),
                       .direction = rmap_affine_vector(&o->to_local, direction)};
-    bool own = from == object;
+    bool own = left->object == object;
     switch (o->kind) {
     case RMAP_FACING_FLAT:
         flat(&l);
@@ -238,7 +265,7 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
             return false;
         break;
     case RMAP_FACING_MESH:
-        if (!meet_triangle(o, primitive, &l))
+        if (!meet_triangle(o, primitive, own ? left->primitive : -1, -model->epsilon, &l))
             return false;
         break;
     }
@@ -254,8 +281,8 @@ struct walk {
     const struct rmap_retrace *r;
     size_t ray, crossing, crossing_end; /* rows */
     struct rmap_vec3 position, direction;
-    int32_t object; /* the segment starts on, or -1 */
-    int channel;    /* at the end; -1: several */
+    struct rmap_left left;
+    int channel; /* at the end; -1: several */
     double path_length, optical_path, group_path;
     struct rmap_compact_light light;
 };
@@ -408,7 +435,7 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
     const struct rmap_retrace *r = walk->r;
     struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
     const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], walk->object,
+    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], &walk->left,
                                 walk->position, walk->direction, &facing);
     struct rmap_compact_segment segment = {.from = walk->position,
                                            .direction = walk->direction,
@@ -462,7 +489,8 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
              r->model->scene->fluoresces)
         walk->channel = walk->light.colour.begin;
     walk->position = facing.position;
-    walk->object = met ? r->object[row] : -1;
+    walk->left =
+        met ? (struct rmap_left){r->object[row], r->primitive[row]} : (struct rmap_left){-1, -1};
 }
 
 static void begin(struct walk *walk)
@@ -474,7 +502,7 @@ static void begin(struct walk *walk)
     offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;
     walk->direction = departure.direction;
-    walk->object = r->start_object[walk->ray];
+    walk->left = (struct rmap_left){r->start_object[walk->ray], -1};
     walk->path_length = walk->optical_path = walk->group_path = 0.0;
     walk->light.delay_ns = departure.delay_ns;
     walk->channel = (int)r->channel[walk->ray] - 1;

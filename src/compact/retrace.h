@@ -8,11 +8,15 @@
 
 #include "compact/model.h"
 
-/* False when there is no such surface; *facing is then unset. from: object that the segment starts
- * on, or -1. */
+/* What a segment starts on; -1: nothing, or no triangle that is known. */
+struct rmap_left {
+    int32_t object, primitive;
+};
+
+/* False when there is no such surface; *facing is then unset. */
 bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
-                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
-                      struct rmap_facing *facing);
+                      const struct rmap_left *left, struct rmap_vec3 origin,
+                      struct rmap_vec3 direction, struct rmap_facing *facing);
 
 /* All of them from a portion's columns, colours followed. channel: as above. */
 struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,

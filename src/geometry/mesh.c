@@ -38,6 +38,7 @@ void rmap_mesh_destroy(struct rmap_mesh *mesh)
             rmap_free(mesh->face_name[i]);
     rmap_free(mesh->face_name);
     rmap_free(mesh->tangent);
+    rmap_free(mesh->surface);
     rmap_free(mesh->face);
     rmap_free(mesh->triangle);
     rmap_free(mesh->vertex);
@@ -54,4 +55,9 @@ void rmap_mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
         *lower = i == 0 ? p : rmap_least(*lower, p);
         *upper = i == 0 ? p : rmap_greatest(*upper, p);
     }
+    double bulge = 0;
+    for (size_t i = 0; mesh->surface && i < mesh->n_triangle; i++)
+        bulge = rmap_max(bulge, rmap_mesh_bulge(mesh, i));
+    *lower = rmap_sub(*lower, rmap_vec3(bulge, bulge, bulge));
+    *upper = rmap_add(*upper, rmap_vec3(bulge, bulge, bulge));
 }

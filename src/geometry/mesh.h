@@ -11,6 +11,7 @@
 
 #include "base/status.h"
 #include "base/vec.h"
+#include "formula/true_surface.h"
 
 struct rmap_mesh {
     size_t n_vertex, n_triangle, n_face;
@@ -20,6 +21,11 @@ struct rmap_mesh {
     char **face_name;        /* [n_face]; an entry may be NULL */
     float (*tangent)[3];     /* [n_triangle] unit vector along which the u of its texture grows; 0:
                                 it has none. NULL: nobody asks */
+    struct rmap_true_surface *surface; /* [n_face] that the triangles of each face approximate, of
+                                          kind NONE where they are all there is. NULL: of none */
+    /* Of a part of a mesh with true surfaces: so many more stand behind the arrays, of what lies
+     * beyond its rim, as surfaces end at each other. They are not of the part. */
+    size_t n_vertex_beyond, n_triangle_beyond, n_face_beyond;
 };
 
 /* Room for so many; contents zero. */
@@ -28,7 +34,41 @@ enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_f
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_mesh_destroy(struct rmap_mesh *mesh); /* NULL is fine */
 
-/* Axis-aligned bounds of the vertices; both 0 when there are none. */
+/* Sets its frame from its axis, which is of length 1. NULL when the numbers make a surface, else
+ * what is wrong with them. rmap_mesh_share_surfaces: faces that lie on one surface get the same
+ * numbers. */
+const char *rmap_true_surface_finish(struct rmap_true_surface *surface);
+enum rmap_status rmap_mesh_share_surfaces(struct rmap_mesh *mesh,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* The mesh with what lies beyond; it owns nothing. */
+static inline struct rmap_mesh rmap_mesh_with_beyond(const struct rmap_mesh *mesh)
+{
+    struct rmap_mesh whole = *mesh;
+    whole.n_vertex += mesh->n_vertex_beyond;
+    whole.n_triangle += mesh->n_triangle_beyond;
+    whole.n_face += mesh->n_face_beyond;
+    return whole;
+}
+
+/* The true surface of a triangle; NULL: itself. */
+static inline const struct rmap_true_surface *rmap_mesh_surface(const struct rmap_mesh *mesh,
+                                                                size_t triangle)
+{
+    const struct rmap_true_surface *surface =
+        mesh->surface ? &mesh->surface[mesh->face[triangle]] : NULL;
+    return surface && surface->kind != RMAP_TRUE_NONE ? surface : NULL;
+}
+
+/* Puts a point of the triangle onto its true surface, where it has one, and turns its normal to
+ * that of the surface. */
+void rmap_mesh_lift(const struct rmap_mesh *mesh, size_t triangle, struct rmap_vec3 *point,
+                    struct rmap_vec3 *normal);
+
+/* How far a triangle's true surface may lie from it. */
+double rmap_mesh_bulge(const struct rmap_mesh *mesh, size_t triangle);
+
+/* Axis-aligned bounds, those of the vertices but for true surfaces; both 0 when there are none. */
 void rmap_mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
                       struct rmap_vec3 *upper);
 

@@ -36,6 +36,9 @@ static void bound_mesh(const struct rmap_mesh *mesh, struct rmap_light *light)
         light->radius = fmax(light->radius, rmap_length(rmap_sub(corner, light->centre)));
     }
     light->radius *= 1.0 + 1e-12;
+    for (size_t i = 0; mesh->surface && i < mesh->n_triangle; i++)
+        light->bulge = fmax(light->bulge, rmap_mesh_bulge(mesh, i));
+    light->bulge *= rmap_affine_norm(&light->source->frame);
 }
 
 static double emitter_area(const struct rmap_scene *scene, const struct rmap_source *source)
@@ -360,6 +363,7 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
         return false;
     bool mirrored = rmap_affine_determinant(&light->source->frame) < 0.0, met = false;
     struct rmap_way rest = *way;
+    rest.length += light->bulge; /* a body that it is lies in front of its triangles */
     for (size_t i = 0; i < mesh->n_triangle; i++) {
         struct rmap_vec3 local[3], corner[3];
         rmap_mesh_corners(mesh, i, local);
@@ -367,7 +371,8 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
             corner[mirrored ? 2 - k : k] = rmap_affine_point(&light->source->frame, local[k]);
         if (!meet_triangle(corner, &rest, &t))
             continue;
-        *distance = rest.length = t;
+        rest.length = t;
+        *distance = t < way->length ? t : way->length;
         met = true;
     }
     return met;

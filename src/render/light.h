@@ -17,6 +17,7 @@ struct rmap_light {
     struct rmap_vec3 normal;          /* of all but meshes: of the side that shines */
     struct rmap_vec3 centre;          /* MESH: of a sphere about it */
     double radius;
+    double bulge; /* how far it may stand out beyond its triangles */
     double share; /* MANY lights: cumulative probability of being looked at */
 };
 

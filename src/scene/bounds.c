@@ -52,6 +52,12 @@ void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geo
         return;
     }
     const struct rmap_mesh *mesh = geometry->mesh;
+    if (mesh->surface) {
+        struct rmap_vec3 lower, upper;
+        rmap_mesh_bounds(mesh, &lower, &upper);
+        rmap_bounds_include_box(box, to_world, lower, upper);
+        return;
+    }
     for (size_t i = 0; i < mesh->n_vertex; i++) {
         const float *v = mesh->vertex[i];
         include_quickly(

@@ -233,6 +233,14 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
     return source;
 }
 
+bool rmap_scene_has_surfaces(const struct rmap_scene *scene)
+{
+    bool has = false;
+    for (size_t i = 0; i < scene->n_geometry; i++)
+        has = has || (scene->geometry[i].mesh && scene->geometry[i].mesh->surface);
+    return has;
+}
+
 bool rmap_scene_is_turbid(const struct rmap_scene *scene)
 {
     for (size_t i = 0; i < scene->n_medium; i++)

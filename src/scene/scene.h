@@ -312,6 +312,9 @@ static inline bool rmap_scene_draws_wavelength(const struct rmap_scene *scene)
 /* Some medium scatters, or gives light back. */
 bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 
+/* Do faces of its meshes lie on surfaces? */
+bool rmap_scene_has_surfaces(const struct rmap_scene *scene);
+
 /* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
 

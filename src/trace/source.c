@@ -81,6 +81,24 @@ struct rmap_vec3 rmap_source_directed(const struct rmap_source *source, struct r
     return rmap_in_frame(local, x, y, normal);
 }
 
+/* The same, put onto the surface that the triangle stands for. */
+static struct rmap_vec3 point_on_surface(const struct rmap_source *source,
+                                         const struct rmap_mesh *mesh, size_t triangle,
+                                         const struct rmap_vec3 corner[3], const double u[4],
+                                         struct rmap_vec3 *normal)
+{
+    struct rmap_vec3 a = rmap_sub(corner[1], corner[0]), b = rmap_sub(corner[2], corner[0]);
+    struct rmap_affine back;
+    const double root = sqrt(u[0]);
+    struct rmap_vec3 p = rmap_axpy(root * (1.0 - u[1]), a, rmap_axpy(root * u[1], b, corner[0]));
+    *normal = rmap_cross(a, b);
+    rmap_mesh_lift(mesh, triangle, &p, normal);
+    if (rmap_affine_invert(&source->frame, &back))
+        *normal = rmap_affine_transposed(&back, *normal);
+    *normal = rmap_normalize(*normal);
+    return rmap_affine_point(&source->frame, p);
+}
+
 /* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
  * doi:10.1145/571647.571648, eq. 1). */
 static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
@@ -88,8 +106,11 @@ static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
                                       struct rmap_vec3 *normal)
 {
     const struct rmap_mesh *mesh = scene->geometry[source->shape_geometry].mesh;
+    const size_t triangle = rmap_first_above(source->triangle_cdf, mesh->n_triangle, u[2]);
     struct rmap_vec3 corner[3];
-    rmap_mesh_corners(mesh, rmap_first_above(source->triangle_cdf, mesh->n_triangle, u[2]), corner);
+    rmap_mesh_corners(mesh, triangle, corner);
+    if (rmap_mesh_surface(mesh, triangle))
+        return point_on_surface(source, mesh, triangle, corner, u, normal);
     for (int k = 0; k < 3; k++)
         corner[k] = rmap_affine_point(&source->frame, corner[k]);
     struct rmap_vec3 a = rmap_sub(corner[1], corner[0]), b = rmap_sub(corner[2], corner[0]);

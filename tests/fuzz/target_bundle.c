@@ -79,6 +79,11 @@ static struct rmap_mesh *make_mesh(void)
     mesh->face[1] = 1;
     mesh->face_name[0] = rmap_strdup("front");
     mesh->face_name[1] = rmap_strdup("rear");
+    mesh->surface = rmap_alloc(2, sizeof *mesh->surface);
+    rmap_fuzz_demand(mesh->surface != NULL, "memory");
+    mesh->surface[0] =
+        (struct rmap_true_surface){.kind = RMAP_TRUE_PLANE, .at = {0, 0, 20}, .axis = {0, 0, 1}};
+    rmap_fuzz_demand(!rmap_true_surface_finish(mesh->surface), "a plane");
     return mesh;
 }
 

@@ -212,6 +212,14 @@ static const char ply_text[] = "ply\nformat ascii 1.0\ncomment made here\nelemen
                                "property uchar red\nend_header\n"
                                "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n3 0 1 2 7\n4 0 1 2 3 8\n3 2 1 0 9\n";
 
+static const char surface_text[] =
+    "ply\nformat ascii 1.0\ncomment face 0 a plane\nelement vertex 4\n"
+    "property float x\nproperty float y\nproperty float z\n"
+    "element face 2\nproperty list uchar int vertex_indices\nproperty int face\n"
+    "element surface 2\nproperty int kind\nproperty double ox\nproperty double ax\n"
+    "property double ay\nproperty double az\nproperty double r1\nproperty double r2\nend_header\n"
+    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 1\n3 0 2 3 0\n1 0 0 0 1 0 0\n5 0 0 0 1 2 0.1\n";
+
 /* Two triangles in little-endian bytes, their coordinates in three types. */
 static size_t binary_ply(char *to)
 {
@@ -258,21 +266,25 @@ static enum rmap_status read_mesh(const char *name, const char *bytes, size_t n,
 static void test_damaged_ply(void **state)
 {
     (void)state;
-    char name[64], whole[2][1024];
-    size_t len[2] = {sizeof ply_text - 1, binary_ply(whole[1])}, n_triangle = 0;
+    char name[64], whole[3][1024];
+    size_t len[3] = {sizeof ply_text - 1, binary_ply(whole[1]), sizeof surface_text - 1};
+    size_t n_triangle = 0;
     memcpy(whole[0], ply_text, len[0]);
+    memcpy(whole[2], surface_text, len[2]);
     (void)snprintf(name, sizeof name, "fuzz-%ld.ply", (long)getpid());
     assert_int_equal(read_mesh(name, whole[0], len[0], &n_triangle), RMAP_OK);
     assert_int_equal(n_triangle, 4);
     assert_int_equal(read_mesh(name, whole[1], len[1], &n_triangle), RMAP_OK);
     assert_int_equal(n_triangle, 2);
+    assert_int_equal(read_mesh(name, whole[2], len[2], &n_triangle), RMAP_OK);
+    assert_int_equal(n_triangle, 2);
     for (size_t cut = 1; cut < len[1]; cut++)
         assert_int_equal(read_mesh(name, whole[1], cut, &n_triangle), RMAP_INPUT);
-    for (uint64_t i = 0; i < 4000; i++) {
+    for (uint64_t i = 0; i < 6000; i++) {
         static char text[LONGEST];
         struct dice dice = {2000000 + i, 0};
-        size_t n = len[i % 2], n_change = 1 + roll(&dice, 3);
-        memcpy(text, whole[i % 2], n);
+        size_t n = len[i % 3], n_change = 1 + roll(&dice, 3);
+        memcpy(text, whole[i % 3], n);
         for (size_t k = 0; k < n_change && n; k++)
             n = mutate(&dice, text, n);
         enum rmap_status st = read_mesh(name, text, n, &n_triangle);

@@ -12,6 +12,7 @@
 
 #include "analysis/criterion/criterion_lex.h"
 #include "analysis/criterion/criterion_names.h"
+#include "base/glob.h"
 
 static void expect_kinds(const char *text, const enum rmap_token_kind *kind, size_t n)
 {

@@ -172,6 +172,56 @@ static void test_ply(void **state)
     rmap_mesh_destroy(mesh);
 }
 
+#define SURFACE_HEAD                                                                               \
+    "ply\nformat ascii 1.0\ncomment face 1 the round one\ncomment face 7 of none\n"                \
+    "element vertex 4\nproperty double x\nproperty double y\nproperty double z\n"                  \
+    "element face 2\nproperty list uchar int vertex_indices\nproperty int face\n"                  \
+    "element surface 3\nproperty int kind\nproperty double ox\nproperty double oy\n"               \
+    "property double oz\nproperty double ax\nproperty double ay\nproperty double az\n"             \
+    "property double r1\nproperty double r2\nproperty uchar red\nproperty uchar green\n"           \
+    "property uchar blue\nend_header\n"
+
+/* Faces in the order of their numbers whatever that of the triangles; one that has none, and one
+ * whose triangles lie elsewhere. */
+static void test_ply_surfaces(void **state)
+{
+    (void)state;
+    static const char points[] = SURFACE_HEAD "3 0 4\n0 3 4\n-3 0 4\n5 0 0\n3 0 1 2 1\n3 0 1 3 2\n";
+    char text[2000], told[1024];
+    struct rmap_mesh *mesh;
+    struct rmap_mesh_left_out left_out;
+    (void)snprintf(text, sizeof text,
+                   "%s1 0 0 4 0 0 2 0 0 9 9 9\n4 0 0 0 0 0 0 5 0 1 2 3\n"
+                   "2 0 0 0 0 0 1 4 0 1 2 3\n",
+                   points);
+    assert_int_equal(read_bytes("a.ply", text, strlen(text), 10, &mesh, &left_out, told), RMAP_OK);
+    assert_int_equal(mesh->n_face, 2);
+    assert_int_equal(left_out.untrue, 1);
+    assert_string_equal(mesh->face_name[0], "the round one");
+    assert_null(mesh->face_name[1]);
+    assert_int_equal(mesh->surface[0].kind, RMAP_TRUE_SPHERE);
+    assert_near(mesh->surface[0].radius, 50, 0);
+    assert_int_equal(mesh->surface[1].kind, RMAP_TRUE_NONE);
+    rmap_mesh_destroy(mesh);
+    static const char *const wrong[][2] = {
+        {"9 0 0 4 0 0 2 0 0 9 9 9\n", "face 0 lies on a surface of kind 9"},
+        {"2 0 0 4 0 0 2 0 0 9 9 9\n", "the surface of face 0 is none: its radius must be > 0"},
+        {"5 0 0 4 0 0 2 1 0 9 9 9\n", "its smaller radius"},
+        {"3 0 0 4 0 0 2 1 0 9 9 9\n", "its half angle not 0"},
+        {"1 0 0 4 0 0 0 0 0 9 9 9\n", "its axis has no direction"},
+        {"1 nan 0 4 0 0 1 0 0 9 9 9\n", "not finite"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        (void)snprintf(text, sizeof text, "%s%s0 0 0 0 0 0 0 5 0 1 2 3\n0 0 0 0 0 0 1 4 0 1 2 3\n",
+                       points, wrong[i][0]);
+        must_refuse("a.ply", text, strlen(text), wrong[i][1]);
+    }
+    (void)snprintf(text, sizeof text, "%s",
+                   SURFACE_HEAD "3 0 4\n0 3 4\n-3 0 4\n5 0 0\n3 0 1 2 3\n"
+                                "3 0 1 3 2\n0 0 0 0 0 0 0 0 0 0 0 0\n"
+                                "0 0 0 0 0 0 0 0 0 0 0 0\n0 0 0 0 0 0 0 0 0 0 0 0\n");
+    must_refuse("a.ply", text, strlen(text), "belongs to a face that has no surface");
+}
+
 /* One triangle; its node is mirrored, moved and scaled, which must not turn it inside out: in the
  * node's frame the triangle faces +z, and z is mirrored. */
 static void test_gltf_nodes_are_placed(void **state)
@@ -318,6 +368,7 @@ int main(void)
         cmocka_unit_test(test_obj_materials_are_faces),
         cmocka_unit_test(test_stl),
         cmocka_unit_test(test_ply),
+        cmocka_unit_test(test_ply_surfaces),
         cmocka_unit_test(test_gltf_nodes_are_placed),
         cmocka_unit_test(test_degenerate_triangles_are_dropped),
         cmocka_unit_test(test_what_is_no_mesh),

@@ -16,7 +16,7 @@ fail() {
 forbid() {
     local found
     # shellcheck disable=SC2086 # a list of folders
-    found=$(grep -rnE --include='*.[ch]' "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" $1)
+    found=$(grep -rnE --include='*.[ch]' --include='*.[ch]pp' "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" $1)
     [ -z "$found" ] || fail "$3" "$found"
 }
 
@@ -32,7 +32,7 @@ embree=$(grep -rlE --include='*.[ch]' 'include[[:space:]]*<embree' src | grep -v
 
 # Rooms of each layer: one includes what stands before it, so that there are no circles.
 rooms_src='base formula optics scatter geometry gradient scene portion accel trace render compact'
-rooms_io='file codec hdf5 export picture mesh lamp rays lensfile scene map write recovery'
+rooms_io='cad file codec hdf5 export picture mesh lamp rays lensfile assembly scene map write recovery'
 rooms_analysis='table criterion overlay query detector photometry paths stats compare energy figure page report library'
 rooms_mpi='parallel command scan trace upkeep answer session cli'
 for layer in src io analysis mpi; do
@@ -54,12 +54,12 @@ done
 
 # Every source names its licence in one line.
 unlicensed=$(find src io analysis mpi tests jobs -type f \
-    \( -name '*.[ch]' -o -name '*.sh' -o -name '*.py' \) -print0 |
+    \( -name '*.[ch]' -o -name '*.[ch]pp' -o -name '*.sh' -o -name '*.py' \) -print0 |
     xargs -0 grep -L 'SPDX-License-Identifier: MIT')
 [ -z "$unlicensed" ] || fail 'every source carries the SPDX line' "$unlicensed"
 
 # Two files of one name make includes and test programs ambiguous.
-twins=$(find src io analysis mpi -name '*.[ch]' -printf '%f\n' | sort | uniq -d)
+twins=$(find src io analysis mpi \( -name '*.[ch]' -o -name '*.[ch]pp' \) -printf '%f\n' | sort | uniq -d)
 [ -z "$twins" ] || fail 'file names are unique' "$twins"
 
 build=$(dirname "${RAYMAP_PROGRAM:-${RAYMAP:?}}") # not what looks at its answers
@@ -75,7 +75,7 @@ doubles=$(nm --extern-only --defined-only "$build"/librmap_*.a 2>/dev/null |
 [ -e "$build/librmap_src.a" ] || fail 'the libraries are where they are looked for' "$build"
 
 if command -v clang-format >/dev/null; then
-    unformatted=$(find src io analysis mpi tests -name '*.[ch]' -print0 |
+    unformatted=$(find src io analysis mpi tests \( -name '*.[ch]' -o -name '*.[ch]pp' \) -print0 |
         xargs -0 clang-format --dry-run -Werror 2>&1 | grep -E 'error:' | cut -d: -f1 | sort -u)
     [ -z "$unformatted" ] || fail 'the tree is formatted (clang-format -i)' "$unformatted"
 else

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Places as people write them: `at`, `rotate` and `scale` where they say it to the last digits, a
+ * `matrix` where they do not.
+ */
+#ifndef RMAP_ASSEMBLY_PLACE_H
+#define RMAP_ASSEMBLY_PLACE_H
+
+#include <stdio.h>
+
+#include "base/vec.h"
+
+/* Each key behind `before`, nothing for the identity. */
+void rmap_assembly_put_place(FILE *out, const char *before, const struct rmap_affine *place);
+
+#endif

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * `attributes:` rules that give objects, and faces of their meshes, surfaces and media by what they
+ * are called, so that these outlive the text of the objects. They change the tree before objects
+ * are read.
+ */
+#ifndef RMAP_SCENE_ATTRIBUTES_H
+#define RMAP_SCENE_ATTRIBUTES_H
+
+#include "io/scene/scene_reader.h"
+
+/* Once geometries are read. */
+void rmap_reader_apply_attributes(struct rmap_reader *reader);
+
+/* Once objects are read: warns of rules that fit nothing. */
+void rmap_reader_check_attributes(struct rmap_reader *reader);
+
+/* Where the rule that made an item of `faces` counts the faces it fits; NULL: no rule made it. */
+size_t *rmap_reader_rule_faces(struct rmap_reader *reader, const struct rmap_yaml_node *item);
+
+/* `color` and `material` of an object, of which rules alone know. */
+void rmap_reader_check_labels(struct rmap_reader *reader, const struct rmap_yaml_node *node);
+
+#endif

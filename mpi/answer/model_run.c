@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Importing a model, and updating what was imported.
+ */
+#include "mpi/answer/model_run.h"
+
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "base/unit.h"
+#include "mpi/answer/model_out.h"
+#include "mpi/command/command.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/model_read.h"
+
+static enum rmap_status request_of(const struct rmap_arguments *given, const char *path,
+                                   const char *folder, struct rmap_model_request *request,
+                                   struct rmap_error *err)
+{
+    const double mm = 1e-3;
+    const char *word = rmap_argument(given, "unit");
+    const struct rmap_written_unit *unit =
+        word ? rmap_unit_of_scene(word, RMAP_DIMENSION_LENGTH) : NULL;
+    *request =
+        (struct rmap_model_request){path, folder, rmap_argument(given, "chord"),
+                                    rmap_argument(given, "angle"), unit ? unit->size / mm : 1};
+    return word && !unit ? rmap_error_set(err, RMAP_USAGE,
+                                          "--unit %.40s: a length is in nm um mm cm m in", word)
+                         : RMAP_OK;
+}
+
+static void tell_kept(const struct rmap_context *context, const struct rmap_model_stored *stored)
+{
+    for (size_t i = 0; i < sizeof stored->kept / sizeof *stored->kept; i++)
+        if (stored->kept[i] && !context->quiet)
+            (void)fprintf(stderr, "%s: what stood there, with its edits\n", stored->kept[i]);
+}
+
+static enum rmap_status refuse_strictly(const struct rmap_arguments *given,
+                                        const struct rmap_assembly *assembly, const char *path,
+                                        struct rmap_error *err)
+{
+    if (assembly->findings.n == 0 || !rmap_argument(given, "strict"))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "%s: %zu things are not as the file has them; nothing is written, as "
+                          "--strict asks",
+                          path, assembly->findings.n + assembly->findings.n_dropped);
+}
+
+enum rmap_status rmap_model_import(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, const char *folder,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_assembly assembly = {0};
+    struct rmap_model_stored stored = {0};
+    struct rmap_model_request request;
+    const bool force = rmap_argument(given, "force") != NULL, had = access(folder, F_OK) == 0;
+    char *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
+    if (!scene)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
+    RMAP_TRY(request_of(given, given->operand[0], folder, &request, err));
+    RMAP_TRY(rmap_model_check_edits(folder, true, force, err)); /* before the work */
+    RMAP_TRY(rmap_model_make_folder(folder, err));
+    RMAP_TRY(rmap_model_read(&request, &assembly, &made, err));
+    rmap_diagnostics_print(&assembly.findings, stderr);
+    RMAP_TRY(refuse_strictly(given, &assembly, request.path, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&assembly, err));
+    RMAP_TRY(rmap_assembly_settle_files(&assembly, err));
+    RMAP_TRY(rmap_model_store(folder, made, &assembly, NULL, NULL, force, &stored, err));
+    tell_kept(context, &stored);
+    if (context->json)
+        st = rmap_json_print(rmap_model_json(&assembly, request.path, scene), stdout, err);
+    else if (!context->quiet)
+        rmap_model_print(&assembly, scene, stdout);
+out:
+    rmap_model_clean(made);
+    if (st != RMAP_OK && !had)
+        (void)rmdir(folder); /* where nothing is in it */
+    rmap_model_stored_fini(&stored);
+    rmap_assembly_fini(&assembly);
+    rmap_free(scene);
+    return st;
+}
+
+enum rmap_status rmap_model_update(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *folder = given->operand[0];
+    struct rmap_assembly before = {0}, after = {0};
+    struct rmap_assembly_match match = {0};
+    struct rmap_model_stored stored = {0};
+    struct rmap_model_request request;
+    const bool force = rmap_argument(given, "force") != NULL,
+               dry_run = rmap_argument(given, "dry-run") != NULL;
+    char *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
+    if (!scene)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
+    if (!rmap_model_is_one(given->operand[1]))
+        RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
+                                "%s: a model ends in .step .stp .iges .igs .gltf .glb .obj .stl "
+                                ".ply",
+                                given->operand[1]));
+    RMAP_TRY(request_of(given, given->operand[1], folder, &request, err));
+    RMAP_TRY(rmap_model_read_stored(folder, &before, err));
+    RMAP_TRY(rmap_model_check_edits(folder, false, force || dry_run, err));
+    RMAP_TRY(rmap_model_read(&request, &after, &made, err));
+    rmap_diagnostics_print(&after.findings, stderr);
+    RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
+    RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&after, err));
+    RMAP_TRY(rmap_assembly_settle_files(&after, err));
+    if (!dry_run)
+        RMAP_TRY(rmap_model_store(folder, made, &after, &before, &match, force, &stored, err));
+    tell_kept(context, &stored);
+    const struct rmap_model_revision revision = {&before, &after, &match, &stored, dry_run};
+    if (context->json)
+        st = rmap_json_print(rmap_revision_json(&revision, request.path, scene), stdout, err);
+    else if (!context->quiet)
+        rmap_revision_print(&revision, scene, stdout);
+out:
+    rmap_model_clean(made);
+    rmap_model_stored_fini(&stored);
+    rmap_assembly_match_fini(&match);
+    rmap_assembly_fini(&before);
+    rmap_assembly_fini(&after);
+    rmap_free(scene);
+    return st;
+}

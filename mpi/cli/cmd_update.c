@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap update: a new revision of an imported model.
+ */
+#include "mpi/answer/model_run.h"
+#include "mpi/command/command.h"
+#include "mpi/parallel/agree.h"
+
+static const struct rmap_option options[] = {
+    {"dry-run", 'n', NULL, "tell what would change, and write nothing"},
+    RMAP_MODEL_OPTIONS,
+    {"force", 'f', NULL, "keep an edited parts.yaml as parts.yaml.bak, and write a new one"},
+    {NULL}};
+
+/* Rank 0 does it all. */
+static enum rmap_status run_update(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, struct rmap_error *err)
+{
+    const enum rmap_status st =
+        context->rank == 0 ? rmap_model_update(context, given, err) : RMAP_OK;
+    return rmap_agree(context, st, err);
+}
+
+const struct rmap_command rmap_command_update = {
+    .name = "update",
+    .summary = "bring a new revision of an imported model",
+    .operands = "FOLDER MODEL",
+    .help =
+        "Takes the next revision of a model into the FOLDER that `raymap import` made: parts are\n"
+        "found again by their ids, names and shapes, keep their names in the scene and so all "
+        "that\n"
+        "rules in attributes.yaml give them. Meshes that are as they were stay untouched; "
+        "scene.yaml\n"
+        "and attributes.yaml are not written. Tells what was kept, moved, changed, is new, is "
+        "gone.\n\n"
+        "  raymap import lamp-a.step -o lamp\n"
+        "  raymap update lamp lamp-b.step",
+    .options = options,
+    .min_operands = 2,
+    .max_operands = 2,
+    .run = run_update,
+};

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A model of a CAD program, read: STEP and IGES by raymap-step, a program of its own that is
+ * started for it; glTF, OBJ, STL and PLY by ourselves.
+ */
+#ifndef RMAP_MODEL_READ_H
+#define RMAP_MODEL_READ_H
+
+#include "io/assembly/assembly.h"
+
+#define RMAP_MODEL_MADE "model" /* in the folder that is made, where raymap-step writes */
+
+struct rmap_model_request {
+    const char *path;
+    const char *folder;        /* in which meshes are made, in a folder of their own */
+    const char *chord, *angle; /* for raymap-step, in mm and degrees; NULL: as it likes */
+    double scale;              /* of the lengths of files that have no unit, to mm */
+};
+
+/* Whether the name ends as one of them. */
+bool rmap_model_is_one(const char *path);
+
+/* *made_ret: the folder of mesh files that are not yet where they belong, for rmap_model_clean;
+ * NULL where there are none. RMAP_INPUT: it is no such file, with what is wrong; RMAP_SYSTEM, also
+ * where raymap-step is not here. Not collective. */
+enum rmap_status rmap_model_read(const struct rmap_model_request *request,
+                                 struct rmap_assembly *assembly, char **made_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Removes the folder and what is left in it; frees its name. NULL is fine. */
+void rmap_model_clean(char *made);
+
+#endif
