@@ -11,7 +11,6 @@
 #include <string.h>
 #include <strings.h>
 
-#include "base/alloc.h"
 #include "base/count.h"
 #include "io/lensfile/lens_text.h"
 
@@ -88,22 +87,15 @@ static enum rmap_status read_glass(struct oslo *o, char **word, size_t n)
         s->is_model = true;
         s->nd = index;
     }
-    if (!is_model || o->lens->n_glass >= RMAP_PRESCRIPTION_GLASSES_MAX)
-        return RMAP_OK;
-    if (RMAP_RESERVE(o->lens->glass, o->lens->cap_glass, o->lens->n_glass + 1, o->err) != RMAP_OK)
-        return RMAP_SYSTEM;
-    struct rmap_agf_glass *glass = &o->lens->glass[o->lens->n_glass];
-    *glass = (struct rmap_agf_glass){.line = o->lines.number, .from_um = HUGE_VAL};
-    rmap_lens_copy(glass->name, sizeof glass->name, s->glass);
-    for (size_t i = 3; i < n && i - 3 < o->lens->n_wavelength && i - 3 < RMAP_AGF_ROWS; i++) {
-        const double um = 1e-3 * o->lens->wavelength_nm[i - 3];
-        glass->row_um[glass->n_row] = um;
-        glass->row_index[glass->n_row++] = rmap_lens_value(word, n, i, 0);
-        glass->from_um = fmin(glass->from_um, um);
-        glass->to_um = fmax(glass->to_um, um);
+    double um[RMAP_AGF_ROWS], value[RMAP_AGF_ROWS];
+    size_t n_index = 0;
+    for (;
+         is_model && n_index + 3 < n && n_index < o->lens->n_wavelength && n_index < RMAP_AGF_ROWS;
+         n_index++) {
+        um[n_index] = 1e-3 * o->lens->wavelength_nm[n_index];
+        value[n_index] = rmap_lens_value(word, n, n_index + 3, 0);
     }
-    o->lens->n_glass += glass->n_row > 0;
-    return RMAP_OK;
+    return rmap_lens_add_glass(o->lens, o->lines.number, s->glass, um, value, n_index, o->err);
 }
 
 static void set_fields(struct oslo *o)

@@ -13,7 +13,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "base/alloc.h"
 #include "base/count.h"
 #include "io/lensfile/lens_seq_shape.h"
 #include "io/lensfile/lens_text.h"
@@ -388,21 +387,12 @@ static enum rmap_status read_private(struct seq *s, char **word, size_t n)
             s->private_um[s->n_private++] = 1e-3 * rmap_lens_value(word, n, i, 0);
         return RMAP_OK;
     }
-    if (s->lens->n_glass >= RMAP_PRESCRIPTION_GLASSES_MAX)
-        return RMAP_OK;
-    if (RMAP_RESERVE(s->lens->glass, s->lens->cap_glass, s->lens->n_glass + 1, s->err) != RMAP_OK)
-        return RMAP_SYSTEM;
-    struct rmap_agf_glass *glass = &s->lens->glass[s->lens->n_glass];
-    *glass = (struct rmap_agf_glass){.line = s->lines.number};
-    rmap_lens_copy(glass->name, sizeof glass->name, word[0]);
-    for (size_t i = 1; i < n && i <= s->n_private; i++) {
-        glass->row_um[glass->n_row] = s->private_um[i - 1];
-        glass->row_index[glass->n_row++] = rmap_lens_value(word, n, i, 0);
-        glass->from_um = fmin(i > 1 ? glass->from_um : HUGE_VAL, s->private_um[i - 1]);
-        glass->to_um = fmax(glass->to_um, s->private_um[i - 1]);
-    }
-    s->lens->n_glass += glass->n_row > 0;
-    return RMAP_OK;
+    double index[RMAP_AGF_ROWS];
+    size_t n_index = 0;
+    for (; n_index + 1 < n && n_index < s->n_private; n_index++)
+        index[n_index] = rmap_lens_value(word, n, n_index + 1, 0);
+    return rmap_lens_add_glass(s->lens, s->lines.number, word[0], s->private_um, index, n_index,
+                               s->err);
 }
 
 static enum rmap_status read_words(struct seq *s, char **word, size_t n);

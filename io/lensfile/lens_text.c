@@ -284,6 +284,26 @@ enum rmap_status rmap_lens_note(struct rmap_prescription *lens, const char *text
     return RMAP_OK;
 }
 
+enum rmap_status rmap_lens_add_glass(struct rmap_prescription *lens, size_t line, const char *name,
+                                     const double *um, const double *index, size_t n,
+                                     struct rmap_error *err)
+{
+    if (n == 0 || lens->n_glass >= RMAP_PRESCRIPTION_GLASSES_MAX)
+        return RMAP_OK;
+    if (RMAP_RESERVE(lens->glass, lens->cap_glass, lens->n_glass + 1, err) != RMAP_OK)
+        return RMAP_SYSTEM;
+    struct rmap_agf_glass *glass = &lens->glass[lens->n_glass++];
+    *glass = (struct rmap_agf_glass){.line = line, .from_um = HUGE_VAL};
+    rmap_lens_copy(glass->name, sizeof glass->name, name);
+    for (; glass->n_row < n && glass->n_row < RMAP_AGF_ROWS; glass->n_row++) {
+        glass->row_um[glass->n_row] = um[glass->n_row];
+        glass->row_index[glass->n_row] = index[glass->n_row];
+        glass->from_um = fmin(glass->from_um, um[glass->n_row]);
+        glass->to_um = fmax(glass->to_um, um[glass->n_row]);
+    }
+    return RMAP_OK;
+}
+
 bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double value)
 {
     if (value == 0)

@@ -59,6 +59,11 @@ enum rmap_status rmap_lens_note(struct rmap_prescription *lens, const char *text
 /* A power of r: false where a conic has no such term and it is not 0. */
 bool rmap_lens_set_asphere(struct rmap_lens_surface *surface, int power, double value);
 
+/* A glass of a private catalogue: indices at n wavelengths in um, as far as there is room. */
+enum rmap_status rmap_lens_add_glass(struct rmap_prescription *lens, size_t line, const char *name,
+                                     const double *um, const double *index, size_t n,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* A term that is not 0, in the order of their numbers. False: there is no room. */
 bool rmap_lens_add_term(struct rmap_lens_surface *surface, enum rmap_lens_terms kind, int i, int j,
                         double value);

@@ -139,7 +139,7 @@ static enum rmap_status read_archive(struct import *import, const uint8_t *bytes
                                     configuration, &import->findings, &import->lens, err);
     rmap_free(file.bytes);
     at = 0;
-    while (st == RMAP_OK && found) {
+    for (int n = 0; st == RMAP_OK && found && n < BESIDE_MAX; n++) {
         st = rmap_zar_next(bytes, nbytes, &at, ".agf", &file, &found, err);
         if (st != RMAP_OK || !found)
             break;
