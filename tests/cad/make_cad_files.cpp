@@ -276,9 +276,12 @@ void write_primitives(const std::string &folder)
 
 void write_copies(const std::string &folder)
 {
-    const TopoDS_Shape wedge = BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(10, 20, 30).Shape(),
-                                               moved(cylinder(3, -1, 50), at(4, 6, 0)))
-                                   .Shape();
+    // Its own mirror image in no way: a hole and a notch.
+    const TopoDS_Shape hole = moved(cylinder(3, -1, 50), at(4, 6, 0));
+    const TopoDS_Shape notch = BRepPrimAPI_MakeBox(gp_Pnt(-1, 15, 24), 4, 9, 9).Shape();
+    const TopoDS_Shape wedge =
+        BRepAlgoAPI_Cut(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(10, 20, 30).Shape(), hole), notch)
+            .Shape();
     gp_Trsf mirror;
     mirror.SetMirror(gp_Ax2(gp_Pnt(-20, 0, 0), gp_Dir(1, 0, 0)));
     const TopoDS_Shape lens = biconvex(50, 80, 12.7, 6);
