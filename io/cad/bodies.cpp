@@ -49,8 +49,8 @@ static std::vector<Body> sewn_of(const TopoDS_Shape &faces, const std::string &n
     sewing.Perform();
     ByShape<const void *> sources;
     for (TopExp_Explorer it(faces, TopAbs_FACE); it.More(); it.Next())
-        if (sewing.IsModified(it.Current()))
-            sources[identity(sewing.Modified(it.Current()))] = identity(it.Current());
+        if (sewing.IsModifiedSubShape(it.Current()))
+            sources[identity(sewing.ModifiedSubShape(it.Current()))] = identity(it.Current());
     std::vector<Body> bodies;
     if (sewing.SewedShape().IsNull())
         return bodies;

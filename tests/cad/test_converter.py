@@ -183,6 +183,7 @@ def check_iges():
         shape = it.data["shapes"][0]
         check(it.data["schema"] == "IGES" and it.data["file_unit"] == "MM", f"{name}: schema and unit")
         near(shape["volume"], lens(50, 80, 12.7, 6)[0], 1e-6, f"IGES {name}: volume")
+        check(it.data["parts"][0]["color"] == [1, 0, 0], f"IGES {name}: colour {it.data['parts']}")
         check_mesh(it.mesh("s1"), shape)
 
 
