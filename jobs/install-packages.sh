@@ -3,6 +3,7 @@
 #
 # Installs the Debian packages that Raymap is built from, those that are missing only.
 #   jobs/install-packages.sh          what building and running need
+#   jobs/install-packages.sh cad      and what raymap-step is built from, which brings STEP and IGES files
 #   jobs/install-packages.sh tests    and what the tests need
 set -euo pipefail
 
@@ -13,6 +14,8 @@ build_packages=(
     librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev libxml2-dev
     libopenexr-dev fonts-dejavu-core libjs-three
 )
+# 40 MB to download and 175 MB installed, half a minute: for who brings CAD files.
+cad_packages=(g++ libocct-data-exchange-dev libocct-ocaf-dev libocct-modeling-algorithms-dev)
 test_packages=(
     g++ libcmocka-dev python3 python3-numpy python3-h5py python3-jsonschema python3-yaml python3-pip python3-venv
     python3-setuptools
@@ -30,9 +33,10 @@ command -v npm >/dev/null || test_packages+=(nodejs npm)
 
 case "${1:-build}" in
 build) wanted=("${build_packages[@]}") ;;
-tests) wanted=("${build_packages[@]}" "${test_packages[@]}") ;;
+cad) wanted=("${build_packages[@]}" "${cad_packages[@]}") ;;
+tests) wanted=("${build_packages[@]}" "${cad_packages[@]}" "${test_packages[@]}") ;;
 *)
-    echo "usage: install-packages.sh [build|tests]" >&2
+    echo "usage: install-packages.sh [build|cad|tests]" >&2
     exit 2
     ;;
 esac

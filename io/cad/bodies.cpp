@@ -36,44 +36,76 @@ static TopoDS_Shape solid_of(const TopoDS_Shape &shell)
     return solid.Shape();
 }
 
-static void sew(const TopoDS_Shape &faces, std::vector<Body> &bodies)
+const void *Body::source_of(const TopoDS_Shape &face) const
+{
+    const auto found = sources.find(identity(face));
+    return found == sources.end() ? identity(face) : found->second;
+}
+
+static std::vector<Body> sewn_of(const TopoDS_Shape &faces, const std::string &name)
 {
     BRepBuilderAPI_Sewing sewing(1e-5);
     sewing.Add(faces);
     sewing.Perform();
-    const TopoDS_Shape sewn = sewing.SewedShape();
-    if (sewn.IsNull())
-        return;
-    for (TopExp_Explorer it(sewn, TopAbs_SHELL); it.More(); it.Next())
-        bodies.push_back({solid_of(it.Current()), "", true});
-    for (TopExp_Explorer it(sewn, TopAbs_FACE, TopAbs_SHELL); it.More(); it.Next())
-        bodies.push_back({it.Current(), "", false});
+    ByShape<const void *> sources;
+    for (TopExp_Explorer it(faces, TopAbs_FACE); it.More(); it.Next())
+        if (sewing.IsModifiedSubShape(it.Current()))
+            sources[identity(sewing.ModifiedSubShape(it.Current()))] = identity(it.Current());
+    std::vector<Body> bodies;
+    if (sewing.SewedShape().IsNull())
+        return bodies;
+    for (TopExp_Explorer it(sewing.SewedShape(), TopAbs_SHELL); it.More(); it.Next())
+        bodies.push_back({solid_of(it.Current()), name, true, sources});
+    for (TopExp_Explorer it(sewing.SewedShape(), TopAbs_FACE, TopAbs_SHELL); it.More(); it.Next())
+        bodies.push_back({it.Current(), name, false, sources});
+    return bodies;
+}
+
+static bool shells_closed(const TopoDS_Shape &solid)
+{
+    for (TopExp_Explorer it(solid, TopAbs_SHELL); it.More(); it.Next())
+        if (!BRep_Tool::IsClosed(it.Current()))
+            return false;
+    return true;
+}
+
+static bool all_closed(const std::vector<Body> &bodies)
+{
+    return !bodies.empty() && std::all_of(bodies.begin(), bodies.end(), [](const Body &body) {
+        return body.shape.ShapeType() == TopAbs_SOLID;
+    });
 }
 
 std::vector<Body> bodies_of(const TopoDS_Shape &product, const Document &document)
 {
-    std::vector<Body> bodies;
-    for (TopExp_Explorer it(product, TopAbs_SOLID); it.More(); it.Next())
-        bodies.push_back({it.Current(), name_in(document, it.Current())});
-    TopoDS_Compound loose;
+    std::vector<Body> bodies, loose;
+    for (TopExp_Explorer it(product, TopAbs_SOLID); it.More(); it.Next()) {
+        Body body{it.Current(), name_in(document, it.Current()), false, {}};
+        std::vector<Body> sewn;
+        if (!shells_closed(body.shape))
+            sewn = sewn_of(body.shape, body.name);
+        bodies.push_back(sewn.size() == 1 && all_closed(sewn) ? sewn[0] : body);
+    }
+    TopoDS_Compound sheets;
     BRep_Builder builder;
-    builder.MakeCompound(loose);
-    bool any = false;
-    for (TopExp_Explorer it(product, TopAbs_SHELL, TopAbs_SOLID); it.More(); it.Next()) {
-        const TopoDS_Shape body = solid_of(it.Current());
-        if (body.ShapeType() == TopAbs_SOLID || document.step) {
-            bodies.push_back({body, name_in(document, it.Current())});
-            continue;
+    builder.MakeCompound(sheets);
+    for (const TopAbs_ShapeEnum type : {TopAbs_SHELL, TopAbs_FACE})
+        for (TopExp_Explorer it(product, type, type == TopAbs_SHELL ? TopAbs_SOLID : TopAbs_SHELL);
+             it.More(); it.Next()) {
+            const Body body{solid_of(it.Current()), name_in(document, it.Current()), false, {}};
+            if (body.shape.ShapeType() == TopAbs_SOLID) {
+                bodies.push_back(body);
+                continue;
+            }
+            builder.Add(sheets, it.Current());
+            loose.push_back(body);
         }
-        builder.Add(loose, it.Current());
-        any = true;
-    }
-    for (TopExp_Explorer it(product, TopAbs_FACE, TopAbs_SHELL); it.More(); it.Next()) {
-        builder.Add(loose, it.Current());
-        any = true;
-    }
-    if (any)
-        sew(loose, bodies);
+    if (loose.empty())
+        return bodies;
+    // IGES has faces alone, which are a body's; in STEP sheets are meant, unless they close.
+    const std::vector<Body> sewn = sewn_of(sheets, "");
+    const std::vector<Body> &kept = !document.step || all_closed(sewn) ? sewn : loose;
+    bodies.insert(bodies.end(), kept.begin(), kept.end());
     return bodies;
 }
 

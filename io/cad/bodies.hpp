@@ -12,10 +12,14 @@ namespace cad
 struct Body {
     TopoDS_Shape shape;
     std::string name;
-    bool sewn = false; // of faces that shared no edges in the file
+    bool sewn = false;             // of faces that shared no edges in the file
+    ByShape<const void *> sources; // of a sewn face: the face of the file
+
+    // What names and colours of a face are found by.
+    const void *source_of(const TopoDS_Shape &face) const;
 };
 
-// Solids; of what is in none, shells, sewn where that closes them.
+// Solids; of what is in none, shells. What shares no edges and closes when it is sewn, is.
 std::vector<Body> bodies_of(const TopoDS_Shape &product, const Document &document);
 
 // Volume, areas, middles and moments by integration over the exact faces.

@@ -120,8 +120,8 @@ static bool is_step(const std::string &input)
     throw Refused{input + ": neither STEP (ISO-10303-21) nor IGES"};
 }
 
-static void refuse_failures(const Options &options, const Interface_CheckIterator &found,
-                            Assembly &assembly, const Handle(Interface_InterfaceModel) & model)
+static void tell_failures(const Options &options, const Interface_CheckIterator &found,
+                          Assembly &assembly, const Handle(Interface_InterfaceModel) & model)
 {
     int told = 0, more = 0;
     for (Interface_CheckIterator checks = found; checks.More(); checks.Next()) {
@@ -235,6 +235,13 @@ static std::string protocol_of(const std::string &schema)
     return schema;
 }
 
+// OpenCASCADE does not survive all that it finds: the first of it stands in the line of a crash.
+static std::string making(const Assembly &assembly)
+{
+    return assembly.findings.empty() ? "making bodies"
+                                     : "making bodies, after " + assembly.findings[0].text;
+}
+
 static void read_step(const Options &options, Document &document, Assembly &assembly,
                       Progress &progress)
 {
@@ -252,7 +259,7 @@ static void read_step(const Options &options, Document &document, Assembly &asse
     const Handle(XSControl_WorkSession) session = reader.Reader().WS();
     document.session = session;
     const Handle(StepData_StepModel) model = Handle(StepData_StepModel)::DownCast(session->Model());
-    refuse_failures(options, session->ModelCheckList(), assembly, model);
+    tell_failures(options, session->ModelCheckList(), assembly, model);
     check_references(options, session);
     const APIHeaderSection_MakeHeader header(model);
     if (header.HasFs() && header.NbSchemaIdentifiers() > 0)
@@ -263,10 +270,10 @@ static void read_step(const Options &options, Document &document, Assembly &asse
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles);
     if (!lengths.IsEmpty())
         assembly.unit = text_of(lengths.First().ToCString());
-    progress.step("making bodies");
+    progress.step(making(assembly).c_str());
     if (!reader.Transfer(document.xcaf))
         throw Refused{options.input + ": no product with a shape"};
-    refuse_failures(options, document.session->TransferReader()->LastCheckList(), assembly, model);
+    tell_failures(options, document.session->TransferReader()->LastCheckList(), assembly, model);
     collect_ids(document, reader);
 }
 
@@ -287,10 +294,11 @@ static void read_iges(const Options &options, Document &document, Assembly &asse
     assembly.schema = "IGES";
     assembly.unit = text_of(model->GlobalSection().UnitName());
     assembly.writer = text_of(model->GlobalSection().SystemId());
-    progress.step("making bodies");
+    tell_failures(options, reader.WS()->ModelCheckList(), assembly, model);
+    progress.step(making(assembly).c_str());
     if (!reader.Transfer(document.xcaf))
         throw Refused{options.input + ": no body and no surface"};
-    refuse_failures(options, document.session->TransferReader()->LastCheckList(), assembly, model);
+    tell_failures(options, document.session->TransferReader()->LastCheckList(), assembly, model);
 }
 
 Document read_document(const Options &options, Assembly &assembly, Progress &progress)

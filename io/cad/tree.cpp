@@ -245,10 +245,10 @@ class Tree
         progress.step("meshing bodies", assembly.shapes.size());
         Shape shape = shape_of(body, part);
         for (Face &face : shape.faces) {
-            if (const auto name = document.names.find(identity(face.brep));
+            if (const auto name = document.names.find(body.source_of(face.brep));
                 name != document.names.end())
                 face.name = name->second;
-            if (const auto color = look.find(identity(face.brep)); color != look.end())
+            if (const auto color = look.find(body.source_of(face.brep)); color != look.end())
                 face.color = color->second;
         }
         if (!use.color && !part.color)

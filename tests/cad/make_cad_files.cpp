@@ -5,6 +5,7 @@
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
+#include <BRepBuilderAPI_Copy.hxx>
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakeSolid.hxx>
@@ -260,6 +261,12 @@ void write_primitives(const std::string &folder)
                   BRepBuilderAPI_NurbsConvert(shape, Standard_True).Shape(), name);
     const TopoDS_Shape box = BRepPrimAPI_MakeBox(10, 20, 30).Shape();
     write_one(folder + "sheet.step", TopExp_Explorer(box, TopAbs_FACE).Current(), "sheet");
+    TopoDS_Compound loose; // six faces that share no edges
+    BRep_Builder builder;
+    builder.MakeCompound(loose);
+    for (TopExp_Explorer it(box, TopAbs_FACE); it.More(); it.Next())
+        builder.Add(loose, BRepBuilderAPI_Copy(it.Current()).Shape());
+    write_one(folder + "loose.step", loose, "loose");
     write_one(folder + "inside-out.step",
               BRepBuilderAPI_MakeSolid(
                   TopoDS::Shell(TopExp_Explorer(box, TopAbs_SHELL).Current().Reversed()))
@@ -269,9 +276,12 @@ void write_primitives(const std::string &folder)
 
 void write_copies(const std::string &folder)
 {
-    const TopoDS_Shape wedge = BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(10, 20, 30).Shape(),
-                                               moved(cylinder(3, -1, 50), at(4, 6, 0)))
-                                   .Shape();
+    // Its own mirror image in no way: a hole and a notch.
+    const TopoDS_Shape hole = moved(cylinder(3, -1, 50), at(4, 6, 0));
+    const TopoDS_Shape notch = BRepPrimAPI_MakeBox(gp_Pnt(-1, 15, 24), 4, 9, 9).Shape();
+    const TopoDS_Shape wedge =
+        BRepAlgoAPI_Cut(BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(10, 20, 30).Shape(), hole), notch)
+            .Shape();
     gp_Trsf mirror;
     mirror.SetMirror(gp_Ax2(gp_Pnt(-20, 0, 0), gp_Dir(1, 0, 0)));
     const TopoDS_Shape lens = biconvex(50, 80, 12.7, 6);
@@ -296,7 +306,7 @@ void write_luminaire(const std::string &folder, const char *name, bool revised, 
     const TDF_Label mirror = file.product(reflector(8, 24), "reflector");
     file.color(mirror, 0.9, 0.9, 0.95);
     const TopoDS_Shape glass = plano_convex(90, 40, 8);
-    const TDF_Label lens = file.product(glass, revised ? "front lens" : "lens");
+    const TDF_Label lens = file.product(glass, "lens");
     file.color(lens, 0.6, 0.8, 1);
     int k = 0;
     for (TopExp_Explorer it(glass, TopAbs_FACE); it.More(); it.Next(), ++k)

@@ -119,7 +119,7 @@ if files(tree):
 
 if shutil.which("dpkg-shlibdeps"):
     run("cpack", "-G", "DEB", "-B", os.getcwd(), cwd=BUILD)
-    package, = [name for name in os.listdir(".") if name.endswith(".deb")]
+    package, = [name for name in os.listdir(".") if name.startswith("raymap_") and name.endswith(".deb")]
     run("dpkg", "-x", package, "tree")
     if check_tree(tree) != told:
         failures.append("the package has another version")
