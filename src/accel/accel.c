@@ -313,7 +313,8 @@ static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
     query->limit = limit;
     query->n_candidate = 0;
     query->local.object = -1;
-    query->met.object = -1;
+    for (int i = 0; i < RMAP_MET_SLOTS; i++)
+        query->met[i].object = -1;
     for (int i = 0; i < RMAP_DONE_SLOTS; i++)
         query->done[i] = -1;
     rmap_start_find(query);

@@ -4,7 +4,7 @@
  */
 #include "accel/accel_cell.h"
 
-#include <string.h>
+#include <stdlib.h>
 
 #include "base/alloc.h"
 
@@ -42,19 +42,42 @@ static struct rmap_true_surface plane_of(const struct rmap_mesh *mesh, size_t tr
     return plane;
 }
 
-/* Of faces that lie on one surface, the first. */
-static void name_surfaces(struct rmap_cells *cells, int32_t *lead)
+struct named {
+    const struct rmap_true_surface *surface;
+    int32_t face;
+};
+
+static int compare(const void *left, const void *right)
+{
+    const struct named *a = left, *b = right;
+    const struct rmap_true_surface *s = a->surface, *r = b->surface;
+    const double p[] = {s->kind,   s->at.x,   s->at.y,   s->at.z,  s->axis.x,
+                        s->axis.y, s->axis.z, s->radius, s->second},
+                 q[] = {r->kind,   r->at.x,   r->at.y,   r->at.z,  r->axis.x,
+                        r->axis.y, r->axis.z, r->radius, r->second};
+    for (size_t i = 0; i < sizeof p / sizeof p[0]; i++)
+        if (p[i] != q[i])
+            return p[i] < q[i] ? -1 : 1;
+    return a->face < b->face ? -1 : a->face > b->face;
+}
+
+/* Of faces that lie on one surface, as the decoder of compact maps has it, the first. */
+static bool name_surfaces(struct rmap_cells *cells, int32_t *lead)
 {
     const struct rmap_mesh *mesh = cells->mesh;
-    for (size_t i = 0; i < mesh->n_face; i++) {
-        lead[i] = (int32_t)i;
-        for (size_t k = i > 1024 ? i - 1024 : 0; k < i; k++)
-            if (rmap_true_same(&mesh->surface[k], &mesh->surface[i])) {
-                lead[i] = lead[k];
-                break;
-            }
+    struct named *order = rmap_alloc(mesh->n_face, sizeof(*order));
+    for (size_t i = 0; order && i < mesh->n_face; i++) {
         cells->surface[i] = mesh->surface[i];
+        order[i] = (struct named){&mesh->surface[i], (int32_t)i};
     }
+    if (order)
+        qsort(order, mesh->n_face, sizeof(*order), compare);
+    for (size_t i = 0; order && i < mesh->n_face; i++) {
+        bool same = i > 0 && rmap_true_same(order[i - 1].surface, order[i].surface);
+        lead[order[i].face] = same ? lead[order[i - 1].face] : order[i].face;
+    }
+    rmap_free(order);
+    return order != NULL;
 }
 
 static void set_surfaces(struct rmap_cells *cells, const int32_t *lead)
@@ -329,7 +352,8 @@ enum rmap_status rmap_cells_build(const struct rmap_mesh *mesh, const struct rma
     rmap_mesh_bounds(mesh, &low, &high);
     high = rmap_greatest(rmap_scale(low, -1),
                          rmap_greatest(rmap_scale(high, -1), rmap_greatest(low, high)));
-    name_surfaces(cells, lead);
+    if (!name_surfaces(cells, lead))
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles", n));
     set_surfaces(cells, lead);
     set_edges(cells, facets, 8 * RMAP_FLOAT_EPS * rmap_length(high));
     if (!set_near(cells, facets))

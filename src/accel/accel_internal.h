@@ -239,6 +239,7 @@ struct rmap_local_ray {
 };
 
 #define RMAP_DONE_SLOTS 8
+#define RMAP_MET_SLOTS  4
 struct rmap_query {
     const struct rmap_accel *accel;
     const struct rmap_ray *ray;
@@ -248,10 +249,10 @@ struct rmap_query {
     struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
     struct rmap_local_ray local;
     int32_t done[RMAP_DONE_SLOTS]; /* shapes in parts that need no second look */
-    struct {                       /* of the true surface that was asked for last */
+    struct {                       /* of the true surfaces that were asked for last */
         int32_t object, surface;
         struct rmap_true_meeting at;
-    } met;
+    } met[RMAP_MET_SLOTS];
 };
 
 /* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks

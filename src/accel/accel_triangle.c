@@ -507,14 +507,15 @@ static const struct rmap_true_meeting *meet_surface(struct rmap_query *query, in
 {
     const struct rmap_cells *cells = query->accel->object[object].cells;
     int32_t surface = cells->its[primitive];
-    if (query->met.object == object && query->met.surface == surface)
-        return &query->met.at;
-    query->met.object = object;
-    query->met.surface = surface;
+    const int slot = surface % RMAP_MET_SLOTS;
+    struct rmap_true_meeting *at = &query->met[slot].at;
+    if (query->met[slot].object == object && query->met[slot].surface == surface)
+        return at;
+    query->met[slot].object = object;
+    query->met[slot].surface = surface;
     bool own = query->start.object == object && query->start.surface == surface;
-    rmap_true_meet(&cells->surface[surface], query->local.origin, query->local.direction, own,
-                   &query->met.at);
-    return &query->met.at;
+    rmap_true_meet(&cells->surface[surface], query->local.origin, query->local.direction, own, at);
+    return at;
 }
 
 /* Root i of those. */

@@ -371,8 +371,7 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
             corner[mirrored ? 2 - k : k] = rmap_affine_point(&light->source->frame, local[k]);
         if (!meet_triangle(corner, &rest, &t))
             continue;
-        rest.length = t;
-        *distance = t < way->length ? t : way->length;
+        *distance = rest.length = t;
         met = true;
     }
     return met;

@@ -130,7 +130,7 @@ def test_maps():
         scene = raymap.write_scene(name, mesh_scene(name + ".ply", after=LIGHT % list(BODIES[name][1])))
         plain = name + ".raymap"
         want = told(plain)
-        for k, launch in enumerate(([], ["mpirun", "-np", "3"])):
+        for k, launch in enumerate(([], ["mpirun", "-np", "2"]) if name == "lens" else ([],)):
             target = f"{name}-{k}.raymap"
             shutil.rmtree(target, ignore_errors=True)
             subprocess.run([*launch, raymap.PROGRAM, "trace", scene, "-o", target, "-n", str(raymap.many(20000)), "--quiet",
@@ -149,7 +149,7 @@ def test_pair():
     """Two bodies that touch with curved faces, against analytic lenses."""
     singlet(50, -40, 8, 12, halves=2).write("first.ply")
     singlet(-40, -200, 4, 12, chord=math.radians(7)).write("second.ply")
-    after = BEAM.replace("detectors:", "  - {name: in, type: point, at: [1, 2, 4], medium: glass}\ndetectors:")
+    after = "limits: {steps: 40}\n" + BEAM.replace("detectors:", "  - {name: in, type: point, at: [1, 2, 4], medium: glass}\ndetectors:")
     meshes = HEAD + """geometries: {a: {type: mesh, file: first.ply}, b: {type: mesh, file: second.ply}}
 objects:
   - {name: a, geometry: a, surface: polished, inside: glass, outside: air}
