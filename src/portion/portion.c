@@ -181,7 +181,8 @@ enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct
     if (dst->n_row[RMAP_TABLE_RAY] == 0)
         dst->timed = src->timed;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
+        if (dst->n_row[t] == 0 || n[t] > dst->cap[t] - dst->n_row[t])
+            RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;

@@ -97,18 +97,37 @@ static struct rmap_vec3 point(const float *p)
     return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
 }
 
+/* Does the way from one point to another lie on one side of all places? Mostly. */
+static inline bool lies_beside(const struct rmap_places *places, struct rmap_vec3 a,
+                               struct rmap_vec3 b)
+{
+    const struct rmap_vec3 lower = places->lower, upper = places->upper;
+    return ((a.x < lower.x) & (b.x < lower.x)) | ((a.x > upper.x) & (b.x > upper.x)) |
+           ((a.y < lower.y) & (b.y < lower.y)) | ((a.y > upper.y) & (b.y > upper.y)) |
+           ((a.z < lower.z) & (b.z < lower.z)) | ((a.z > upper.z) & (b.z > upper.z));
+}
+
+/* Where a ray of a file starts, it may have been put on a surface. */
+static struct rmap_vec3 before_start(const struct rmap_touch *touch,
+                                     const struct rmap_portion *portion, const struct rows *rows)
+{
+    const struct rmap_vec3 from = point(portion->ray.start + 3 * rows->ray);
+    if (!(touch->loose > 0) || rows->segment == rows->end)
+        return from;
+    const struct rmap_vec3 way =
+        rmap_sub(point(portion->segment.position + 3 * rows->segment), from);
+    const double length = rmap_length(way);
+    return length > 0 ? rmap_axpy(-2 * touch->loose / length, way, from) : from;
+}
+
 static bool told_by_place(const struct rmap_touch *touch, const struct rmap_portion *portion,
                           const struct rows *rows)
 {
-    struct rmap_vec3 from = point(portion->ray.start + 3 * rows->ray);
+    struct rmap_vec3 from = before_start(touch, portion, rows);
     bool told = false;
     for (size_t i = rows->segment; i < rows->end && !told; i++) {
         const struct rmap_vec3 to = point(portion->segment.position + 3 * i);
-        const struct rmap_vec3 way = rmap_sub(to, from);
-        const double length = rmap_length(way);
-        if (i == rows->segment && touch->loose > 0 && length > 0)
-            from = rmap_axpy(-2 * touch->loose / length, way, from);
-        told = rmap_places_meet(&touch->places, from, to);
+        told = !lies_beside(&touch->places, from, to) && rmap_places_meet(&touch->places, from, to);
         from = to;
     }
     return told;
