@@ -67,6 +67,15 @@ enum rmap_status rmap_h5_get_if(struct rmap_h5 *h5, const char *path, const char
     return there > 0 ? rmap_h5_get(h5, path, name, element, n, out, err) : RMAP_OK;
 }
 
+enum rmap_status rmap_h5_get_text_if(struct rmap_h5 *h5, const char *path, const char *name,
+                                     char *out, size_t out_nbytes, struct rmap_error *err)
+{
+    const htri_t there = H5Aexists_by_name(h5->file, path, name, H5P_DEFAULT);
+    if (there < 0)
+        return rmap_h5_fail(h5, name, err);
+    return there > 0 ? rmap_h5_get_text(h5, path, name, out, out_nbytes, err) : RMAP_OK;
+}
+
 static enum rmap_status wrong(struct rmap_h5 *h5, const char *path, const char *what,
                               struct rmap_error *err)
 {

@@ -20,6 +20,9 @@ enum rmap_status rmap_h5_get(struct rmap_h5 *h5, const char *path, const char *n
 enum rmap_status rmap_h5_get_if(struct rmap_h5 *h5, const char *path, const char *name,
                                 enum rmap_element element, size_t n, void *out,
                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_h5_get_text_if(struct rmap_h5 *h5, const char *path, const char *name,
+                                     char *out, size_t out_nbytes,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Reads a whole dataset; its rank must be `rank` and its checksum must hold. dims: 0 takes any
  * extent and returns it, others must match. *data_ret: rmap_free. */

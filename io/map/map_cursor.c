@@ -135,6 +135,7 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
     self->portion->first_ray = info->first_ray;
     self->shown = *self->portion;
+    self->shown.unpredicted = NULL;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         self->shown.n_row[t] = (size_t)info->n_row[t];
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
@@ -204,6 +205,7 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
         fresh = compact_columns(self, columns & ~beside);
         if (fresh)
             RMAP_TRY(rmap_cursor_read_compact(self, info, fresh, err));
+        self->shown.unpredicted = fresh && !beside ? self->portion->unpredicted : NULL;
         fresh |= beside;
     }
     self->portion->first_ray = info->first_ray;

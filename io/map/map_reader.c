@@ -246,6 +246,7 @@ static enum rmap_status read_summary(struct rmap_map *map, struct rmap_h5 *h5,
     RMAP_TRY(rmap_h5_get_text(h5, "/", "scene_digest", map->scene_digest, sizeof map->scene_digest,
                               err));
     RMAP_TRY(rmap_tracer_revision_read(h5, &s->tracer_revision, err));
+    RMAP_TRY(rmap_h5_get_text_if(h5, "/", "parent", s->parent, sizeof s->parent, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "ranks", RMAP_I32, 1, &ranks, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "complete", RMAP_I32, 1, &complete, err));
     s->n_rank = ranks;

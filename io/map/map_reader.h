@@ -125,6 +125,7 @@ struct rmap_map_summary {
     struct rmap_digest digest;
     char program_version[64], git_revision[64], isa[32], hdf5_version[32], embree_version[32];
     int32_t tracer_revision; /* src/trace/tracer_revision.h */
+    char parent[33];         /* digest of the map that rays were taken over from; "": none were */
 };
 void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
 

@@ -29,6 +29,7 @@ enum rmap_status rmap_map_run_init(const struct rmap_map *map, size_t space,
                                   .isa = map->summary.isa,
                                   .embree_version = map->summary.embree_version,
                                   .tracer_revision = map->summary.tracer_revision,
+                                  .parent = map->summary.parent,
                                   .selection = map->selection};
     return RMAP_OK;
 }

@@ -32,6 +32,8 @@ struct rmap_run {
     const char *isa;                        /* instruction set that decides ties */
     const char *embree_version;             /* or NULL */
     int32_t tracer_revision;                /* that made the rays; 0: this program's */
+    const char *parent;                     /* digest of the map that rays were taken over from;
+                                               NULL or "": none were */
     const struct rmap_selection *selection; /* of rays that a query picked; NULL: as traced */
 };
 

@@ -47,6 +47,8 @@ static enum rmap_status put_totals(struct index *self, bool complete, struct rma
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &done, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "ranks", RMAP_I32, 1, &ranks, err));
     RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "digest", text, err));
+    if (self->run->parent && *self->run->parent)
+        RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "parent", self->run->parent, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "digest_words", RMAP_U64, 2, digest, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "rays", RMAP_U64, 1, &self->content.n_row[RMAP_TABLE_RAY],
                          err));

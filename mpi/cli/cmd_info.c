@@ -191,6 +191,8 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
     if (info)
         (void)json_object_set_new(info, "rays_traced",
                                   json_integer((json_int_t)summary->n_row[RMAP_TABLE_RAY]));
+    if (info && *summary->parent)
+        (void)json_object_set_new(info, "parent", json_string(summary->parent));
     if (info && rmap_scene_is_curved(rmap_map_scene(map)))
         (void)json_object_set_new(info, "curve_points",
                                   json_integer((json_int_t)summary->n_row[RMAP_TABLE_CURVE]));
@@ -277,6 +279,9 @@ static void print_info(const char *path, const struct rmap_map *map,
     rmap_kept_columns_print(kept, out);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
+    if (*summary->parent)
+        fprintf(out, "  traced from the map with digest %s, of an earlier version of the scene\n",
+                summary->parent);
     fprintf(out, "  made by raymap %s (%s, tracer revision %d) with Embree %s (%s), HDF5 %s\n",
             summary->program_version, summary->git_revision, (int)summary->tracer_revision,
             summary->embree_version, summary->isa, summary->hdf5_version);

@@ -25,6 +25,7 @@ static enum rmap_status run_trace(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_scene(context, session.request.scene_path, &session.request.scene,
                              &session.bundle, &session.scene, err));
+    RMAP_TRY(rmap_trace_from_open(context, &session.request, &session.from, err));
     st = rmap_trace_request_complete(given, session.scene, &session.request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     tell_unrecorded(context, given, &session);
@@ -41,7 +42,7 @@ out:
 const struct rmap_command rmap_command_trace = {
     .name = "trace",
     .summary = "trace a scene's rays and keep their histories in a ray map",
-    .operands = "SCENE -o MAP [-n RAYS] [--resume | --append] [options]",
+    .operands = "SCENE -o MAP [-n RAYS] [--resume | --append] [--from MAP] [options]",
     .help =
         "Traces the rays of a scene file and records every step of every one of them. A ray is\n"
         "a pure function of the scene, the seed and its number: any number of ranks and\n"
@@ -50,7 +51,9 @@ const struct rmap_command rmap_command_trace = {
         "0.1 % of the map's rays ended in an error: the map is whole, the scene is at fault.\n"
         "After any other end, what was flushed is in the map. --resume traces what is missing,\n"
         "with any number of ranks, and gives the map of an undisturbed run; --append -n MORE adds\n"
-        "rays, also in another colour space (--color, --set spectrum...).",
+        "rays, also in another colour space (--color, --set spectrum...).\n"
+        "--from OLD, the map of an earlier version of the scene, keeps the rays that the change\n"
+        "leaves as they are and traces the others: the same map in a part of the time.",
     .options = rmap_trace_options,
     .min_operands = 1,
     .max_operands = 1,

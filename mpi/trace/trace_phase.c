@@ -78,6 +78,7 @@ static void merge_outcome(struct rmap_trace_session *self, struct rmap_trace_out
 {
     struct rmap_trace_outcome *all = &self->outcome;
     all->n_ray += part->n_ray;
+    all->n_reused += part->n_reused;
     all->seconds += part->seconds;
     all->n_thread = part->n_thread;
     if (part->interrupt)
@@ -123,6 +124,7 @@ enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *self,
         .deadline = request->time_limit_s > 0.0 ? self->begun + request->time_limit_s : 0.0,
         .writer = tools.writer,
         .forward = tools.forward,
+        .reuse = self->from.in_use && phase->space == self->goal.space ? &self->from.reuse : NULL,
     };
     if (recounts && self->goal.n_recount > 0)
         plan.recount = (struct rmap_trace_recount){

@@ -25,6 +25,9 @@ const struct rmap_option rmap_trace_options[] = {
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL, "accepted, without effect: maps need no index"},
+    {"from", 0, "MAP",
+     "keep what rays of this map, of an earlier version of the scene, the change leaves as they "
+     "are"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME",
      "plain or compact: how the map is stored (default compact; plain has columns for h5py)",
@@ -47,6 +50,12 @@ static enum rmap_status check_modes(const struct rmap_arguments *given,
     if (resume && append)
         return rmap_error_set(err, RMAP_USAGE,
                               "--append completes a map before it adds to it; leave out --resume");
+    if (request->from_path && append)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--from makes a map of its own, and --append adds to one: leave out "
+                              "one of them");
+    if (request->from_path && rmap_argument(given, "no-record"))
+        return rmap_error_set(err, RMAP_USAGE, "--from makes a map; leave out --no-record");
     if (!resume && !append)
         return RMAP_OK;
     if (request->force)
@@ -137,6 +146,7 @@ enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
     *request = (struct rmap_trace_request){
         .scene_path = given->operand[0], .seed = 1, .encoding = RMAP_ENCODING_COMPACT};
     request->map_path = rmap_argument(given, "output");
+    request->from_path = rmap_argument(given, "from");
     request->shard_dir = rmap_argument(given, "shard-dir");
     request->force = rmap_argument(given, "force") != NULL;
     request->has_n_ray = rmap_argument(given, "rays") != NULL;
@@ -189,9 +199,10 @@ enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                   (request->mode != RMAP_TRACE_NEW || simulation->record || !simulation->name);
     request->n_photon = rmap_scene_n_photon(scene);
     if (!request->has_n_ray)
-        request->n_ray = simulation->rays    ? simulation->rays
-                         : request->n_photon ? request->n_photon
-                                             : default_rays;
+        request->n_ray = request->n_of_parent ? request->n_of_parent
+                         : simulation->rays   ? simulation->rays
+                         : request->n_photon  ? request->n_photon
+                                              : default_rays;
     if (request->time_limit_s <= 0.0)
         request->time_limit_s = simulation->time_limit_s;
     if (request->mode == RMAP_TRACE_NEW) {

@@ -14,10 +14,12 @@ enum rmap_trace_mode { RMAP_TRACE_NEW, RMAP_TRACE_RESUME, RMAP_TRACE_APPEND };
 
 struct rmap_trace_request {
     const char *scene_path, *map_path; /* map_path NULL: nothing is recorded */
+    const char *from_path;             /* map of another version of the scene; NULL: none */
     enum rmap_trace_mode mode;
     uint64_t n_ray; /* 0: not given, until rmap_trace_request_complete */
     uint64_t first_ray;
-    uint64_t n_photon; /* of the scene, each a ray; 0: not counted */
+    uint64_t n_of_parent; /* rays of the map at from_path; 0: none, or -n says */
+    uint64_t n_photon;    /* of the scene, each a ray; 0: not counted */
     bool has_n_ray, has_first_ray, has_seed, force;
     uint64_t seed, piece_nbytes;
     double time_limit_s;

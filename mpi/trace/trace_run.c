@@ -58,6 +58,8 @@ static enum rmap_status reduce_outcome(const struct rmap_context *context,
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &outcome->n_ray, 1, MPI_UINT64_T, MPI_SUM, context->comm)));
     RMAP_TRY(RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, &outcome->n_reused, 1, MPI_UINT64_T, MPI_SUM, context->comm)));
+    RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &outcome->seconds, 1, MPI_DOUBLE, MPI_MAX, context->comm)));
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &outcome->n_thread, 1, MPI_INT, MPI_SUM, context->comm)));
@@ -94,6 +96,7 @@ static enum rmap_status work_through(struct rmap_trace_serve *run,
     enum rmap_status st = rmap_trace_serve(run, err);
     enum rmap_status worker_st =
         rmap_trace_workers_join(run->workers, &outcome->tally, &outcome->n_ray, &worker_error);
+    outcome->n_reused = rmap_trace_workers_reused(run->workers);
     st = first_of(st, worker_st, &worker_error, err);
     enum rmap_status drain_st = rmap_trace_serve_drain(run, &drain_error);
     st = first_of(st, drain_st, &drain_error, err);

@@ -12,6 +12,7 @@
 #include "io/map/map_writer.h"
 #include "mpi/parallel/survivors.h"
 #include "mpi/trace/forward.h"
+#include "mpi/trace/trace_reuse.h"
 #include "portion/ray_plan.h"
 #include "trace/tally.h"
 
@@ -31,6 +32,7 @@ struct rmap_trace_plan {
     struct rmap_shard_writer *writer;  /* this rank's; NULL: nothing is recorded, or others write */
     struct rmap_forward *forward;      /* NULL: every rank writes for itself */
     struct rmap_trace_recount recount; /* the same on every rank */
+    const struct rmap_reuse *reuse;    /* rays that need not be traced; NULL: all must be */
 };
 
 struct rmap_trace_outcome {
@@ -38,6 +40,7 @@ struct rmap_trace_outcome {
                                  their own. */
     uint64_t n_wanted;        /* rays of the plan */
     uint64_t n_ray;           /* traced by all ranks; less than wanted when stopped */
+    uint64_t n_reused;        /* of them, those that were taken over */
     double seconds;           /* of the slowest rank, its shard's last chunk stored */
     int interrupt;            /* signal that stopped it; 0: none */
     int n_thread;             /* of all ranks */

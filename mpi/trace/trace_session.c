@@ -293,6 +293,7 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
         RMAP_TRY(open_map(self, err));
     st = rename_scene(self, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    summary = self->from.summary;
     if (self->goal.map)
         rmap_map_summarise(self->goal.map, &summary);
     RMAP_TRY(rmap_load_accel(context, self->scene, summary.isa, &self->accel, err));
@@ -304,6 +305,14 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
                                   .isa = rmap_accel_isa(self->accel),
                                   .embree_version = rmap_accel_embree_version()};
     RMAP_TRY(find_goal(self, err));
+    if (self->goal.n_missing > 0 && self->request.map_path)
+        RMAP_TRY(rmap_trace_from_decide(context, &self->from, self->scene, self->run.isa,
+                                        self->run.seed, err));
+    if (self->from.in_use)
+        memcpy(self->parent, self->from.digest, sizeof self->parent);
+    else if (self->goal.map)
+        memcpy(self->parent, summary.parent, sizeof self->parent);
+    self->run.parent = self->parent;
     self->goal.row.n_rank = context->size;
     if (self->request.map_path && self->request.shard_dir)
         st = rmap_shard_check_place(self->request.shard_dir, rmap_trace_session_shard(self),
@@ -375,6 +384,7 @@ void rmap_trace_session_fini(struct rmap_trace_session *self)
     rmap_tally_destroy(self->outcome.tally);
     rmap_map_content_fini(&self->content);
     rmap_trace_goal_fini(&self->goal);
+    rmap_trace_from_fini(&self->from);
     rmap_map_listing_fini(&self->found);
     rmap_map_lock_release(&self->lock);
     rmap_accel_destroy(self->accel);
@@ -435,6 +445,8 @@ static enum rmap_status finish(struct rmap_trace_session *self, struct rmap_erro
                                        .outcome = &self->outcome,
                                        .map_path = self->request.map_path,
                                        .n_held = self->goal.n_held,
+                                       .from = self->from.map ? &self->from : NULL,
+                                       .from_path = self->request.from_path,
                                        .until_tracing = self->until_tracing};
     if (self->goal.map)
         rmap_tally_merge(self->outcome.tally, rmap_map_tally(self->goal.map));

@@ -9,6 +9,7 @@
 #include "io/map/map_content.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_lock.h"
+#include "mpi/trace/trace_from.h"
 #include "mpi/trace/trace_goal.h"
 #include "mpi/trace/trace_run.h"
 
@@ -22,6 +23,8 @@ struct rmap_trace_session {
     struct rmap_accel *accel;
     struct rmap_run run;
     struct rmap_trace_goal goal;
+    struct rmap_trace_from from;
+    char parent[33]; /* digest of the map that rays of this one were taken over from; "": none */
     struct rmap_map_lock lock;         /* rank 0: nobody else writes to the map */
     struct rmap_map_listing found;     /* rank 0: what stood in the map before it was opened */
     struct rmap_map_content content;   /* rank 0: pieces of the map to be */

@@ -30,6 +30,11 @@ static void print_text(const struct summary *summary, FILE *out)
     if (summary->report->n_held > 0)
         fprintf(out, "%s that the map held already\n",
                 rmap_counted(summary->report->n_held, "ray").text);
+    if (summary->report->from && summary->report->from->in_use)
+        fprintf(out, "%s taken over from %s (digest %s), %s traced anew\n",
+                rmap_counted(outcome->n_reused, "ray").text, summary->report->from_path,
+                summary->report->from->digest,
+                rmap_grouped(outcome->n_ray - outcome->n_reused, rate));
     fprintf(out, "%s, %.2f per ray\n", rmap_counted((uint64_t)summary->segments, "segment").text,
             summary->mean_path);
     if (summary->report->map_path) {
@@ -44,6 +49,16 @@ static void print_text(const struct summary *summary, FILE *out)
     fputs("energy balance\n", out);
     rmap_balance_print(outcome->tally, NULL, out);
     rmap_balance_print_detectors(outcome->tally, out);
+}
+
+/* What became of the rays of an older map. */
+static json_t *from_json(const struct rmap_trace_report *report)
+{
+    const struct rmap_trace_from *from = report->from;
+    return json_pack("{s:s, s:s, s:I, s:I, s:s?}", "map", report->from_path, "digest", from->digest,
+                     "reused", (json_int_t)report->outcome->n_reused, "traced",
+                     (json_int_t)(report->outcome->n_ray - report->outcome->n_reused), "all_anew",
+                     from->all[0] ? from->all : NULL);
 }
 
 static json_t *to_json(const struct summary *summary)
@@ -71,6 +86,8 @@ static json_t *to_json(const struct summary *summary)
                                   rmap_json_number((double)nbytes / summary->segments));
         (void)json_object_set_new(document, "digest", json_string(digest));
     }
+    if (summary->report->from)
+        (void)json_object_set_new(document, "from", from_json(summary->report));
     (void)json_object_set_new(document, "sources", rmap_balance_json(outcome->tally, NULL));
     (void)json_object_set_new(document, "detectors", rmap_balance_detectors_json(outcome->tally));
     if (summary->errors > 0)

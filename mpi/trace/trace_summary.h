@@ -6,6 +6,7 @@
 #define RMAP_TRACE_SUMMARY_H
 
 #include "io/map/map_content.h"
+#include "mpi/trace/trace_from.h"
 #include "mpi/trace/trace_run.h"
 
 struct rmap_trace_report {
@@ -15,7 +16,9 @@ struct rmap_trace_report {
     const struct rmap_map_content *content;   /* of the map, summed up */
     uint64_t map_nbytes;                      /* with the index */
     uint64_t n_held;                          /* rays that the map held before */
-    double until_tracing;                     /* seconds to read and prepare everything */
+    const struct rmap_trace_from *from;       /* NULL: the trace is from no other map; else: */
+    const char *from_path;
+    double until_tracing; /* seconds to read and prepare everything */
 };
 
 /* Not collective; rank 0. Text or, with --json, one document on stdout; nothing with --quiet

@@ -26,7 +26,9 @@ struct worker {
     struct rmap_tally *tally;
     struct rmap_cursor *cursor; /* of the map whose portions are summed up again */
     struct rmap_error error;
-    _Atomic uint64_t n_ray; /* traced */
+    struct rmap_reuse_reader *reader; /* NULL: every ray is traced */
+    _Atomic uint64_t n_ray;           /* traced */
+    uint64_t n_reused;                /* of them, taken over */
 };
 
 struct rmap_trace_workers {
@@ -84,14 +86,40 @@ static void begin_block(struct block *block, struct rmap_trace_workers *all, str
                              self->portion ? &block->history.base : NULL);
 }
 
-static void trace_up_to(struct block *block, uint64_t end)
+/* The ray `id`, or it and those behind it, before `end`, that an older map has; *n_ret: how many.
+ */
+static enum rmap_status record_next(struct block *block, uint64_t id, uint64_t end,
+                                    struct rmap_recorder *recorder, struct rmap_tally *tally,
+                                    uint64_t *n_ret)
+{
+    struct worker *self = block->self;
+    enum rmap_status st = RMAP_OK;
+    *n_ret = 0;
+    if (self->reader)
+        RMAP_TRY(rmap_reuse_ready(self->reader, id, end, n_ret, &self->error));
+    if (*n_ret > 0)
+        return rmap_reuse_take(self->reader, *n_ret, &block->history, tally, &self->error);
+    rmap_trace_ray(&block->tracer, id, recorder);
+out:
+    return st;
+}
+
+static enum rmap_status trace_up_to(struct block *block, uint64_t end)
 {
     const struct rmap_trace_workers *all = block->all;
+    struct worker *self = block->self;
     while (block->end < end && !atomic_load_explicit(&all->left, memory_order_relaxed)) {
-        rmap_trace_ray(&block->tracer, block->end++, &block->recorder.base);
-        atomic_store_explicit(&block->self->n_ray, block->n_before + block->end - block->rays.first,
+        uint64_t n;
+        enum rmap_status st =
+            record_next(block, block->end, end, &block->recorder.base, self->tally, &n);
+        if (st != RMAP_OK)
+            return st;
+        self->n_reused += n;
+        block->end += n > 0 ? n : 1;
+        atomic_store_explicit(&self->n_ray, block->n_before + block->end - block->rays.first,
                               memory_order_relaxed);
     }
+    return RMAP_OK;
 }
 
 static enum rmap_status check_history(struct block *block, uint64_t first)
@@ -114,7 +142,7 @@ static enum rmap_status trace_parts(struct block *block, bool *whole_ret)
         const uint64_t first = block->end, left = block->rays.end - first;
         end = first + (left < RMAP_PART_RAYS ? left : RMAP_PART_RAYS);
         rmap_portion_recorder_restart(&block->history, first);
-        trace_up_to(block, end);
+        RMAP_TRY(trace_up_to(block, end));
         RMAP_TRY(check_history(block, first));
         RMAP_TRY(rmap_shard_block_add(self->parts, self->portion, whole_ret, &self->error));
     } while (block->end == end && end < block->rays.end && !*whole_ret);
@@ -125,11 +153,13 @@ out:
 }
 
 /* Records once more what was traced, whose sums are there. */
-static void record_again(struct block *block)
+static enum rmap_status record_again(struct block *block)
 {
+    enum rmap_status st = RMAP_OK;
     rmap_portion_recorder_restart(&block->history, block->rays.first);
-    for (uint64_t id = block->rays.first; id < block->end; id++)
-        rmap_trace_ray(&block->tracer, id, &block->history.base);
+    for (uint64_t id = block->rays.first, n; id < block->end && st == RMAP_OK; id += n > 0 ? n : 1)
+        st = record_next(block, id, block->end, &block->history.base, NULL, &n);
+    return st;
 }
 
 /* Where parts did not do, they will not for some time. */
@@ -147,10 +177,10 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
         if (!whole)
             goto out;
         self->n_whole = WHOLE_BLOCKS;
-        record_again(&block);
+        RMAP_TRY(record_again(&block));
     }
     self->n_whole -= self->n_whole > 0;
-    trace_up_to(&block, rays.end);
+    RMAP_TRY(trace_up_to(&block, rays.end));
     if (block.end > rays.first)
         RMAP_TRY(check_history(&block, rays.first));
     if (self->portion && block.end > rays.first)
@@ -269,6 +299,8 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
             RMAP_TRY(rmap_portion_set_timed(workers->worker[i].portion, plan->scene->timed, err));
         if (plan->writer)
             RMAP_TRY(rmap_shard_block_create(plan->writer, &workers->worker[i].parts, err));
+        if (plan->reuse && workers->worker[i].portion)
+            RMAP_TRY(rmap_reuse_reader_create(plan->reuse, &workers->worker[i].reader, err));
     }
     RMAP_TRY(rmap_workers_start(n_thread, work, workers, &workers->threads, err));
     *workers_ret = workers;
@@ -303,6 +335,14 @@ uint64_t rmap_trace_workers_traced(const struct rmap_trace_workers *workers)
     uint64_t n = 0;
     for (int i = 0; i < workers->n_thread; i++)
         n += atomic_load_explicit(&workers->worker[i].n_ray, memory_order_relaxed);
+    return n;
+}
+
+uint64_t rmap_trace_workers_reused(const struct rmap_trace_workers *workers)
+{
+    uint64_t n = 0;
+    for (int i = 0; i < workers->n_thread; i++)
+        n += workers->worker[i].n_reused;
     return n;
 }
 
@@ -372,6 +412,7 @@ void rmap_trace_workers_destroy(struct rmap_trace_workers *workers)
     rmap_workers_join(workers->threads);
     for (int i = 0; workers->worker && i < workers->n_thread; i++) {
         rmap_cursor_destroy(workers->worker[i].cursor);
+        rmap_reuse_reader_destroy(workers->worker[i].reader);
         rmap_portion_destroy(workers->worker[i].portion);
         rmap_shard_block_destroy(workers->worker[i].parts);
         rmap_tally_destroy(workers->worker[i].tally);

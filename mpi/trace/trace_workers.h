@@ -31,6 +31,9 @@ void rmap_trace_workers_leave(struct rmap_trace_workers *workers);
 /* Rays traced so far. */
 uint64_t rmap_trace_workers_traced(const struct rmap_trace_workers *workers);
 
+/* Of them, those that were taken over of an older map; once they are joined. */
+uint64_t rmap_trace_workers_reused(const struct rmap_trace_workers *workers);
+
 /* Seconds that a block took of late; 0 before the first. */
 double rmap_trace_workers_pace(const struct rmap_trace_workers *workers);
 

@@ -62,15 +62,14 @@ static bool hollow(const struct rmap_shape *shape, double radius[2])
     return radius[0] > 0.3 * radius[1];
 }
 
-/* Boxes in the object's frame, part in [0, part_count). */
-static int part_count(const struct rmap_accel_object *object)
+int rmap_part_count(const struct rmap_accel_object *object)
 {
     double radius[2];
     return hollow(object->shape, radius) ? SECTORS : 1;
 }
 
-static void rmap_part_bounds(const struct rmap_accel_object *object, int part,
-                             struct rmap_vec3 *lower, struct rmap_vec3 *upper)
+void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper)
 {
     double radius[2];
     *lower = object->lower;
@@ -219,8 +218,8 @@ static bool keeps_lengths(const struct rmap_affine *a)
     return true;
 }
 
-static void world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lower,
-                      struct rmap_vec3 *upper)
+void rmap_world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lower,
+                    struct rmap_vec3 *upper)
 {
     struct rmap_vec3 low = *lower, high = *upper;
     for (int k = 0; k < 8; k++) {
@@ -237,7 +236,7 @@ void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 
 {
     *lower = object->lower;
     *upper = object->upper;
-    world_box(&object->to_world, lower, upper);
+    rmap_world_box(&object->to_world, lower, upper);
 }
 
 /* Tighter than by the corners of its box, for a mesh that is turned. */
@@ -303,7 +302,7 @@ static void set_tolerances(struct rmap_accel_object *object)
                              rmap_affine_norm(&object->to_world);
 }
 
-static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
+void rmap_accel_set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
 {
     const struct rmap_object *from = &scene->object[i];
     const struct rmap_geometry *geometry = &scene->geometry[from->geometry];
@@ -351,7 +350,7 @@ static void part_bounds(const struct rmap_accel_parts *parts, size_t index, stru
     struct rmap_vec3 lower = object->world_lower, upper = object->world_upper;
     if (object->shape) {
         rmap_part_bounds(object, part->part, &lower, &upper);
-        world_box(&object->to_world, &lower, &upper);
+        rmap_world_box(&object->to_world, &lower, &upper);
     }
     double pad = BOX_ERRORS * accel->error + object->tolerance;
     lower = rmap_sub(lower, accel->centre);
@@ -372,7 +371,7 @@ static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
 static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_object *object,
                       size_t index)
 {
-    int n = part_count(object);
+    int n = rmap_part_count(object);
     for (int k = 0; k < n; k++)
         parts->part[parts->n++] = (struct rmap_accel_part){(int32_t)index, k};
 }
@@ -398,7 +397,7 @@ static enum rmap_status reserve_parts(struct rmap_accel *accel, size_t *n_shape,
 {
     size_t most = 0;
     for (size_t i = 0; i < accel->n_object; i++) {
-        most += (size_t)part_count(&accel->object[i]);
+        most += (size_t)rmap_part_count(&accel->object[i]);
         *n_shape += accel->object[i].shape != NULL;
     }
     accel->meshes.accel = accel->shapes.accel = accel;
@@ -581,7 +580,7 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
     if (!accel->facets || !accel->object || !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
     for (size_t i = 0; i < scene->n_object; i++)
-        set_object(accel, scene, i);
+        rmap_accel_set_object(accel, scene, i);
     RMAP_TRY(rmap_joints_build(accel, err));
     RMAP_TRY(set_world(accel, err));
     RMAP_TRY(build_bottoms(accel, scene, err));

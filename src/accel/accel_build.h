@@ -16,6 +16,18 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
 enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
+/* Object i as the scene has it, with its tolerances. */
+void rmap_accel_set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i);
+
+/* Boxes that together cover an object, in its frame: part in [0, rmap_part_count). */
+int rmap_part_count(const struct rmap_accel_object *object);
+void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper);
+
+/* A box becomes the one about it in the world. */
+void rmap_world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lower,
+                    struct rmap_vec3 *upper);
+
 /* Bounds in the world. */
 void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
                        struct rmap_vec3 *upper);

@@ -13,6 +13,7 @@
 #include "compact/retrace.h"
 #include "compact/settle.h"
 #include "compact/streams.h"
+#include "compact/unpredicted.h"
 
 enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model,
                                              struct rmap_compact_encoder **encoder_ret,
@@ -253,7 +254,8 @@ struct rmap_compact_decoder {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_batch batch;
-    struct rmap_step_buffer steps; /* of own paths */
+    struct rmap_step_buffer steps;       /* of own paths */
+    struct rmap_unpredicted unpredicted; /* of the portion decoded last, where that is known */
 };
 
 enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *model,
@@ -405,6 +407,9 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
     const rmap_column_set used = traced ? RMAP_COLUMNS_ALL : columns;
     RMAP_TRY(rmap_lanes_load(lane, &store, columns, used, out, &header, err));
     out->first_ray = header.first_ray;
+    if (traced == (rmap_compact_traced(header.placed) & rmap_columns_of_run(out->timed)) &&
+        rmap_unpredicted_list(decoder->model, lane, &header, out, &decoder->unpredicted))
+        out->unpredicted = &decoder->unpredicted;
     fill_simple(decoder, rows, out->first_ray, columns, out);
     if (columns & BIT(RMAP_SEGMENT_primitive))
         RMAP_TRY(

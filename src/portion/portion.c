@@ -170,22 +170,19 @@ size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, s
     return n;
 }
 
-enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
-                                         size_t ray, size_t first_segment,
-                                         size_t first_registration, struct rmap_error *err)
+enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct rmap_portion *src,
+                                          const size_t first[RMAP_TABLE_COUNT],
+                                          const size_t n[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
-    const size_t n[RMAP_TABLE_COUNT] = {
-        1, src->ray.segment_count[ray], src->ray.registration_count[ray],
-        rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])};
     if (dst->n_channel != src->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "rays of %d colour channels appended to %d",
                               src->n_channel, dst->n_channel);
     if (dst->n_row[RMAP_TABLE_RAY] == 0)
         dst->timed = src->timed;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
+        if (dst->n_row[t] == 0 || n[t] > dst->cap[t] - dst->n_row[t])
+            RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;
@@ -194,13 +191,24 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
             memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
                    (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
     }
-    uint64_t id = src->ray.id[ray];
+    uint64_t id = src->ray.id[first[RMAP_TABLE_RAY]];
     if (dst->n_row[RMAP_TABLE_RAY] == 0 || id < dst->first_ray)
         dst->first_ray = id;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         dst->n_row[t] += n[t];
 out:
     return st;
+}
+
+enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
+                                         size_t ray, size_t first_segment,
+                                         size_t first_registration, struct rmap_error *err)
+{
+    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
+    const size_t n[RMAP_TABLE_COUNT] = {
+        1, src->ray.segment_count[ray], src->ray.registration_count[ray],
+        rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])};
+    return rmap_portion_append_rows(dst, src, first, n, err);
 }
 
 /* Four points at a time are three vectors of four. */

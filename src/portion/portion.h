@@ -113,6 +113,12 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
                                          size_t first_registration,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same for so many rows of each table, from first on: those of one or more rays. */
+enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct rmap_portion *src,
+                                          const size_t first[RMAP_TABLE_COUNT],
+                                          const size_t n[RMAP_TABLE_COUNT],
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* Summary of a portion that has all columns. */
 void rmap_portion_summarise(const struct rmap_portion *portion,
                             struct rmap_portion_summary *summary);

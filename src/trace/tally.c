@@ -359,12 +359,14 @@ static bool advance(const struct rmap_portion *portion, struct ray_rows *rows, s
                portion->n_row[RMAP_TABLE_REGISTRATION] - rows->first_registration;
 }
 
-enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
-                                        const struct rmap_portion *portion, struct rmap_error *err)
+enum rmap_status rmap_tally_add_rows(struct rmap_tally *tally, const struct rmap_portion *portion,
+                                     const size_t first[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     const size_t n = portion->n_row[RMAP_TABLE_RAY];
-    struct ray_rows rows = {0};
-    for (size_t i = 0; i < n; i++) {
+    const struct ray_rows begin = {.first_segment = first[RMAP_TABLE_SEGMENT],
+                                   .first_registration = first[RMAP_TABLE_REGISTRATION]};
+    struct ray_rows rows = begin;
+    for (size_t i = first[RMAP_TABLE_RAY]; i < n; i++) {
         if (!advance(portion, &rows, i))
             return complain(err, portion, i,
                             "counts more segments or registrations than there are");
@@ -375,8 +377,15 @@ enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
     if (rows.first_segment + rows.n_segment != portion->n_row[RMAP_TABLE_SEGMENT] ||
         rows.first_registration + rows.n_registration != portion->n_row[RMAP_TABLE_REGISTRATION])
         return rmap_error_set(err, RMAP_FORMAT, "segments or registrations that belong to no ray");
-    rows = (struct ray_rows){0};
-    for (size_t i = 0; i < n && advance(portion, &rows, i); i++)
+    rows = begin;
+    for (size_t i = first[RMAP_TABLE_RAY]; i < n && advance(portion, &rows, i); i++)
         add_ray(tally, portion, &rows);
     return RMAP_OK;
+}
+
+enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
+                                        const struct rmap_portion *portion, struct rmap_error *err)
+{
+    const size_t first[RMAP_TABLE_COUNT] = {0};
+    return rmap_tally_add_rows(tally, portion, first, err);
 }

@@ -66,6 +66,11 @@ enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
                                         const struct rmap_portion *portion,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same for the rays behind so many rows of each table. */
+enum rmap_status rmap_tally_add_rows(struct rmap_tally *tally, const struct rmap_portion *portion,
+                                     const size_t first[RMAP_TABLE_COUNT],
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* Records into the tally, and passes every call on to `next` (NULL: nowhere). */
 struct rmap_tally_recorder {
     struct rmap_recorder base;

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays of an older map, taken over block by block.
+ */
+#include "mpi/trace/trace_reuse.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/map/map_cursor.h"
+
+struct rmap_reuse_reader {
+    const struct rmap_reuse *reuse;
+    struct rmap_cursor *cursor;
+    const struct rmap_portion *rows; /* in hand; NULL: none */
+    uint64_t first, end;             /* ids of its rays */
+    uint8_t *touched;                /* [its rays] */
+    size_t cap_touched;
+    size_t at[RMAP_TABLE_COUNT]; /* row of the next ray, and of the first of its rows elsewhere */
+};
+
+enum rmap_status rmap_reuse_init(struct rmap_reuse *reuse, const struct rmap_map *map,
+                                 int32_t space, const struct rmap_touch *touch,
+                                 struct rmap_error *err)
+{
+    const size_t n = rmap_map_n_portion(map);
+    *reuse = (struct rmap_reuse){.map = map, .touch = touch};
+    reuse->portion = rmap_alloc(n, sizeof *reuse->portion);
+    if (!reuse->portion)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
+    for (size_t i = 0; i < n; i++)
+        if (rmap_map_portion(map, i)->space == space &&
+            !rmap_portion_has_gaps(rmap_map_portion(map, i)))
+            reuse->portion[reuse->n++] = i;
+    return RMAP_OK;
+}
+
+void rmap_reuse_fini(struct rmap_reuse *reuse)
+{
+    rmap_free(reuse->portion);
+    *reuse = (struct rmap_reuse){.n = 0};
+}
+
+enum rmap_status rmap_reuse_reader_create(const struct rmap_reuse *reuse,
+                                          struct rmap_reuse_reader **reader_ret,
+                                          struct rmap_error *err)
+{
+    struct rmap_reuse_reader *reader = rmap_alloc(1, sizeof *reader);
+    if (!reader)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a reader");
+    reader->reuse = reuse;
+    const enum rmap_status st =
+        rmap_cursor_create(reuse->map, RMAP_COLUMNS_ALL, &reader->cursor, err);
+    if (st == RMAP_OK)
+        *reader_ret = reader;
+    else
+        rmap_reuse_reader_destroy(reader);
+    return st;
+}
+
+void rmap_reuse_reader_destroy(struct rmap_reuse_reader *reader)
+{
+    if (!reader)
+        return;
+    rmap_cursor_destroy(reader->cursor);
+    rmap_free(reader->touched);
+    rmap_free(reader);
+}
+
+/* The last portion that begins at the ray or before it; n: there is none. */
+static size_t find(const struct rmap_reuse *reuse, uint64_t id)
+{
+    size_t first = 0, end = reuse->n;
+    while (first < end) {
+        const size_t middle = first + (end - first) / 2;
+        if (rmap_map_portion(reuse->map, reuse->portion[middle])->first_ray <= id)
+            first = middle + 1;
+        else
+            end = middle;
+    }
+    return first > 0 ? first - 1 : reuse->n;
+}
+
+static void rewind_rows(struct rmap_reuse_reader *reader)
+{
+    memset(reader->at, 0, sizeof reader->at);
+}
+
+/* Takes the portion in hand that has the ray, if one has. */
+static enum rmap_status enter(struct rmap_reuse_reader *reader, uint64_t id, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_reuse *reuse = reader->reuse;
+    const size_t k = find(reuse, id);
+    if (k == reuse->n)
+        return RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(reuse->map, reuse->portion[k]);
+    if (id >= rmap_portion_end(info))
+        return RMAP_OK;
+    reader->rows = NULL;
+    RMAP_TRY(RMAP_RESERVE(reader->touched, reader->cap_touched,
+                          (size_t)info->n_row[RMAP_TABLE_RAY] + 1, err));
+    RMAP_TRY(rmap_cursor_read(reader->cursor, reuse->portion[k], &reader->rows, err));
+    (void)rmap_touch_rays(reuse->touch, reader->rows, reader->touched);
+    reader->first = info->first_ray;
+    reader->end = rmap_portion_end(info);
+    rewind_rows(reader);
+out:
+    return st;
+}
+
+/* The rows behind those of a ray. */
+static void pass(const struct rmap_portion *rows, size_t at[RMAP_TABLE_COUNT])
+{
+    at[RMAP_TABLE_SEGMENT] += rows->ray.segment_count[at[RMAP_TABLE_RAY]];
+    at[RMAP_TABLE_REGISTRATION] += rows->ray.registration_count[at[RMAP_TABLE_RAY]];
+    at[RMAP_TABLE_RAY]++;
+}
+
+enum rmap_status rmap_reuse_ready(struct rmap_reuse_reader *reader, uint64_t id, uint64_t end,
+                                  uint64_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *n_ret = 0;
+    if (!reader->rows || id < reader->first || id >= reader->end)
+        RMAP_TRY(enter(reader, id, err));
+    if (!reader->rows || id < reader->first || id >= reader->end)
+        goto out;
+    const size_t row = (size_t)(id - reader->first);
+    if (row < reader->at[RMAP_TABLE_RAY])
+        rewind_rows(reader);
+    while (reader->at[RMAP_TABLE_RAY] < row)
+        pass(reader->rows, reader->at);
+    while (id + *n_ret < end && id + *n_ret < reader->end &&
+           !reader->touched[row + (size_t)*n_ret] &&
+           reader->rows->ray.id[row + (size_t)*n_ret] == id + *n_ret)
+        (*n_ret)++;
+out:
+    return st;
+}
+
+/* Which of the rays that were taken the encoder has to follow. */
+static void note_unpredicted(const struct rmap_reuse_reader *reader, size_t first, size_t end,
+                             size_t to, struct rmap_unpredicted *list)
+{
+    const struct rmap_unpredicted *known = reader->rows->unpredicted;
+    if (!known || known->seed != list->seed || !reader->reuse->touch->change.same_sphere) {
+        list->n = RMAP_UNPREDICTED_MAX + 1; /* all of them */
+        return;
+    }
+    for (size_t k = 0; k < known->n; k++) {
+        if (known->ray[k] < first || known->ray[k] >= end)
+            continue;
+        if (list->n < RMAP_UNPREDICTED_MAX)
+            list->ray[list->n] = (uint32_t)(known->ray[k] - first + to);
+        list->n++;
+    }
+}
+
+enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,
+                                 struct rmap_portion_recorder *recorder, struct rmap_tally *tally,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_portion *to = recorder->portion;
+    size_t first[RMAP_TABLE_COUNT], count[RMAP_TABLE_COUNT], before[RMAP_TABLE_COUNT];
+    memcpy(first, reader->at, sizeof first);
+    memcpy(before, to->n_row, sizeof before);
+    for (uint64_t i = 0; i < n; i++)
+        pass(reader->rows, reader->at);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        count[t] = reader->at[t] - first[t];
+    RMAP_TRY(rmap_portion_append_rows(to, reader->rows, first, count, err));
+    rmap_touch_renumber(reader->reuse->touch, to, before);
+    note_unpredicted(reader, first[RMAP_TABLE_RAY], reader->at[RMAP_TABLE_RAY],
+                     before[RMAP_TABLE_RAY], &recorder->unpredicted);
+    if (tally)
+        RMAP_TRY(rmap_tally_add_rows(tally, to, before, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_reuse_estimate(const struct rmap_reuse *reuse, double *share_ret,
+                                     struct rmap_error *err)
+{
+    enum { LOOKS = 16 };
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor = NULL;
+    uint8_t *touched = NULL;
+    size_t cap = 0;
+    double n = 0.0, n_touched = 0.0;
+    const size_t step = reuse->n / LOOKS + 1;
+    RMAP_TRY(rmap_cursor_create(reuse->map, RMAP_TOUCH_COLUMNS, &cursor, err));
+    for (size_t i = 0; i < reuse->n; i += step) {
+        const struct rmap_portion *rows;
+        RMAP_TRY(rmap_cursor_read(cursor, reuse->portion[i], &rows, err));
+        RMAP_TRY(RMAP_RESERVE(touched, cap, rows->n_row[RMAP_TABLE_RAY] + 1, err));
+        n += (double)rows->n_row[RMAP_TABLE_RAY];
+        n_touched += (double)rmap_touch_rays(reuse->touch, rows, touched);
+    }
+    *share_ret = n > 0.0 ? n_touched / n : 1.0;
+out:
+    rmap_cursor_destroy(cursor);
+    rmap_free(touched);
+    return st;
+}
