@@ -95,6 +95,22 @@ def check_none():
     check({one["name"]: one["rays"] for one in groups}["(none)"] == 50, f"{groups}")
 
 
+def check_goes_on():
+    """Light of a map, or of a query's table, as a source has its events; a lamp's among it none."""
+    lamp = ", {name: lamp, type: collimated, shape: {disc: 2}, at: [0, 0, 50], medium: air, flux: 5000 W}"
+    run("trace", scene("m.yaml", more=lamp), "-o", "m.raymap", "-n", 200, "--quiet", "--force")
+    run("query", "m.raymap", "all", "-o", "m.h5", "--columns", "registration", "--force")
+    want = {str(n): int((event[np.arange(100)][right[:100]] == n).sum()) for n in np.unique(event[:100][right[:100]])} | {"(none)": 100}
+    text = pathlib.Path("m.yaml").read_text(encoding="utf-8")
+    for file in "m.raymap", "m.h5":
+        source = f"sources: [{{name: again, type: ray_file, file: {file}, detector: right, medium: air}}]\n"
+        lines = [source if line.startswith("sources:") else line + "\n" for line in text.splitlines()]
+        pathlib.Path("g.yaml").write_text("".join(lines).replace("at: [0, 0, 100]", "at: [0, 0, 150]"), encoding="utf-8")
+        run("trace", "g.yaml", "-o", "g.raymap", "-n", 100 + right[:100].sum(), "--quiet", "--force")
+        groups = json.loads(run("query", "g.raymap", "all", "--by", "event", "--json"))["groups"]
+        check({one["name"]: one["rays"] for one in groups if one["rays"]} == want, f"{file}: {groups} not {want}")
+
+
 QE = {450.0: 0.1, 550.0: 0.25, 650.0: 0.5}
 PARTS = ((True, 0), (False, 1))
 
@@ -268,6 +284,7 @@ def check_mistakes():
 
 check_number()
 check_none()
+check_goes_on()
 check_readings()
 check_chance()
 check_sipm()
