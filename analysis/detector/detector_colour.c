@@ -84,6 +84,11 @@ static void read_cell(const struct rmap_detector_sums *sums, const struct rmap_p
         sum[k] /= extent;
         error[k] /= extent;
     }
+    const double luminous = sum[1] > 0.0 ? sum[6] / sum[1] : 1.0; /* Y as light is counted */
+    for (int k = 0; k < 6; k++) {
+        sum[k] *= luminous;
+        error[k] *= luminous;
+    }
     for (int k = 0; k < 3; k++) {
         reading->xyz[k] = sum[k];
         reading->xyz_error[k] = error[k];

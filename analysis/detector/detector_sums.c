@@ -81,12 +81,18 @@ static double find_xyz(const struct rmap_scene *scene, double (*sums)[RMAP_XYZ_S
     double xyz[RMAP_CHANNEL_MAX][3], most = 0.0;
     const double unit = scene->flux_unit == RMAP_FLUX_W ? RMAP_LUMENS_PER_WATT : 1.0;
     channel_colours_as(scene, RMAP_COLOUR_SPECTRAL, xyz);
-    for (int i = 0; i < scene->channels.n; i++)
+    for (int i = 0; i < scene->channels.n; i++) {
+        double bend[3];
+        sums[i][6] = unit * xyz[i][1];
+        rmap_channel_bend(&scene->channels, i, scene->flux_unit == RMAP_FLUX_LM, bend);
+        for (int k = 0; k < 3; k++)
+            xyz[i][k] += bend[k];
         for (int k = 0; k < 3; k++) {
             sums[i][k] = unit * xyz[i][k];
             sums[i][3 + k] = unit * (xyz[i][k] + xyz[i][(k + 1) % 3]);
             most = fmax(most, sums[i][3 + k]);
         }
+    }
     return most > 0.0 ? most : 1.0;
 }
 

@@ -33,8 +33,9 @@ struct rmap_detector_ask {
     bool centre;   /* where the light falls, of planes */
 };
 
-/* X, Y, Z, X + Y, Y + Z, Z + X: the squares of these say how the three vary together. */
-enum { RMAP_XYZ_SUMS = 6 };
+/* X, Y, Z, X + Y, Y + Z, Z + X: the squares of these say how the three vary together; and what Y is
+ * at the channels' wavelengths themselves, by which light is counted in lm. */
+enum { RMAP_XYZ_SUMS = 7 };
 
 /* Fluxes are in lm. */
 bool rmap_detector_ask_lumens(const struct rmap_detector_ask *ask);

@@ -92,10 +92,11 @@ static void read_cells(const struct rmap_event_table *table, size_t d,
     const struct rmap_reading_of of = {ask->scene->seed, table->row.event, ask->detector[d]};
     struct rmap_read read;
     rmap_reading_draw(&detector->reading, &of, light->sum,
-                      table->whole && !rmap_detector_weighs(detector), &read);
+                      table->whole && !rmap_detector_weighs(detector), light->mean_ns, &read);
     value[RMAP_EVENT_ELECTRONS] = (double)read.photo_electrons;
     value[RMAP_EVENT_DARK] = (double)read.dark;
     value[RMAP_EVENT_CROSSTALK] = (double)read.crosstalk;
+    value[RMAP_EVENT_AFTERPULSES] = (double)read.afterpulses;
     value[RMAP_EVENT_CELLS] = (double)read.cells;
     value[RMAP_EVENT_CHARGE] = (double)read.cells * detector->reading.gain * ELECTRON_PC;
     if (ask->timed)

@@ -22,7 +22,8 @@ enum rmap_event_needs { RMAP_EVENT_ALWAYS, RMAP_EVENT_TIMES, RMAP_EVENT_READS };
     X(ELECTRONS, "photo_electrons", "1", READS, "by chance, of the sum")                           \
     X(DARK, "dark", "1", READS, "dark counts within the window")                                   \
     X(CROSSTALK, "crosstalk", "1", READS, "avalanches by crosstalk")                               \
-    X(CELLS, "cells", "1", READS, "that fired")                                                    \
+    X(AFTERPULSES, "afterpulses", "1", READS, "of cells that fired, within the window")            \
+    X(CELLS, "cells", "1", READS, "that fired, by afterpulses once more")                          \
     X(CHARGE, "charge", "pC", READS, "cells times gain times e")
 
 enum rmap_event_value {

@@ -192,6 +192,30 @@ out:
     return st;
 }
 
+void rmap_figure_bodies_fini(struct rmap_figure_bodies *bodies)
+{
+    rmap_solid_destroy(bodies->solid);
+    rmap_scene_meshes_destroy(bodies->mesh, bodies->n);
+    bodies->solid = NULL;
+    bodies->mesh = NULL;
+}
+
+static enum rmap_status make_bodies(const struct rmap_scene *scene,
+                                    const struct rmap_view_frame *frame,
+                                    struct rmap_figure_bodies *bodies, struct rmap_error *err)
+{
+    if (bodies->mesh)
+        return RMAP_OK;
+    enum rmap_status st = rmap_scene_meshes_create(scene, &bodies->mesh, err);
+    bodies->n = scene->n_geometry;
+    bodies->view = *frame->view;
+    bodies->frame = *frame;
+    bodies->frame.view = &bodies->view;
+    if (st == RMAP_OK && !frame->view->section)
+        st = rmap_solid_create(scene, bodies->mesh, NULL, &bodies->frame, &bodies->solid, err);
+    return st;
+}
+
 /* Scene, rays and marks, inside the frame. */
 static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                     const struct rmap_figure_draw *options,
@@ -200,17 +224,15 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_view_frame *frame = lines->frame;
-    struct rmap_mesh **mesh = NULL;
-    struct rmap_solid *solid = NULL;
-    RMAP_TRY(rmap_scene_meshes_create(scene, &mesh, err));
+    struct rmap_figure_bodies own = {0}, *bodies = options->bodies ? options->bodies : &own;
+    RMAP_TRY(make_bodies(scene, frame, bodies, err));
     rmap_svg_open_clip(svg, frame->x, frame->y, frame->width, frame->height);
     if (frame->view->section) {
-        RMAP_TRY(rmap_section_draw(scene, mesh, frame, svg, err));
+        RMAP_TRY(rmap_section_draw(scene, bodies->mesh, frame, svg, err));
     } else {
-        RMAP_TRY(rmap_solid_create(scene, mesh, NULL, frame, &solid, err));
-        RMAP_TRY(rmap_solid_draw(solid, svg, err));
+        RMAP_TRY(rmap_solid_draw(bodies->solid, svg, err));
     }
-    lines->solid = solid;
+    lines->solid = bodies->solid;
     lines->map = options->map;
     lines->paint = options->paint;
     lines->opacity = options->opacity;
@@ -222,12 +244,11 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     const double foot = frame->y + frame->height; /* where the axes' arrows stand */
     rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
                        (const double[2]){frame->x + 96, foot});
-    RMAP_TRY(rmap_marks_draw(scene, mesh, rays, frame, &labels, svg, err));
+    RMAP_TRY(rmap_marks_draw(scene, bodies->mesh, rays, frame, &labels, svg, err));
     RMAP_TRY(rmap_parts_name(scene, frame, &labels, svg, err));
     rmap_svg_close(svg);
 out:
-    rmap_solid_destroy(solid);
-    rmap_scene_meshes_destroy(mesh, scene->n_geometry);
+    rmap_figure_bodies_fini(&own);
     return st;
 }
 

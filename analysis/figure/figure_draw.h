@@ -23,6 +23,16 @@ struct rmap_figure_cells {
     const char *caption;
 };
 
+/* What all pictures of the same view share, made with the first. Zero, and not moved, before. */
+struct rmap_figure_bodies {
+    struct rmap_mesh **mesh; /* [n] */
+    size_t n;
+    struct rmap_solid *solid; /* NULL: a section */
+    struct rmap_view view;
+    struct rmap_view_frame frame; /* of `view` */
+};
+void rmap_figure_bodies_fini(struct rmap_figure_bodies *bodies);
+
 struct rmap_figure_draw {
     const char *title;
     const char *criterion; /* NULL: all rays */
@@ -42,6 +52,7 @@ struct rmap_figure_draw {
                                                 none */
     const struct rmap_time_window *window;   /* the light under way then, and what was registered
                                                 until then; NULL: whole rays */
+    struct rmap_figure_bodies *bodies;       /* kept for the next picture; NULL: for none */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 

@@ -78,21 +78,22 @@ static void spread(const struct rmap_lamp *lamp, double x, double y, double shar
     share[CEILING] = fmax(1.0 - down, 0.0);
 }
 
-/* L^2 omega / p^2 of all luminaires, of unit flux; endwise: C 90 along the line of sight. */
-static double glare_of(const struct rmap_lamp *lamp, const int size[2], bool endwise, double unit_m)
+/* L^2 omega / p^2 of all luminaires, of unit flux, whose half plane C comes towards the observer.
+ */
+static double glare_of(const struct rmap_lamp *lamp, const int size[2], double c_deg, double unit_m)
 {
     const int n[2] = {(int)lround(size[0] / spacing), (int)lround(size[1] / spacing)};
     double sum = 0.0;
     for (int i = 0; i < n[0]; i++)
         for (int j = 0; j < n[1]; j++) {
-            const double aside = fabs((i + 0.5) * spacing - 0.5 * size[0]);
+            const double aside = (i + 0.5) * spacing - 0.5 * size[0];
             const double ahead = (j + 0.5) * spacing, out = hypot(aside, ahead);
             const double gamma = atan(out) * 180.0 / RMAP_PI;
             const double turn = atan2(aside, ahead) * 180.0 / RMAP_PI;
-            const double p = rmap_position_index(aside / ahead, 1.0 / ahead);
+            const double p = rmap_position_index(fabs(aside) / ahead, 1.0 / ahead);
             if (!(p > 0.0) || gamma > gamma_most_deg)
                 continue;
-            const struct rmap_vec3 way = rmap_lamp_direction(endwise ? 90.0 - turn : turn, gamma);
+            const struct rmap_vec3 way = rmap_lamp_direction(c_deg + turn, gamma);
             const double area = rmap_lamp_seen_area(lamp, way) * unit_m * unit_m;
             const double intensity = rmap_lamp_intensity(lamp, way);
             const double r2 = (out * out + 1.0) * height_m * height_m;
@@ -114,7 +115,9 @@ bool rmap_ugr_table_find(const struct rmap_lamp *lamp, double lumens, double uni
         double first[PARTS], glare[2];
         spread(lamp, x, y, first);
         for (int way = 0; way < 2; way++)
-            glare[way] = glare_of(lamp, room[k], way == 1, unit_m) * lumens * lumens;
+            glare[way] = fmax(glare_of(lamp, room[k], 90.0 * way, unit_m),
+                              glare_of(lamp, room[k], 90.0 * way + 180.0, unit_m)) *
+                         lumens * lumens;
         for (int c = 0; c < RMAP_UGR_COLUMNS; c++) {
             double share[PARTS], indirect = 0.0;
             rmap_ugr_transfer(x, y, reflectances[c % RMAP_UGR_SURFACES], share);

@@ -11,6 +11,7 @@
 #include "analysis/query/fold.h"
 #include "base/alloc.h"
 #include "io/rays/ray_reader.h"
+#include "scene/events.h"
 
 rmap_column_set rmap_map_light_columns(const struct rmap_scene *scene)
 {
@@ -52,6 +53,8 @@ void rmap_map_light_of_ray(const struct rmap_map *map, size_t space,
     const struct rmap_ray_columns *of = &portion->ray;
     out->flux = of->weight[ray] * rmap_map_flux_per_weight(map)[of->source[ray]];
     out->id = of->id[ray];
+    if (!rmap_scene_event(rmap_map_scene_of(map, space), out->id, &out->event))
+        out->event = RMAP_NO_EVENT;
     if (rmap_map_scene(map)->channels.mode == RMAP_COLOUR_SPECTRAL)
         out->nm = wavelength(&rmap_map_scene_of(map, space)->channels, portion, segment, n);
 }
@@ -86,11 +89,16 @@ static enum rmap_status add_one(const struct light *light, const struct rmap_ray
                                 struct rmap_error *err)
 {
     const double value[RMAP_RAY_COLUMNS] = {
-        [RMAP_RAY_X] = ray->position.x,   [RMAP_RAY_Y] = ray->position.y,
-        [RMAP_RAY_Z] = ray->position.z,   [RMAP_RAY_DX] = ray->direction.x,
-        [RMAP_RAY_DY] = ray->direction.y, [RMAP_RAY_DZ] = ray->direction.z,
-        [RMAP_RAY_POWER] = ray->flux,     [RMAP_RAY_NM] = ray->nm,
-        [RMAP_RAY_TIME] = ray->time_ns};
+        [RMAP_RAY_X] = ray->position.x,
+        [RMAP_RAY_Y] = ray->position.y,
+        [RMAP_RAY_Z] = ray->position.z,
+        [RMAP_RAY_DX] = ray->direction.x,
+        [RMAP_RAY_DY] = ray->direction.y,
+        [RMAP_RAY_DZ] = ray->direction.z,
+        [RMAP_RAY_POWER] = ray->flux,
+        [RMAP_RAY_NM] = ray->nm,
+        [RMAP_RAY_TIME] = ray->time_ns,
+        [RMAP_RAY_EVENT] = ray->event == RMAP_NO_EVENT ? (double)NAN : (double)ray->event};
     return rmap_ray_rows_add(light->rows, value, err);
 }
 
@@ -142,16 +150,12 @@ static enum rmap_status finish(const struct rmap_scene *scene, struct rmap_ray_r
                                struct rmap_file_rays **set_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    double flux = 0.0;
     if (!rows->set)
         return rmap_error_set(err, RMAP_INPUT, "none of its rays was registered there");
-    for (size_t i = 0; i < rows->set->n; i++)
-        flux += rows->set->below[i];
     RMAP_TRY(rmap_ray_rows_finish(rows, set_ret, err));
     (*set_ret)->unit_m = 1.0;
-    (*set_ret)->lumens = scene->flux_unit == RMAP_FLUX_LM;
+    (*set_ret)->flux_unit = scene->flux_unit;
     (*set_ret)->loose = RMAP_FILE_RAYS_LOOSE;
-    (*set_ret)->flux = flux;
     st = rmap_file_rays_finish(*set_ret, err);
     if (st != RMAP_OK) {
         rmap_file_rays_drop(*set_ret);
@@ -176,6 +180,7 @@ enum rmap_status rmap_map_light_read(const char *path, const char *detector, con
     light.map = map;
     rows.has[RMAP_RAY_NM] = scene->channels.mode == RMAP_COLOUR_SPECTRAL;
     rows.has[RMAP_RAY_TIME] = scene->timed;
+    rows.has[RMAP_RAY_EVENT] = !rmap_scene_events_trouble(scene);
     RMAP_TRY(find_detector(scene, detector, &light.detector, err));
     const struct rmap_index_set only = {.low = light.detector, .span = 1};
     if (where)

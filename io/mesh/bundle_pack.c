@@ -162,16 +162,19 @@ enum {
     RAYS_DELAY = 8,
     RAYS_EVENT = 16,
     RAYS_LM = 32,
-    RAYS_STEP = 64
+    RAYS_STEP = 64,
+    RAYS_UNIT = 128 /* from here up the unit of flux; LM has a bit of its own */
 };
 
 static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
 {
     const double said[4] = {set->unit_m, set->all_nm, set->flux, set->loose};
+    const bool lumens = set->flux_unit == RMAP_FLUX_LM;
     put_u64(sink, set->n);
     put_u32(sink, (set->wide ? RAYS_WIDE : 0U) | (set->below ? RAYS_POWER : 0U) |
                       (set->wavelength_nm ? RAYS_NM : 0U) | (set->delay_ns ? RAYS_DELAY : 0U) |
-                      (set->event ? RAYS_EVENT : 0U) | (set->lumens ? RAYS_LM : 0U) |
+                      (set->event ? RAYS_EVENT : 0U) |
+                      (lumens ? RAYS_LM : (uint32_t)set->flux_unit * RAYS_UNIT) |
                       (set->step ? RAYS_STEP : 0U));
     put_bytes(sink, said, sizeof said);
     put_text(sink, set->title);
@@ -613,14 +616,14 @@ static enum rmap_status take_rays(struct cursor *in, struct rmap_file_rays **set
     RMAP_TRY(take_doubles(in, said, 4));
     RMAP_TRY(take_name(in, &title));
     if (strlen(title) >= sizeof set->title || set->n == 0 || !(said[0] >= 0.0 && said[0] < 1e9) ||
-        !(said[3] >= 0.0 && said[3] <= RMAP_FILE_RAYS_LOOSE))
+        bits / RAYS_UNIT > RMAP_FLUX_J || !(said[3] >= 0.0 && said[3] <= RMAP_FILE_RAYS_LOOSE))
         RMAP_TRY(damaged(in, "rays are not as they are written"));
     memcpy(set->title, title, strlen(title) + 1);
     set->unit_m = said[0];
     set->all_nm = said[1];
     set->flux = said[2];
     set->loose = said[3];
-    set->lumens = (bits & RAYS_LM) != 0;
+    set->flux_unit = bits & RAYS_LM ? RMAP_FLUX_LM : (enum rmap_flux_unit)(bits / RAYS_UNIT);
     RMAP_TRY(take_column(in, (bits & RAYS_WIDE) != 0, set->n, sizeof *set->wide, &set->wide));
     RMAP_TRY(take_column(in, !(bits & RAYS_WIDE), set->n, sizeof *set->narrow, &set->narrow));
     RMAP_TRY(take_column(in, (bits & RAYS_POWER) != 0, set->n, sizeof *set->below, &set->below));

@@ -183,6 +183,7 @@ enum rmap_status rmap_mcpl_read(struct rmap_ray_bytes *bytes, struct rmap_ray_wa
     RMAP_TRY(take_particles(&self, wanted, &rows));
     RMAP_TRY(rmap_ray_rows_finish(&rows, set_ret, err));
     (*set_ret)->unit_m = 1e-2;
+    (*set_ret)->flux = (double)NAN; /* weights have no unit */
     (*set_ret)->loose = self.head.single ? RMAP_FILE_RAYS_LOOSE : 0.0;
 out:
     rmap_file_rays_drop(rows.set);

@@ -24,7 +24,8 @@ struct hdf5 {
     size_t n_column;
     uint64_t n;
     double unit_m;
-    bool lumens, wide, steps;
+    bool wide, steps, flux_said;
+    enum rmap_flux_unit flux_unit;
     hid_t filter[FILTERS];  /* of a query's table: detector, registered; < 0: all rows */
     double wanted[FILTERS]; /* the number there */
     struct rmap_error *err;
@@ -52,7 +53,9 @@ static void get_unit(hid_t set, char unit[16])
                 (void)snprintf(unit, 16, "%.15s", text);
             (void)H5free_memory(text);
             hid_t fixed = H5Tcopy(H5T_C_S1);
-            if (!text && H5Tset_size(fixed, 16) >= 0 && H5Aread(attribute, fixed, unit) < 0)
+            if (!text && H5Tset_size(fixed, 16) >= 0 &&
+                H5Tset_cset(fixed, H5Tget_cset(type)) >= 0 && /* else HDF5 has no conversion */
+                H5Aread(attribute, fixed, unit) < 0)
                 unit[0] = 0;
             unit[15] = 0;
             (void)H5Tclose(fixed);
@@ -105,7 +108,10 @@ static enum rmap_status add_dataset(struct hdf5 *self, const char *name, const c
                                  self->err);
     if (st != RMAP_OK)
         return st;
-    self->lumens = self->lumens || (column->is.column == RMAP_RAY_POWER && strcmp(unit, "lm") == 0);
+    if (column->is.column == RMAP_RAY_POWER) {
+        self->flux_said = column->is.said;
+        self->flux_unit = column->is.flux_unit;
+    }
     if (column->is.column <= RMAP_RAY_Z) {
         if (column->is.column != RMAP_RAY_X && column->is.factor != self->unit_m)
             return wrong(self, name, "has another unit than x");
@@ -164,7 +170,7 @@ static enum rmap_status open_table(struct hdf5 *self, const char *detector)
         {"/registration/world_z", "z", NULL},    {"/registration/direction_x", "dx", ""},
         {"/registration/direction_y", "dy", ""}, {"/registration/direction_z", "dz", ""},
         {"/registration/flux", "flux", NULL},    {"/registration/wavelength", "wavelength", NULL},
-        {"/registration/time", "time", NULL}};
+        {"/registration/time", "time", NULL},    {"/registration/event", "event", NULL}};
     static const char *const filter[FILTERS] = {"/registration/detector",
                                                 "/registration/registered"};
     enum rmap_status st = RMAP_OK;
@@ -268,9 +274,10 @@ static enum rmap_status put_rows(struct hdf5 *self, double *const block[COLUMN_S
                 const double x = block[c][i * (size_t)self->column[c].width + (size_t)k];
                 value[(int)is->column + k] = is->inverse ? is->factor / x : x * is->factor;
             }
-        if (!(value[RMAP_RAY_EVENT] >= 0.0 && value[RMAP_RAY_EVENT] < 9e18))
+        const double event = value[RMAP_RAY_EVENT];
+        if (!(event >= 0.0 && event < 9e18) && !(self->filter[0] >= 0 && isnan(event)))
             return rmap_error_set(self->err, RMAP_INPUT, "ray %zu: its event is %g", *row + 1,
-                                  value[RMAP_RAY_EVENT]);
+                                  event);
         rmap_file_rays_put(set, (*row)++, value);
     }
     return RMAP_OK;
@@ -335,16 +342,12 @@ static enum rmap_status read_rays(struct hdf5 *self, const char *detector,
     RMAP_TRY(rmap_file_rays_columns(*set_ret, has, self->err));
     RMAP_TRY(take_rows(self, *set_ret));
     (*set_ret)->unit_m = self->unit_m;
-    (*set_ret)->lumens = self->lumens;
+    (*set_ret)->flux_unit = self->flux_unit;
     (*set_ret)->loose = table || !self->wide ? RMAP_FILE_RAYS_LOOSE : 0.0;
-    if (!(*set_ret)->below)
-        goto out;
-    double sum = 0.0;
-    for (size_t i = 0; i < (*set_ret)->n; i++)
-        sum += (*set_ret)->below[i];
-    if (table)
-        (*set_ret)->flux = sum;
-    st = rmap_file_rays_weigh(*set_ret, self->err);
+    if ((*set_ret)->below)
+        st = rmap_file_rays_weigh(*set_ret, self->err);
+    if (!table && !self->flux_said)
+        (*set_ret)->flux = (double)NAN;
 out:
     return st;
 }

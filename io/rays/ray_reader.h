@@ -84,6 +84,8 @@ struct rmap_ray_meaning {
     enum rmap_ray_column column;
     double factor;
     bool inverse;
+    bool said; /* which unit its flux is in */
+    enum rmap_flux_unit flux_unit;
 };
 enum rmap_status rmap_ray_meaning_of(const char *name, const char *unit, bool steps,
                                      struct rmap_ray_meaning *meaning,

@@ -2,6 +2,7 @@
  *
  * Rows of a table of rays, and what its columns mean.
  */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -45,7 +46,8 @@ void rmap_file_rays_put(struct rmap_file_rays *set, size_t row,
     if (set->delay_ns)
         set->delay_ns[row] = value[RMAP_RAY_TIME];
     if (set->event)
-        set->event[row] = (uint64_t)value[RMAP_RAY_EVENT];
+        set->event[row] =
+            isnan(value[RMAP_RAY_EVENT]) ? RMAP_NO_EVENT : (uint64_t)value[RMAP_RAY_EVENT];
     if (set->step)
         memcpy(set->step[row], value + RMAP_RAY_LENGTH, sizeof set->step[row]);
 }
@@ -161,15 +163,19 @@ static enum rmap_status unit_of(size_t k, const char *unit, size_t n,
     const enum rmap_dimension dimension = known[k].dimension;
     const bool nm = dimension == RMAP_DIMENSION_WAVELENGTH;
     const struct rmap_written_unit *written = rmap_unit_named(unit, n);
+    const bool flux = dimension == RMAP_DIMENSION_FLUX;
     const double mev =
         known[k].column == RMAP_RAY_DEPOSIT && n > 0 ? 1e-6 * electronvolts(unit, n) : 1.0;
     meaning->inverse = strcmp(known[k].words, "energy") == 0;
+    meaning->said = flux && written;
+    meaning->flux_unit = meaning->said ? written->flux : RMAP_FLUX_W;
     meaning->factor = dimension == RMAP_DIMENSION_LENGTH ? 0.0 : 1.0;
     if (meaning->inverse)
         meaning->factor = RMAP_EV_NM / (n > 0 ? electronvolts(unit, n) : 1.0);
     else if (known[k].column == RMAP_RAY_DEPOSIT)
         meaning->factor = mev > 0.0 ? mev : HUGE_VAL;
-    else if (written && written->dimension == (nm ? RMAP_DIMENSION_LENGTH : dimension))
+    else if (written && (written->dimension == (nm ? RMAP_DIMENSION_LENGTH : dimension) ||
+                         (flux && written->dimension == RMAP_DIMENSION_ENERGY)))
         meaning->factor = written->size * (nm || dimension == RMAP_DIMENSION_TIME ? 1e9 : 1.0);
     else if (n > 0 && !(n == 1 && *unit == '1'))
         meaning->factor = HUGE_VAL;

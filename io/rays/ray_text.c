@@ -62,7 +62,7 @@ struct lighttools {
     struct lines lines;
     struct rmap_ray_rows rows;
     double unit_m, flux;
-    bool lumens;
+    enum rmap_flux_unit flux_unit;
 };
 
 /* "lt_length_units: millimeters" */
@@ -81,8 +81,9 @@ static enum rmap_status read_head(struct lighttools *self, const char *key, cons
         return of ? RMAP_OK : wrong(lines, "it is no unit of length that is known", value);
     }
     if (strcmp(key, "lt_datatype") == 0) {
-        self->lumens = strcmp(value, "luminous_flux") == 0;
-        return self->lumens || strcmp(value, "radiant_flux") == 0
+        const bool lumens = strcmp(value, "luminous_flux") == 0;
+        self->flux_unit = lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
+        return lumens || strcmp(value, "radiant_flux") == 0
                    ? RMAP_OK
                    : wrong(lines, "lt_datatype is luminous_flux or radiant_flux", value);
     }
@@ -145,7 +146,7 @@ static enum rmap_status read_lighttools(struct lighttools *self, struct rmap_fil
     RMAP_TRY(at_end(lines, &self->rows, set_ret));
     (*set_ret)->unit_m = self->unit_m;
     (*set_ret)->flux = self->flux;
-    (*set_ret)->lumens = self->lumens;
+    (*set_ret)->flux_unit = self->flux_unit;
     (*set_ret)->loose = RMAP_FILE_RAYS_LOOSE;
 out:
     return st;
@@ -172,8 +173,8 @@ struct csv {
     struct rmap_ray_meaning column[CSV_COLUMNS_MAX];
     size_t n_column;
     double unit_m;
-    double flux;
-    bool lumens;
+    bool flux_said;
+    enum rmap_flux_unit flux_unit;
 };
 
 /* Of positions all, or none, say their unit, and the same. */
@@ -202,8 +203,10 @@ static enum rmap_status add_column(struct csv *self, const char *name)
         return wrong(lines, "it has the unit of x, y and z, which come first", name);
     if (meaning.column == RMAP_RAY_LENGTH)
         meaning.factor = 1.0;
-    if (meaning.column == RMAP_RAY_POWER)
-        self->lumens = strstr(name, "lm") != NULL;
+    if (meaning.column == RMAP_RAY_POWER) {
+        self->flux_said = meaning.said;
+        self->flux_unit = meaning.flux_unit;
+    }
     self->rows.has[meaning.column] = true;
     self->column[self->n_column++] = meaning;
     return RMAP_OK;
@@ -264,7 +267,9 @@ static enum rmap_status read_csv(struct csv *self, struct rmap_file_rays **set_r
     }
     RMAP_TRY(at_end(lines, &self->rows, set_ret));
     (*set_ret)->unit_m = self->unit_m;
-    (*set_ret)->lumens = self->lumens;
+    (*set_ret)->flux_unit = self->flux_unit;
+    if (!self->flux_said)
+        (*set_ret)->flux = (double)NAN;
     (*set_ret)->loose = RMAP_FILE_RAYS_LOOSE;
 out:
     return st;

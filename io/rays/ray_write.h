@@ -19,8 +19,9 @@ struct rmap_ray_written {
     double flux; /* W or lm */
     double nm;
     double time_ns;
+    uint64_t event; /* RMAP_NO_EVENT: of none */
     uint64_t id; /* in its map: TM-25 has id / 4096 and id modulo 4096 as the columns `portion` and
-                    `number`, both exact in float up to 2^36; MCPL's user flags its lower 32 bits */
+                 `number`, both exact in float up to 2^36; MCPL's user flags its lower 32 bits */
 };
 
 struct rmap_ray_writer;

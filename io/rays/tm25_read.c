@@ -237,20 +237,17 @@ static enum rmap_status take_rays(struct tm25 *self, struct rmap_file_rays **set
     struct rmap_file_rays *set = *set_ret;
     set->unit_m = 1e-3;
     set->loose = RMAP_FILE_RAYS_LOOSE;
-    set->lumens = !self->known[RMAP_TM25_RADIANT] && self->known[RMAP_TM25_LUMINOUS];
-    const float flux = set->lumens ? head->lumens : head->watts;
+    const bool lumens = !self->known[RMAP_TM25_RADIANT] && self->known[RMAP_TM25_LUMINOUS];
+    set->flux_unit = lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
+    const float flux = lumens ? head->lumens : head->watts;
     if (head->spectrum == 1 && !set->wavelength_nm && head->nm > 0.0F)
         set->all_nm = (double)head->nm;
     if (set->below)
         forget_unknown(set);
-    double sum = (double)NAN;
-    if (set->below) {
-        sum = 0.0;
-        for (size_t i = 0; i < set->n; i++)
-            sum += set->below[i];
+    if (set->below)
         RMAP_TRY(rmap_file_rays_weigh(set, self->bytes->err));
-    }
-    set->flux = flux > 0.0F && flux < 1e30F ? (double)flux : sum;
+    if (flux > 0.0F && flux < 1e30F)
+        set->flux = (double)flux;
 out:
     return st;
 }

@@ -157,7 +157,7 @@ void rmap_reader_read_environment(struct rmap_reader *reader, const struct rmap_
     light->flux = plan->amount = 1;
     light->spectrum_given = true;
     light->either = rmap_yaml_get(node, "unit") == NULL;
-    light->lumens = !light->either && word == 0;
+    light->unit = !light->either && word == 0 ? RMAP_FLUX_LM : RMAP_FLUX_W;
     plan->measure = RMAP_SKY_RADIANCE;
     plan->unit = light->either ? RMAP_SKY_ANY : word == 0 ? RMAP_SKY_CD : RMAP_SKY_W;
     const struct rmap_affine turn =

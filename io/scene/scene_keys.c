@@ -14,8 +14,8 @@ static const struct rmap_mapping *const mappings[] = {
     &rmap_geometry_keys,      &rmap_lens_row_keys,   &rmap_object_keys,     &rmap_source_keys,
     &rmap_detector_keys,      &rmap_camera_keys,     &rmap_background_keys, &rmap_simulation_keys,
     &rmap_scatter_keys,       &rmap_scattering_keys, &rmap_mie_keys,        &rmap_species_keys,
-    &rmap_scintillation_keys, &rmap_reading_keys,    &rmap_face_keys,       &rmap_attribute_keys,
-    &rmap_match_keys,         &rmap_set_keys};
+    &rmap_scintillation_keys, &rmap_reading_keys,    &rmap_afterpulse_keys, &rmap_face_keys,
+    &rmap_attribute_keys,     &rmap_match_keys,      &rmap_set_keys};
 
 const struct rmap_mapping *rmap_scene_mapping(size_t i)
 {

@@ -46,8 +46,9 @@ extern const struct rmap_mapping rmap_root_keys, rmap_spectrum_keys, rmap_limits
     rmap_medium_keys, rmap_film_keys, rmap_film_layer_keys, rmap_curve_keys, rmap_surface_keys,
     rmap_scatter_keys, rmap_geometry_keys, rmap_lens_row_keys, rmap_object_keys, rmap_source_keys,
     rmap_scattering_keys, rmap_mie_keys, rmap_species_keys, rmap_scintillation_keys,
-    rmap_reading_keys, rmap_detector_keys, rmap_camera_keys, rmap_background_keys,
-    rmap_simulation_keys, rmap_face_keys, rmap_attribute_keys, rmap_match_keys, rmap_set_keys;
+    rmap_reading_keys, rmap_afterpulse_keys, rmap_detector_keys, rmap_camera_keys,
+    rmap_background_keys, rmap_simulation_keys, rmap_face_keys, rmap_attribute_keys,
+    rmap_match_keys, rmap_set_keys;
 
 /* Its `type`; -1: missing or none of them. */
 int rmap_reader_type(struct rmap_reader *reader, const struct rmap_yaml_node *node,

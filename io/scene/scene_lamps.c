@@ -153,7 +153,7 @@ static bool take_lamp(struct rmap_reader *reader, const struct rmap_yaml_node *n
         lamp->axis[k] = rmap_vec3(file->axis[k][0], file->axis[k][1], file->axis[k][2]);
     if (!rmap_yaml_get(light->node, "flux")) {
         light->flux = lamp->flux;
-        light->lumens = true;
+        light->unit = RMAP_FLUX_LM;
     }
     return true;
 }

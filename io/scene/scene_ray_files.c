@@ -175,6 +175,7 @@ void rmap_reader_read_ray_file(struct rmap_reader *reader, const struct rmap_yam
             source->frame.m[i][j] *= times;
     if (!rmap_yaml_get(node, "flux") && set->flux > 0.0) {
         light->flux = set->flux;
-        light->lumens = set->lumens;
+        light->unit = set->flux_unit;
+        light->bare = false;
     }
 }

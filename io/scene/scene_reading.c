@@ -11,10 +11,17 @@
 /* Above 1 - 1/e an avalanche fires more than one other in the mean, and never ends. */
 static const struct rmap_range crosstalk = {0, 0.6, "between 0 and 0.6", RMAP_DIMENSION_SHARE};
 static const struct rmap_range cells = {1, 1e12, "a whole number from 1"};
+static const struct rmap_range afterpulse = {0, 1, "between 0 and 1", RMAP_DIMENSION_SHARE};
+const struct rmap_mapping rmap_afterpulse_keys = {
+    "reading",
+    NULL,
+    {{"an afterpulse", "probability time"}},
+    {{"probability", RMAP_KEY_NUMBER, offsetof(struct rmap_reading, afterpulse), &afterpulse},
+     {"time", RMAP_KEY_NUMBER, offsetof(struct rmap_reading, afterpulse_ns), &rmap_range_delay}}};
 const struct rmap_mapping rmap_reading_keys = {
     "reading",
     NULL,
-    {{"a reading", "gain dark window crosstalk model cells"}},
+    {{"a reading", "gain dark window crosstalk model afterpulse cells"}},
     {{"gain", RMAP_KEY_NUMBER, offsetof(struct rmap_reading, gain), &rmap_range_positive, 1},
      {"window", RMAP_KEY_NUMBER, offsetof(struct rmap_reading, window_ns), &rmap_range_delay},
      {"crosstalk", RMAP_KEY_NUMBER, offsetof(struct rmap_reading, crosstalk), &crosstalk},
@@ -52,4 +59,11 @@ void rmap_reader_reading(struct rmap_reader *reader, const struct rmap_yaml_node
     detector->reading.given = true;
     if (rmap_reader_fill(reader, at, &rmap_reading_keys, 0, &detector->reading))
         read_dark(reader, at, &detector->reading);
+    const struct rmap_yaml_node *again = rmap_yaml_get(at, "afterpulse");
+    if (again && rmap_reader_known(reader, again, &rmap_afterpulse_keys, 0) &&
+        rmap_reader_fill(reader, again, &rmap_afterpulse_keys, 0, &detector->reading) &&
+        !(rmap_yaml_get(again, "probability") && rmap_yaml_get(again, "time")))
+        rmap_reader_error(reader, again,
+                          "'afterpulse' has a probability and a mean delay, as in {probability: "
+                          "3 %%, time: 20 ns}");
 }

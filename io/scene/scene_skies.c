@@ -22,16 +22,18 @@
 static const struct sky_unit {
     const char *name;
     double size;
-    bool lumens, per_sr;
-} sky_units[] = {
-    {"lx", 1, true, false},        {"klx", 1e3, true, false},   {"W/m2", 1, false, false},
-    {"kW/m2", 1e3, false, false},  {"cd/m2", 1, true, true},    {"kcd/m2", 1e3, true, true},
-    {"W/(m2 sr)", 1, false, true}, {"W/m2/sr", 1, false, true}, {"kW/(m2 sr)", 1e3, false, true}};
+    enum rmap_flux_unit flux;
+    bool per_sr;
+} sky_units[] = {{"lx", 1, RMAP_FLUX_LM, false},        {"klx", 1e3, RMAP_FLUX_LM, false},
+                 {"W/m2", 1, RMAP_FLUX_W, false},       {"kW/m2", 1e3, RMAP_FLUX_W, false},
+                 {"cd/m2", 1, RMAP_FLUX_LM, true},      {"kcd/m2", 1e3, RMAP_FLUX_LM, true},
+                 {"W/(m2 sr)", 1, RMAP_FLUX_W, true},   {"W/m2/sr", 1, RMAP_FLUX_W, true},
+                 {"kW/(m2 sr)", 1e3, RMAP_FLUX_W, true}};
 
 /* "10000 lx". False when absent, or after a complaint. */
 static bool read_bright(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         const char *key, bool per_sr, const char *usual, double *value,
-                        bool *lumens)
+                        enum rmap_flux_unit *flux)
 {
     const struct rmap_yaml_node *at = rmap_yaml_get(node, key);
     const char *text = at ? rmap_reader_text(reader, node, key, RMAP_OPTIONAL) : NULL, *unit = "";
@@ -52,7 +54,7 @@ static bool read_bright(struct rmap_reader *reader, const struct rmap_yaml_node 
         if (strcmp(unit, sky_units[i].name) != 0)
             continue;
         *value *= sky_units[i].size;
-        *lumens = sky_units[i].lumens;
+        *flux = sky_units[i].flux;
         return true;
     }
     rmap_reader_unknown(reader, at->line, at->column,
@@ -77,7 +79,7 @@ static void read_amount(struct rmap_reader *reader, const struct rmap_yaml_node 
                         per_sr                              ? "cd/m2"
                         : strcmp(key[i], "horizontal") == 0 ? "lx"
                                                             : "W/m2",
-                        &plan->amount, &light->lumens))
+                        &plan->amount, &light->unit))
             plan->measure = per_sr ? RMAP_SKY_RADIANCE : RMAP_SKY_IRRADIANCE;
         given++;
     }
@@ -270,7 +272,7 @@ static void read_perez(struct rmap_reader *reader, const struct rmap_yaml_node *
                        struct rmap_source_light *light, struct rmap_sky_plan *plan)
 {
     double direct = 0, diffuse = 0;
-    bool lumens = false;
+    enum rmap_flux_unit unit = RMAP_FLUX_W;
     struct rmap_sky_pattern pattern;
     if (!rmap_yaml_get(node, "direct") || !rmap_yaml_get(node, "diffuse")) {
         rmap_reader_error(reader, node,
@@ -278,11 +280,11 @@ static void read_perez(struct rmap_reader *reader, const struct rmap_yaml_node *
                           "disc, and 'diffuse', that of the ground by the sky, in W/m2");
         return;
     }
-    if (!read_bright(reader, node, "direct", false, "W/m2", &direct, &lumens) ||
-        !read_bright(reader, node, "diffuse", false, "W/m2", &diffuse, &lumens) ||
+    if (!read_bright(reader, node, "direct", false, "W/m2", &direct, &unit) ||
+        !read_bright(reader, node, "diffuse", false, "W/m2", &diffuse, &unit) ||
         !above_horizon(reader, node, sun, "a Perez sky"))
         return;
-    if (lumens) {
+    if (unit == RMAP_FLUX_LM) {
         rmap_reader_error(reader, rmap_yaml_get(node, "diffuse"),
                           "'direct' and 'diffuse' must be in W/m2: they tell what sky it is; "
                           "'horizontal: 10000 lx' may say how bright");
@@ -293,7 +295,7 @@ static void read_perez(struct rmap_reader *reader, const struct rmap_yaml_node *
         !rmap_yaml_get(node, "flux")) {
         plan->amount = diffuse;
         plan->measure = RMAP_SKY_IRRADIANCE;
-        light->lumens = false;
+        light->unit = RMAP_FLUX_W;
     }
     (void)snprintf(source->sky->title, sizeof source->sky->title, "Perez");
     rmap_reader_made(reader, node,

@@ -32,7 +32,6 @@ void rmap_reader_read_flux(struct rmap_reader *reader, const struct rmap_yaml_no
     }
     light->bare = unit[0] == 0;
     light->unit = of ? of->flux : RMAP_FLUX_W;
-    light->lumens = light->unit == RMAP_FLUX_LM;
     light->flux *= of ? of->size : 1;
     if (!(light->flux > 0))
         rmap_reader_error(reader, at, "'flux' must be greater than 0, not %.40s", text);
@@ -41,11 +40,8 @@ void rmap_reader_read_flux(struct rmap_reader *reader, const struct rmap_yaml_no
 static enum rmap_flux_unit unit_of(const struct rmap_scene *scene,
                                    const struct rmap_source_light *light)
 {
-    if (scene->source[light->source].type == RMAP_SOURCE_STEPS)
-        return RMAP_FLUX_PHOTONS;
-    if (light->lumens)
-        return RMAP_FLUX_LM;
-    return light->unit == RMAP_FLUX_LM ? RMAP_FLUX_W : light->unit;
+    const bool steps = scene->source[light->source].type == RMAP_SOURCE_STEPS;
+    return steps ? RMAP_FLUX_PHOTONS : light->unit;
 }
 
 enum {
@@ -66,7 +62,7 @@ static unsigned units_seen(const struct rmap_scene *scene, const struct rmap_sou
     *bare_ret = true;
     for (size_t i = 0; i < n; i++) {
         *(light[i].either ? &either : &seen) |= 1U << unit_of(scene, &light[i]);
-        *bare_ret = *bare_ret && light[i].bare && !light[i].lumens && !light[i].either;
+        *bare_ret = *bare_ret && light[i].bare && light[i].unit == RMAP_FLUX_W && !light[i].either;
     }
     return either && (seen & ~(unsigned)(WATTS | LUMENS)) ? seen | WATTS : seen;
 }
@@ -166,7 +162,7 @@ void rmap_reader_settle_light(struct rmap_reader *reader, const struct rmap_sour
     if ((unit == RMAP_FLUX_PHOTONS && scene->flux_unit == RMAP_FLUX_J) ||
         (unit == RMAP_FLUX_PHOTON_RATE && scene->flux_unit == RMAP_FLUX_W))
         weigh_photons(reader, light, source);
-    if (!light->lumens || in_lumens)
+    if (light->unit != RMAP_FLUX_LM || in_lumens)
         return;
     double lm_per_w = rmap_luminous_efficacy(&scene->channels, source->colour);
     if (!light->spectrum_given)

@@ -10,12 +10,12 @@
 struct rmap_source_light {
     const struct rmap_yaml_node *node; /* the source */
     struct rmap_spectrum spectrum;
-    bool spectrum_given, lumens;
-    enum rmap_flux_unit unit; /* of a flux that is not in lumens */
-    bool bare;                /* no unit is written */
-    bool either;              /* its numbers are of whatever unit the other sources have */
-    double flux;              /* in that unit */
-    int32_t source;           /* index */
+    bool spectrum_given;
+    enum rmap_flux_unit unit;
+    bool bare;      /* no unit is written */
+    bool either;    /* its numbers are of whatever unit the other sources have */
+    double flux;    /* in that unit */
+    int32_t source; /* index */
 };
 
 /* "flux" of the source's node; 1 W where it says nothing. */

@@ -38,7 +38,9 @@ enum rmap_status rmap_draw_film(const struct rmap_draw_request *request,
     enum rmap_status st = RMAP_OK;
     struct rmap_light_times *times = NULL;
     struct rmap_animation *animation = NULL;
+    struct rmap_figure_bodies bodies = {0};
     struct rmap_figure_draw figure = *given;
+    figure.bodies = &bodies;
     RMAP_TRY(rmap_light_times_create(given->map, rays, &times, err));
     if (request->animated)
         RMAP_TRY(
@@ -56,5 +58,6 @@ enum rmap_status rmap_draw_film(const struct rmap_draw_request *request,
 out:
     rmap_animation_destroy(animation);
     rmap_light_times_destroy(times);
+    rmap_figure_bodies_fini(&bodies);
     return st;
 }

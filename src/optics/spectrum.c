@@ -486,6 +486,22 @@ void rmap_channel_colours(const struct rmap_channels *channels, int luminous, do
     }
 }
 
+void rmap_channel_bend(const struct rmap_channels *channels, int i, int luminous, double bend[3])
+{
+    double below = 0.0, above = 0.0, low[3], high[3];
+    const double nm = channels->wavelength_nm[i];
+    if (channels->mode == RMAP_COLOUR_SPECTRAL && channels->n > 1)
+        rmap_channel_steps(channels, i, &below, &above);
+    const bool fine = below < STEP_NM * (1.0 + 1e-9) && fabs(above - below) < 1e-9 * nm;
+    rmap_cie1931(nm, bend);
+    rmap_cie1931(nm - STEP_NM, low);
+    rmap_cie1931(nm + STEP_NM, high);
+    const double of = !luminous ? 1.0 : bend[1] > 0.0 ? bend[1] : HUGE_VAL;
+    const double part = fine ? below * below / (12.0 * STEP_NM * STEP_NM * of) : 0.0;
+    for (int k = 0; k < 3; k++)
+        bend[k] = part * (low[k] - 2.0 * bend[k] + high[k]);
+}
+
 void rmap_colour_display(const struct rmap_channels *channels, const double *share, int luminous,
                          double rgb[3])
 {

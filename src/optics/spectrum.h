@@ -103,6 +103,11 @@ double rmap_luminous_efficacy(const struct rmap_channels *channels, const double
  * per lumen (Y = 1) in spectral mode, linear RGB in RGB mode. colour: [channels->n]. */
 void rmap_channel_colours(const struct rmap_channels *channels, int luminous, double (*colour)[3]);
 
+/* What the colour of channel i has beyond that, where spectra are straight between
+ * channels at most 5 nm apart: as the CIE sums them, over 1 nm (CIE 015:2018, 7.1). 0 where they
+ * are wider apart, which stand for their wavelengths alone, and in RGB mode. */
+void rmap_channel_bend(const struct rmap_channels *channels, int i, int luminous, double bend[3]);
+
 /* Display colour (linear RGB, largest component 1, all 0 for no light) of a colour vector;
  * `luminous`: the shares are of lumens. Wavelengths outside the visible show as grey. */
 void rmap_colour_display(const struct rmap_channels *channels, const double *share, int luminous,

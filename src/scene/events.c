@@ -43,7 +43,7 @@ bool rmap_scene_event(const struct rmap_scene *scene, uint64_t ray, uint64_t *ev
         return false;
     *event_ret = source->steps ? rmap_scene_track_step(scene, scene->seed, ray)->event
                                : source->rays->event[rmap_file_rays_row(source->rays, ordinal)];
-    return true;
+    return *event_ret != RMAP_NO_EVENT;
 }
 
 static int compare(const void *a, const void *b)
@@ -71,7 +71,7 @@ enum rmap_status rmap_scene_events(const struct rmap_scene *scene, uint64_t **ev
         for (size_t i = 0; i < n_row; i++) {
             const uint64_t its =
                 source->steps ? source->steps->step[i].event : source->rays->event[i];
-            if (n == 0 || event[n - 1] != its)
+            if (its != RMAP_NO_EVENT && (n == 0 || event[n - 1] != its))
                 event[n++] = its;
         }
     }

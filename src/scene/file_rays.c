@@ -62,6 +62,7 @@ enum rmap_status rmap_file_rays_weigh(struct rmap_file_rays *set, struct rmap_er
         set->below[i] = sum += set->below[i];
     if (!(sum > 0.0 && sum <= 1e300))
         return rmap_error_set(err, RMAP_INPUT, "its rays have no power");
+    set->flux = sum;
     if (alike) {
         rmap_free(set->below);
         set->below = NULL;
@@ -114,9 +115,11 @@ enum rmap_status rmap_file_rays_finish(struct rmap_file_rays *set, struct rmap_e
     double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     set->least_nm = set->greatest_nm = (double)NAN;
     set->n_other = 0;
+    bool numbered = false;
     for (size_t i = 0; i < set->n; i++) {
         RMAP_TRY(check_row(set, i, err));
         RMAP_TRY(include_nm(set, i, err));
+        numbered = numbered || (set->event && set->event[i] != RMAP_NO_EVENT);
         struct rmap_vec3 p, d;
         rmap_file_rays_get(set, i, &p, &d);
         const double at[3] = {p.x, p.y, p.z};
@@ -127,6 +130,10 @@ enum rmap_status rmap_file_rays_finish(struct rmap_file_rays *set, struct rmap_e
     }
     if (set->below && !(set->below[set->n - 1] > 0.0 && set->below[set->n - 1] <= 1e300))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "its rays have no power"));
+    if (!numbered) {
+        rmap_free(set->event);
+        set->event = NULL;
+    }
     set->lower = rmap_vec3(low[0], low[1], low[2]);
     set->upper = rmap_vec3(high[0], high[1], high[2]);
 out:

@@ -11,11 +11,13 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "base/unit.h"
 #include "base/vec.h"
 
 #define RMAP_FILE_RAYS_TITLE 128
 #define RMAP_FILE_RAYS_STEP  4    /* length, MeV left, charge, beta */
 #define RMAP_FILE_RAYS_LOOSE 1e-6 /* numbers of float, or of seven digits */
+#define RMAP_NO_EVENT        UINT64_MAX
 
 /* Shared by those who hold it; columns that the file does not have are NULL. */
 struct rmap_file_rays {
@@ -25,13 +27,13 @@ struct rmap_file_rays {
     double *below;        /* [n] sum of the powers up to and with each row; NULL: all are alike */
     float *wavelength_nm; /* [n] NaN: not known */
     double *delay_ns;     /* [n] */
-    uint64_t *event;      /* [n] */
+    uint64_t *event;      /* [n] RMAP_NO_EVENT: of none */
     double (*step)[RMAP_FILE_RAYS_STEP]; /* [n] of steps of charged particles, which are no rays */
     double unit_m;                       /* of the positions; 0: that of the scene */
     double all_nm;                       /* wavelength of all; NaN: not said */
-    double flux;                         /* of all, in W or lm; NaN: not said */
+    double flux;                         /* of all; NaN: not said */
     double loose; /* share of its coordinates that a start may be off, as it is rounded */
-    bool lumens;
+    enum rmap_flux_unit flux_unit;
     char title[RMAP_FILE_RAYS_TITLE]; /* for people; may be "" */
     /* By rmap_file_rays_finish. */
     struct rmap_vec3 lower, upper; /* box about the starts */
@@ -47,7 +49,8 @@ struct rmap_file_rays *
 rmap_file_rays_hold(struct rmap_file_rays *set);      /* not for threads at once */
 void rmap_file_rays_drop(struct rmap_file_rays *set); /* the last holder frees it; NULL is fine */
 
-/* Sums up powers, which `below` has until then; the column goes where all are alike. */
+/* Sums up powers, which `below` has until then, also into `flux`; the column goes where all are
+ * alike. */
 enum rmap_status rmap_file_rays_weigh(struct rmap_file_rays *set,
                                       struct rmap_error *err) RMAP_MUST_USE;
 

@@ -8,7 +8,7 @@
 #include "base/rng.h"
 #include "optics/photon_number.h"
 
-enum purpose { PHOTO_ELECTRONS, DARK, DARK_TIME, CROSSTALK, CELL, PURPOSES = 8 };
+enum purpose { PHOTO_ELECTRONS, DARK, DARK_TIME, CROSSTALK, CELL, AFTERPULSE, PURPOSES = 8 };
 
 static enum rmap_rng_slot slot_of(const struct rmap_reading_of *of, enum purpose purpose)
 {
@@ -52,8 +52,38 @@ static uint64_t geometric(double p, const struct rmap_reading_of *of, uint64_t p
     return sum;
 }
 
+/* Of cells that have fired, dark counts first; within the window. A cell that fires by an
+ * afterpulse has recovered, and has no other. */
+static uint64_t afterpulses(const struct rmap_reading *reading, const struct rmap_reading_of *of,
+                            const struct rmap_read *read, double mean_ns)
+{
+    struct stream stream = {.of = of, .purpose = AFTERPULSE};
+    uint64_t sum = 0;
+    for (uint64_t i = 0; i < read->cells && reading->afterpulse > 0.0; i++) {
+        const double u[3] = {next(&stream), next(&stream), next(&stream)};
+        const double at = i < read->dark  ? u[2] * reading->window_ns
+                          : mean_ns > 0.0 ? mean_ns
+                                          : 0.0;
+        const double delay = -reading->afterpulse_ns * rmap_portable_log(u[1]);
+        sum += u[0] < reading->afterpulse && at + delay < rmap_reading_until(reading);
+    }
+    return sum;
+}
+
+/* Avalanches fire cells at random; what fires one of them twice counts once. */
+static uint64_t cells_of(const struct rmap_reading *reading, const struct rmap_reading_of *of,
+                         uint64_t avalanches)
+{
+    struct stream stream = {.of = of, .purpose = CELL};
+    uint64_t fired = 0;
+    for (uint64_t i = 0; i < avalanches; i++)
+        fired += next(&stream) * (double)reading->cells >= (double)fired;
+    return fired;
+}
+
 void rmap_reading_draw(const struct rmap_reading *reading, const struct rmap_reading_of *of,
-                       double photo_electrons, bool is_whole, struct rmap_read *read)
+                       double photo_electrons, bool is_whole, double mean_ns,
+                       struct rmap_read *read)
 {
     uint32_t step = 0;
     read->photo_electrons = is_whole || !(photo_electrons > 0.0)
@@ -69,13 +99,10 @@ void rmap_reading_draw(const struct rmap_reading *reading, const struct rmap_rea
                           ? borel(reading->crosstalk, of, primary)
                           : geometric(reading->crosstalk, of, primary);
     read->cells = primary + read->crosstalk;
-    if (reading->cells == 0)
-        return;
-    struct stream stream = {.of = of, .purpose = CELL};
-    uint64_t fired = 0;
-    for (uint64_t i = 0; i < read->cells; i++)
-        fired += next(&stream) * (double)reading->cells >= (double)fired;
-    read->cells = fired;
+    if (reading->cells > 0)
+        read->cells = cells_of(reading, of, read->cells);
+    read->afterpulses = afterpulses(reading, of, read, mean_ns);
+    read->cells += read->afterpulses;
 }
 
 void rmap_reading_dark_times(const struct rmap_reading *reading, const struct rmap_reading_of *of,

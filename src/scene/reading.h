@@ -24,6 +24,8 @@ struct rmap_reading {
                          all light */
     double crosstalk; /* probability that an avalanche fires any other cell */
     enum rmap_crosstalk_model model;
+    double afterpulse;    /* probability that an avalanche lets its cell fire once more */
+    double afterpulse_ns; /* mean of the exponential delay until then */
     uint64_t cells; /* an avalanche is in any of them, and what fires twice counts once; 0: many */
 };
 
@@ -38,12 +40,14 @@ struct rmap_reading_of {
 };
 
 struct rmap_read {
-    uint64_t photo_electrons, dark, crosstalk, cells;
+    uint64_t photo_electrons, dark, crosstalk, afterpulses, cells;
 };
 
-/* Of photo-electrons that are expected, or, is_whole, counted. By nothing but these and `of`. */
+/* Of photo-electrons that are expected, or, is_whole, counted, and of their mean arrival (NaN: the
+ * beginning), after which afterpulses of the window come. By nothing but these and `of`. */
 void rmap_reading_draw(const struct rmap_reading *reading, const struct rmap_reading_of *of,
-                       double photo_electrons, bool is_whole, struct rmap_read *read);
+                       double photo_electrons, bool is_whole, double mean_ns,
+                       struct rmap_read *read);
 
 /* Times of the dark counts, ns: puts them, and those that stand in early[n] ascending (INFINITY:
  * none), in order, as many as have room. */

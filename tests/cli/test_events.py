@@ -95,6 +95,22 @@ def check_none():
     check({one["name"]: one["rays"] for one in groups}["(none)"] == 50, f"{groups}")
 
 
+def check_goes_on():
+    """Light of a map, or of a query's table, as a source has its events; a lamp's among it none."""
+    lamp = ", {name: lamp, type: collimated, shape: {disc: 2}, at: [0, 0, 50], medium: air, flux: 5000 W}"
+    run("trace", scene("m.yaml", more=lamp), "-o", "m.raymap", "-n", 200, "--quiet", "--force")
+    run("query", "m.raymap", "all", "-o", "m.h5", "--columns", "registration", "--force")
+    want = {str(n): int((event[np.arange(100)][right[:100]] == n).sum()) for n in np.unique(event[:100][right[:100]])} | {"(none)": 100}
+    text = pathlib.Path("m.yaml").read_text(encoding="utf-8")
+    for file in "m.raymap", "m.h5":
+        source = f"sources: [{{name: again, type: ray_file, file: {file}, detector: right, medium: air}}]\n"
+        lines = [source if line.startswith("sources:") else line + "\n" for line in text.splitlines()]
+        pathlib.Path("g.yaml").write_text("".join(lines).replace("at: [0, 0, 100]", "at: [0, 0, 150]"), encoding="utf-8")
+        run("trace", "g.yaml", "-o", "g.raymap", "-n", 100 + right[:100].sum(), "--quiet", "--force")
+        groups = json.loads(run("query", "g.raymap", "all", "--by", "event", "--json"))["groups"]
+        check({one["name"]: one["rays"] for one in groups if one["rays"]} == want, f"{file}: {groups} not {want}")
+
+
 QE = {450.0: 0.1, 550.0: 0.25, 650.0: 0.5}
 PARTS = ((True, 0), (False, 1))
 
@@ -229,6 +245,11 @@ def check_sipm():
         q = 1 - 1 / cells
         mean = cells * (1 - q**20)
         spread("cells that fire", file["cells"][:, 0], mean, cells * q**20 + cells * (cells - 1) * (1 - 2 / cells)**20 - (cells * q**20)**2)
+    draws(", reading: {window: 40 ns, afterpulse: {probability: 0.3, time: 25 ns}}", n)
+    with h5py.File("e.h5") as file:
+        in_time = 0.3 * (1 - np.exp(-(40 - 100 / 299.792458) / 25))
+        spread("afterpulses", file["afterpulses"][:, 0], 20 * in_time, 20 * in_time * (1 - in_time))
+        check(np.array_equal(file["cells"][:, 0], 20 + file["afterpulses"][:, 0]) and (file["cells"][:, 1] == 0).all(), "cells fire once more")
     draws(", response: 0.25, reading: {gain: 1}", n)
     with h5py.File("e.h5") as file:
         check(np.allclose(file["sum"][:, 0], 5), "the sum is what is expected,")
@@ -251,7 +272,7 @@ def check_window():
 
 def check_mistakes():
     for reading, said in (("{dark: 3 kHz}", "'dark' counts are those of a 'window'"), ("{dark: 3 ns, window: 1 ns}", "'dark' must be a rate"),
-                          ("{crosstalk: 0.7}", "'crosstalk' must be between 0 and 0.6"), ("{cells: 0}", "'cells'"), ("{gian: 3}", "unknown key in a reading")):
+                          ("{crosstalk: 0.7}", "'crosstalk' must be between 0 and 0.6"), ("{cells: 0}", "'cells'"), ("{afterpulse: {time: 3 ns}}", "a probability and a mean delay"), ("{gian: 3}", "unknown key in a reading")):
         told = run("check", scene("x.yaml", right_more=f", reading: {reading}"), status=3)
         check(said in told, f"{reading}: {told}")
     pathlib.Path("u.yaml").write_text(pathlib.Path("a.yaml").read_text("utf-8").replace("time: on\n", ""), "utf-8")
@@ -268,6 +289,7 @@ def check_mistakes():
 
 check_number()
 check_none()
+check_goes_on()
 check_readings()
 check_chance()
 check_sipm()

@@ -140,7 +140,31 @@ def check_accounting():
     check("give media 'accounting: photons'" in run("check", path, status=3), "photons weighed by energy")
 
 
+def check_read_again():
+    """A map, and a table that a query wrote, are sources in the unit in which their light was counted; a column says its own."""
+    again = ["name: again, type: ray_file, file: %s, detector: seen", "name: again, type: ray_file, file: %s"]
+    for flux, unit, value in (("500 photons", "photons", 500), ("1e9 photons/s", "photons/s", 1e9), ("2 J", "J", 2), ("3 W", "W", 3), ("70 lm", "lm", 70)):
+        trace(f"flux: {flux}", n=200)
+        run("query", "a.raymap", "all", "-o", "t.h5", "--columns", "registration", "--force")
+        with open("t.csv", "w", encoding="utf-8") as table:
+            print(f"x,y,z,dx,dy,dz,flux ({unit})\n0,0,0,0,0,1,{value / 4}\n0,0,0,0,1,0,{value * 3 / 4}", file=table)
+        for source in (again[0] % "a.raymap", again[0] % "t.h5", again[1] % "t.csv"):
+            other = SCENE.replace("name: a, type: collimated, shape: {rectangle: [1, 1]}", source).replace(", A}", "}").replace("B\n", "\n").replace("MORE", "")
+            pathlib.Path("b.yaml").write_text(other, encoding="utf-8")
+            check(f"source again: {value:g} {unit}" in run("check", "b.yaml"), f"{source} of {flux}: {run('check', 'b.yaml')}")
+        run("trace", "b.yaml", "-o", "b.raymap", "-n", 50, "--quiet", "--force")
+        (told,) = json.loads(run("info", "b.raymap", "--json"))["sources"]
+        check(told["unit"] == unit and abs(told["flux"] / value - 1) < 1e-9, f"{flux}: the map says {told}")
+    other = other.replace(again[1] % "t.csv", again[0] % "t.h5").replace("units: m\n", "units: mm\n")
+    pathlib.Path("b.yaml").write_text(other, encoding="utf-8")
+    run("trace", "b.yaml", "-o", "b.raymap", "-n", 50, "--quiet", "--force")
+    run("query", "b.raymap", "all", "-o", "u.h5", "--columns", "ray/start_z", "--force")
+    with h5py.File("u.h5") as file:
+        check(np.abs(np.array(file["ray/start_z"]) - 1000).max() < 0.01, "the table's lengths are in its unit, not in the scene's")
+
+
 check_told()
+check_read_again()
 check_mixed()
 check_energies()
 check_accounting()

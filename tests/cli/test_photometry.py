@@ -216,6 +216,15 @@ def check_table():
     write("panel.ies", wide)
     wide = json.loads(run("check", "panel.yaml", "--lamp", "panel", "--json"))["lamp"]["ugr"]
     check(abs(wide["crosswise"][0][0] - table["crosswise"][0][0] + 8 * math.log10(4)) < 0.01, "four times the area: a quarter of L^2 omega")
+    # Light to one side alone: which of the two opposite lines of sight is the worse does not hang on how the luminaire is turned.
+    aside = lamp_files.ies(lambda d: 1000 * max(d[2], 0) * (1 + 0.9 * d[0] - 0.3 * d[1]), "C", steps(0, 360, 15), steps(0, 180, 5), size=(0.3, 0.6, 0))
+    write("panel.ies", aside)
+    turned = [json.loads(run("check", "panel.yaml", "--lamp", "panel", "--json", "--set", f"sources.panel.spin={spin}"))["lamp"]["ugr"] for spin in (0, 180)]
+    write("panel.ies", lamp_files.ies(lambda d: 1000 * max(d[2], 0) * (1 - 0.9 * d[0] + 0.3 * d[1]), "C", steps(0, 360, 15), steps(0, 180, 5), size=(0.3, 0.6, 0)))
+    turned.append(json.loads(run("check", "panel.yaml", "--lamp", "panel", "--json"))["lamp"]["ugr"])
+    rows = [sum(one["crosswise"] + one["endwise"], []) for one in turned]
+    check(max(abs(a - b) for k in (1, 2) for a, b in zip(rows[0], rows[k])) < 0.02, "the worse of C 0 and C 180, of C 90 and C 270")
+    check(abs(rows[0][0] - table["crosswise"][0][0]) > 0.5, "which is not that of a symmetric one")
 
 
 check_sheets()

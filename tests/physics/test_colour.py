@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Colour of light on detectors (CIE 15, CIE 13.3-1995, Ohno 2014): XYZ, x y, u' v', CCT, Duv and CRI of illuminants, of light that a coloured plate sends
-back, of cells and in lm, against sums over the tables here; x and y are those that the CIE publishes. The tables are the program's, the sums are not."""
+back, of cells and in lm, against sums over the tables here; x and y are those that are published, by sums over 1 nm. The tables are the program's, the sums are not."""
 import csv
 import json
 import math
@@ -27,6 +27,23 @@ def table(name, of, columns):
 
 BAR = table("cmf[CMF_N][3]", "spectrum.c", 3)[4:85]
 ALL_BAR, ALL_NM = table("cmf[CMF_N][3]", "spectrum.c", 3), numpy.arange(360, 831, 5)
+
+
+def cubic(t):
+    """What four values one step apart count at t in 0 to 1 between the middle two (Lagrange)."""
+    return numpy.array([-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6])
+
+
+def summed(power):
+    """XYZ as the CIE sums it: over 1 nm, the spectrum straight between 5 nm, the observer smooth."""
+    total = numpy.zeros(3)
+    for row in range(80):
+        for k in range(5):
+            bar = cubic(k / 5) @ ALL_BAR[row + 3:row + 7]
+            total += 0.2 * (power[row] + k / 5 * (power[row + 1] - power[row])) * bar
+    return total
+
+
 SAMPLES = table("sample[RMAP_CRI_SAMPLES][SAMPLE_N]", "colour_rendering.c", 81) / 1000
 DAY = table("daylight[3][RMAP_ILLUMINANT_N]", "illuminant.c", 107)[:, 16:97]
 LAMPS = table("f2[LAMP_N]", "illuminant.c", 81)
@@ -104,8 +121,8 @@ def ask(*arguments, ranks=1):
 
 def judge(what, colour, power, flux, area, luminous=False):
     """Of light with this power on the wavelengths; flux in W, or in lm."""
-    xyz = power @ BAR
-    xyz *= flux / area * (1 / xyz[1] if luminous else 683 / power.sum())
+    xyz = summed(power)
+    xyz *= flux / area * (1 if luminous else 683 * (power @ BAR)[1] / power.sum()) / xyz[1]
     kelvin, duv = temperature(xyz)
     coarse = 6 if luminous else 1  # a map keeps shares of lm in steps of 1/65535: blue has few of them
     checks.close(what + " XYZ", colour["XYZ"], list(xyz), rel=4e-4 * coarse)
@@ -135,24 +152,27 @@ def trace(name, lamps, mode="spectral", nm=FINE, rays=4000, more="", side=""):
     return name + ".raymap"
 
 
-PUBLISHED = {"A": (0.44757, 0.40745, 2856, 100), "D65": (0.31272, 0.32903, 6504, 100), "F2": (0.3721, 0.3751, 4230, 64),
-             "F11": (0.3805, 0.3769, 4000, 83)}
+PUBLISHED = {"A": (0.44757, 0.40745, 2856, 100), "D65": (0.31272, 0.32903, 6504, 100), "F2": (0.37208, 0.37529, 4230, 64),
+             "F11": (0.38052, 0.37713, 4000, 83)}
 lamps = [{"name": name, "x": k - 1.5, "flux": f"{k + 1} W", "more": f", spectrum: {name}"} for k, name in enumerate(PUBLISHED)]
 each = trace("each", lamps)
 for k, (name, (x, y, kelvin, general)) in enumerate(PUBLISHED.items()):
     found = ask("detector", each, "plain", "--xyz", "--where", f"source({name})")["colour"]
-    checks.close(f"published xy of {name}", found["xy"], [x, y], abs=1.01e-4)
+    checks.close(f"published xy of {name}", found["xy"], [x, y], abs=1e-4)
     checks.close(f"published CCT of {name}", found["cct"], kelvin, abs=8)
     checks.close(f"published Ra of {name}", found["cri"]["Ra"], general, abs=0.5)
     checks.true(f"unit of {name}", found["unit"] == "lx" and found["reason"] == {})
     judge(name, found, power_of(name), k + 1, 4)
+
+d50 = trace("d50", [{"name": "D50", "x": 0, "flux": "1 W", "more": ", spectrum: D50"}], rays=100)
+checks.close("published xy of D50", ask("detector", d50, "plain", "--xyz")["colour"]["xy"], [0.34567, 0.35851], abs=1e-4)
 
 # what the detector makes of it by itself, of all and of each cell; the same for any ranks; Y is the illuminance
 total = sum((power_of(name) / power_of(name).sum() * (k + 1) for k, name in enumerate(PUBLISHED)), numpy.zeros(81))
 answer = ask("detector", each, "eye")
 judge("all", answer["colour"], total, 10, 4)
 checks.close("Y", answer["colour"]["XYZ"][1], answer["mean"]["value"], rel=1e-6)
-checks.close("Y's error", answer["colour"]["standard_error"]["XYZ"][1], answer["mean"]["standard_error"], abs=1e-4)
+checks.close("Y's error", answer["colour"]["standard_error"]["XYZ"][1], answer["mean"]["standard_error"], abs=3e-4)
 for ranks in (2, 3):
     checks.true(f"{ranks} ranks", ask("detector", each, "eye", ranks=ranks) == answer)
 checks.true("no colour unless asked for", "colour" not in ask("detector", each, "plain"))
@@ -160,7 +180,7 @@ run("detector", each, "eye", "--quantity", "spectral", "-o", "cells.csv", "-o", 
 cells = list(csv.DictReader(line for line in open("cells.csv", encoding="utf-8") if line[0] != "#"))
 data = numpy.load("cells.npz")
 for k, (name, (x, y, kelvin, general)) in enumerate(PUBLISHED.items()):
-    checks.close(f"cell of {name}", [float(cells[k]["chromaticity_x"]), float(cells[k]["chromaticity_y"])], [x, y], abs=1.01e-4)
+    checks.close(f"cell of {name}", [float(cells[k]["chromaticity_x"]), float(cells[k]["chromaticity_y"])], [x, y], abs=1e-4)
     checks.close(f"Ra in the cell of {name}", float(cells[k]["Ra"]), general, abs=0.5)
     checks.close(f"CCT in the cell of {name}", data["CCT"][0][k], kelvin, abs=8)
     checks.close(f"Y in the cell of {name}", data["Y"][0][k], data["value"][0][k], rel=1e-5)

@@ -80,7 +80,7 @@ def check_office():
     target = trace_example("office", 200_000)
     (wrong,), _ = rays(target, "ended(error) or ended(limit)")
     checks.true(f"{wrong} rays of the office ended badly", wrong == 0)
-    seen = json.loads(run("detector", target, "left_task", "--where", "not (source(sky) or source(sun))", "--json"))
+    seen = json.loads(run("detector", target, "left_task", "--receivers", os.path.join(EXAMPLES, "office", "tasks.yaml"), "--where", "not (source(sky) or source(sun))", "--json"))
     checks.z("lx on a desk", seen["mean"]["value"], 682, math.hypot(4, seen["mean"]["standard_error"]))
     drop(target)
 
