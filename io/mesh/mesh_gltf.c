@@ -31,30 +31,42 @@ struct gatherer {
 
 /* ---- places ---- */
 
-/* As many numbers of a node as there are, rounded as glTF means them. False where they are wrong.
- */
-static bool numbers_of(const json_t *node, const char *key, size_t n, double *value)
+/* As many numbers of a node as there are, rounded as glTF means them, or, for a tree that people
+ * read, as they are written. False where they are wrong. */
+static bool numbers_of(const json_t *node, const char *key, size_t n, bool written, double *value)
 {
     const json_t *list = json_object_get(node, key);
     bool good = !list || json_array_size(list) == n;
     for (size_t i = 0; good && list && i < n; i++) {
         good = json_is_number(json_array_get(list, i));
-        value[i] = (double)(float)json_number_value(json_array_get(list, i));
+        const double number = json_number_value(json_array_get(list, i));
+        value[i] = written ? number : (double)(float)number;
     }
     return good;
 }
 
-static bool node_place(const json_t *node, struct rmap_affine *place)
+/* A quaternion of length 1 but for its last digits. */
+static void settle_length(double q[4])
+{
+    const double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int k = 0; k < 4 && fabs(length - 1) < 1e-4; k++)
+        q[k] /= length;
+}
+
+static bool node_place(const json_t *node, bool written, struct rmap_affine *place)
 {
     double m[16] = {0}, t[3] = {0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
-    if (!numbers_of(node, "matrix", 16, m) || !numbers_of(node, "translation", 3, t) ||
-        !numbers_of(node, "rotation", 4, q) || !numbers_of(node, "scale", 3, s))
+    if (!numbers_of(node, "matrix", 16, written, m) ||
+        !numbers_of(node, "translation", 3, written, t) ||
+        !numbers_of(node, "rotation", 4, written, q) || !numbers_of(node, "scale", 3, written, s))
         return false;
     if (json_object_get(node, "matrix")) {
         *place = (struct rmap_affine){{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}},
                                       {m[12], m[13], m[14]}};
         return true;
     }
+    if (written)
+        settle_length(q);
     const double x = q[0], y = q[1], z = q[2], w = q[3];
     *place = (struct rmap_affine){
         {{s[0] * (1 - 2 * (y * y + z * z)), s[1] * 2 * (x * y - z * w), s[2] * 2 * (x * z + y * w)},
@@ -211,7 +223,8 @@ static enum rmap_status add_nodes(struct gatherer *g, const json_t *list,
         struct rmap_affine own;
         size_t mesh;
         if (!json_is_integer(number) || index < 0 || !json_is_object(node) ||
-            !node_place(node, &own) || !rmap_gltf_count(node, "mesh", SIZE_MAX, &mesh))
+            !node_place(node, g->tree != NULL, &own) ||
+            !rmap_gltf_count(node, "mesh", SIZE_MAX, &mesh))
             return rmap_gltf_refuse(&g->gltf, "its node %lld is not there or wrong",
                                     (long long)index);
         if (g->visited[index])

@@ -258,8 +258,9 @@ static void drop_unchosen(struct selection *s)
     for (size_t i = 0; i < scene->n_detector; i++)
         keep.detector[i] =
             i >= scene->n_detector - reader->n_receiver || kept(s->detector[i], s->only_detectors);
+    const size_t n_source = scene->n_source;
     rmap_reader_reduce(reader, &keep);
-    if (!scene->n_source)
+    if (!scene->n_source && n_source > 0)
         rmap_reader_error(reader, NULL, "no sources: all of them are left out");
 }
 

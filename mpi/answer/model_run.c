@@ -21,9 +21,12 @@ static enum rmap_status request_of(const struct rmap_arguments *given, const cha
     const char *word = rmap_argument(given, "unit");
     const struct rmap_written_unit *unit =
         word ? rmap_unit_of_scene(word, RMAP_DIMENSION_LENGTH) : NULL;
-    *request =
-        (struct rmap_model_request){path, folder, rmap_argument(given, "chord"),
-                                    rmap_argument(given, "angle"), unit ? unit->size / mm : 1};
+    *request = (struct rmap_model_request){.path = path,
+                                           .folder = folder,
+                                           .chord = rmap_argument(given, "chord"),
+                                           .angle = rmap_argument(given, "angle"),
+                                           .is_update = given->n_operand > 1,
+                                           .scale = unit ? unit->size / mm : 1};
     return word && !unit ? rmap_error_set(err, RMAP_USAGE,
                                           "--unit %.40s: a length is in nm um mm cm m in", word)
                          : RMAP_OK;

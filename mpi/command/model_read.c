@@ -135,6 +135,8 @@ static enum rmap_status convert(const struct rmap_model_request *request, const 
                            "raymap-step, which reads STEP and IGES, is not here: it is built "
                            "and installed beside raymap where OpenCASCADE is "
                            "(jobs/install-packages.sh cad); glTF, OBJ, STL and PLY need it not"));
+    if (request->is_update)
+        argv[n++] = "--no-touching";
     if (request->chord) {
         argv[n++] = "--chord";
         argv[n++] = request->chord;

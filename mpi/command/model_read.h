@@ -14,6 +14,7 @@ struct rmap_model_request {
     const char *path;
     const char *folder;        /* in which meshes are made, in a folder of their own */
     const char *chord, *angle; /* for raymap-step, in mm and degrees; NULL: as it likes */
+    bool is_update;            /* nobody asks what touches */
     double scale;              /* of the lengths of files that have no unit, to mm */
 };
 

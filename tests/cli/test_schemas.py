@@ -59,6 +59,9 @@ def schema_of(words):
     command = words[0]
     if command == "report":
         return "energy" if "--energy" in words else "page" if "--html" in words else "rays"
+    if command == "import":
+        model = any(word.lower().endswith((".step", ".stp", ".iges", ".igs", ".gltf", ".glb", ".obj", ".stl", ".ply")) for word in words)
+        return "import-model" if model else "import"
     if command == "query":
         listed = "--limit" in words or "--sample" in words
         written = any(word in ("-o", "--output") or word.startswith("--output=") for word in words)
@@ -111,6 +114,10 @@ run("glass", "N-BK7", "metal ag")
 run("glass", "--near", "1.6,50", "--at", "500,1e5")
 run("import", LENSES / "rayoptics_codev_ag_dblgauss.seq", "-o", "lens", "--force")
 run("import", LENSES / "optiland_flat_transmission_grating.zmx", "-o", "lens", "--force")
+with open("model.obj", "w", encoding="utf-8") as file:
+    file.write("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+run("import", "model.obj", "-o", "model", "--force")
+run("update", "model", "model.obj", "--dry-run")
 run("check", GAUSS)
 run("check", EXAMPLES / "mirage" / "scene.yaml")
 run("trace", GAUSS, "-o", "a.raymap", "-n", 3000, "--force")
