@@ -160,7 +160,7 @@ const struct rmap_command rmap_command_sweep = {
         "  scene: scene.yaml\n"
         "  rays: 20000\n"
         "  parameters:\n"
-        "    defocus: {key: objects.sensor.at.3, plus: true, range: {from: -1, to: 1, count: 21}}\n"
+        "    defocus: {key: objects.sensor.at.3, plus: true, values: [-0.1, 0.1]}\n"
         "  answers:\n"
         "    spot: {detector: sensor, of: rms_radius}\n\n"
         "or with tolerances: {distribution: {normal: {sigma: 0.05}}}, `samples: 200` and\n"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The rays of a scene traced into memory. Portions are shorter than a map's blocks: a variant has
- * few rays, and all threads are to be busy to the end.
+ * The rays of a scene traced into memory, in the blocks of a map: statistics round once per block,
+ * and are to have the same last bit as those of a map.
  */
 #include "mpi/sweep/sweep_trace.h"
 
@@ -16,7 +16,7 @@
 #include "portion/portion_recorder.h"
 #include "trace/tracer.h"
 
-enum { PORTION_RAYS = 512 };
+enum { PORTION_RAYS = RMAP_BLOCK_RAYS };
 
 struct tracing {
     const struct rmap_context *context;
