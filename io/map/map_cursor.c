@@ -132,7 +132,8 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     rmap_cursor_leave_paths(self, (size_t)info->piece);
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
-    RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
+    if (!self->map->held)
+        RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
     self->portion->first_ray = info->first_ray;
     self->shown = *self->portion;
     self->shown.unpredicted = NULL;
@@ -223,6 +224,10 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
     enum rmap_status st = RMAP_OK;
     const rmap_column_set cells = RMAP_CELL_COLUMNS;
     columns &= rmap_columns_of_run(self->shown.timed);
+    if (self->map->held) { /* as they were traced: there is nothing to check */
+        rmap_cursor_show_columns(self->map->held[self->in_hand], columns, &self->shown);
+        return RMAP_OK;
+    }
     rmap_column_set before = self->present | self->kept;
     self->kept |=
         rmap_map_borrow_columns(self->map, self->in_hand, columns & ~before, &self->shown);

@@ -66,6 +66,7 @@ struct rmap_map {
     pthread_mutex_t hdf5_lock;       /* of files that are opened late; taken after all others */
     struct rmap_column_files *_Atomic column_files; /* beside pieces; NULL: none looked for yet */
     struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
+    struct rmap_portion **held; /* [n_portion] in memory (map_held.h); NULL: it lies on disk */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its

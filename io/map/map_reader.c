@@ -496,6 +496,9 @@ void rmap_map_close(struct rmap_map *map)
     if (!map)
         return;
     (void)pthread_mutex_destroy(&map->lock);
+    for (size_t i = 0; map->held && i < map->content.n_portion; i++)
+        rmap_portion_destroy(map->held[i]);
+    rmap_free(map->held);
     rmap_tally_destroy(map->tally);
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);

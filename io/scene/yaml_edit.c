@@ -67,7 +67,8 @@ static size_t match_number(const char *path, size_t n_item, size_t *len_ret)
 
 /* The item that the head of the path addresses: the longest matching name; then, in a list, a
  * number; then a name inside the groups of a list. */
-static struct rmap_yaml_item *find(struct rmap_yaml_node *node, const char *path, size_t *len_ret)
+static struct rmap_yaml_item *find(const struct rmap_yaml_node *node, const char *path,
+                                   size_t *len_ret)
 {
     struct rmap_yaml_item *found = NULL;
     *len_ret = 0;
@@ -102,20 +103,46 @@ static void set_place(struct rmap_yaml_node *node, int line)
     }
 }
 
-static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, const char *path)
+static void first_word(const char *path, char word[80])
+{
+    size_t len = strcspn(path, ".");
+    if (len > 79)
+        len = 79;
+    memcpy(word, path, len);
+    word[len] = 0;
+}
+
+const char *rmap_yaml_nearest(const struct rmap_yaml_node *node, const char *path)
 {
     enum { SHOWN = 64 };
     const char *name[SHOWN];
     size_t n = 0;
-    for (size_t i = 0; i < list->n_item && n < SHOWN; i++)
-        name[n++] = item_name(&list->item[i]);
     char word[80];
-    size_t len = strcspn(path, ".");
-    if (len >= sizeof word)
-        len = sizeof word - 1;
-    memcpy(word, path, len);
-    word[len] = 0;
-    const char *nearest = rmap_nearest_word(word, name, n);
+    for (size_t i = 0; i < node->n_item && n < SHOWN; i++)
+        name[n++] = item_name(&node->item[i]);
+    first_word(path, word);
+    return rmap_nearest_word(word, name, n);
+}
+
+const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, const char *path,
+                                            const char **rest_ret)
+{
+    for (;;) {
+        size_t len = 0;
+        const struct rmap_yaml_item *item = find(root, path, &len);
+        *rest_ret = item ? path + len + (path[len] == '.') : path;
+        if (!item || !path[len])
+            return item ? item->value : root;
+        path = *rest_ret;
+        root = item->value;
+    }
+}
+
+static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, const char *path)
+{
+    char word[80];
+    const char *nearest = rmap_yaml_nearest(list, path);
+    first_word(path, word);
     complain(e, "no item named '%s'%s%s%s (items of a list: by name, or by number from 1)", word,
              nearest ? " (did you mean '" : "", nearest ? nearest : "", nearest ? "'?)" : "");
 }

@@ -58,6 +58,7 @@ extern const struct rmap_command rmap_command_voxels;
 extern const struct rmap_command rmap_command_irradiance;
 extern const struct rmap_command rmap_command_glare;
 extern const struct rmap_command rmap_command_events;
+extern const struct rmap_command rmap_command_sweep;
 extern const struct rmap_command rmap_command_bench;
 
 #endif

@@ -5,6 +5,7 @@
 #include "mpi/parallel/deal.h"
 
 #include "base/alloc.h"
+#include "io/map/map_held.h"
 
 static uint64_t rows(const struct rmap_map *map, size_t portion)
 {
@@ -33,6 +34,8 @@ enum rmap_status rmap_deal_init(const struct rmap_map *map, enum rmap_deal_kind 
                                 struct rmap_deal *deal, struct rmap_error *err)
 {
     size_t n = rmap_map_n_portion(map), n_rank = (size_t)size;
+    if (rmap_map_is_held(map)) /* nobody else can read it */
+        kind = RMAP_DEAL_LOCAL;
     *deal = (struct rmap_deal){.step = RMAP_DEAL_STEP_MAX,
                                .portion = rmap_alloc(n, sizeof *deal->portion),
                                .first = rmap_alloc(n_rank + 2, sizeof *deal->first)};

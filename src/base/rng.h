@@ -23,7 +23,8 @@
     X(ANYWHERE)      /* which paths of pictures take any direction, and which */                   \
     X(SPECIES)       /* what absorbed inside a medium, if it gives back, channel, delay */         \
     X(WAVELENGTH)    /* of a ray that has one from its beginning */                                \
-    X(PHOTON_NUMBER) /* of a step; the key is the source's own seed */
+    X(PHOTON_NUMBER) /* of a step; the key is the source's own seed */                             \
+    X(PARAMETER) /* of a sweep; in the place of the ray stands the sample, of the step the try */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A map whose portions stand in memory as they were traced, with no file behind it: criteria,
+ * statistics and images are asked of it as of any other.
+ */
+#ifndef RMAP_MAP_HELD_H
+#define RMAP_MAP_HELD_H
+
+#include "io/map/map_reader.h"
+
+/* What a rank holds of it; zeroed: nothing. */
+struct rmap_held {
+    size_t n;                       /* portions of all ranks, in the order of their rays */
+    struct rmap_portion_info *info; /* [n]; `shard` is the rank that has it */
+    struct rmap_portion **portion;  /* [n]; NULL: another rank has it */
+    int n_rank;
+    uint64_t seed;
+};
+void rmap_held_fini(struct rmap_held *held);
+
+/* A portion's row, of rank `rank`. */
+void rmap_held_describe(const struct rmap_portion *portion, int rank,
+                        struct rmap_portion_info *info);
+
+/* Takes over, on success, the scene, the tally of all ranks' rays, and what `held` has.
+ * RMAP_SYSTEM.
+ */
+enum rmap_status rmap_map_hold(struct rmap_held *held, struct rmap_scene *scene,
+                               struct rmap_tally *tally, struct rmap_map **map_ret,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether a map is one of these: a rank can read the portions of its own shard alone. */
+bool rmap_map_is_held(const struct rmap_map *map);
+
+#endif

@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a sweep asks of one variant's map.
+ */
+#include "mpi/sweep/sweep_answers.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "analysis/detector/detector_image.h"
+#include "analysis/detector/spot.h"
+#include "base/alloc.h"
+#include "io/map/map_content.h"
+#include "mpi/answer/detector_request.h"
+#include "mpi/answer/detector_spot.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/scan/image_scan.h"
+#include "mpi/scan/scan.h"
+#include "mpi/scan/stats_run.h"
+
+static const size_t memory_nbytes = (size_t)1 << 30;
+
+static void put(struct rmap_sweep_result *result, double value, double error, const char *unit)
+{
+    *result = (struct rmap_sweep_result){.value = value, .standard_error = error};
+    (void)snprintf(result->unit, sizeof result->unit, "%s", unit);
+}
+
+/* Of "registrations": those that the criterion itself chooses, as everywhere. */
+static enum rmap_status choose(const struct rmap_scene *scene,
+                               const struct rmap_index_set *detector,
+                               const struct rmap_criterion *criterion, struct rmap_which **which,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = rmap_which_create(scene, detector, NULL, NULL, criterion, which, err);
+    return st == RMAP_OK ? rmap_which_detect(*which, detector, err) : st;
+}
+
+static void put_of_image(const struct rmap_sweep_answer *answer,
+                         const struct rmap_detector_image *image, struct rmap_sweep_result *result)
+{
+    const double none = (double)NAN;
+    const size_t peak = image->peak_cell[0] + (size_t)image->n[0] * image->peak_cell[1];
+    const struct rmap_uniformity *even = image->uniformity;
+    const struct rmap_biased *of = answer->of == RMAP_SWEEP_OF_LEAST      ? &even->least
+                                   : answer->of == RMAP_SWEEP_OF_GREATEST ? &even->greatest
+                                   : answer->of == RMAP_SWEEP_OF_U0       ? &even->u0
+                                                                          : &even->ud;
+    if (answer->of == RMAP_SWEEP_OF_FLUX)
+        put(result, image->flux, image->flux_error, image->flux_unit);
+    else if (answer->of == RMAP_SWEEP_OF_MEAN)
+        put(result, image->mean, image->mean_error, image->unit);
+    else if (answer->of == RMAP_SWEEP_OF_PEAK)
+        put(result, image->peak, image->peak > 0.0 ? image->standard_error[peak] : none,
+            image->unit);
+    else if (answer->of == RMAP_SWEEP_OF_REGISTRATIONS)
+        put(result, image->registrations, none, "");
+    else
+        put(result, of->value, of->standard_error,
+            answer->of >= RMAP_SWEEP_OF_U0 ? "" : image->unit);
+}
+
+static void put_of_spot(const struct rmap_sweep_answer *answer, const struct rmap_spot *spot,
+                        struct rmap_sweep_result *result)
+{
+    const struct rmap_estimate of = answer->of == RMAP_SWEEP_OF_CENTROID_X   ? spot->centroid[0]
+                                    : answer->of == RMAP_SWEEP_OF_CENTROID_Y ? spot->centroid[1]
+                                    : answer->of == RMAP_SWEEP_OF_RMS_RADIUS
+                                        ? spot->rms_radius
+                                        : spot->radius[answer->of - RMAP_SWEEP_OF_RADIUS_50];
+    put(result, of.value, of.standard_error, spot->unit);
+}
+
+/* Collective. */
+static enum rmap_status ask_detector(const struct rmap_context *context,
+                                     const struct rmap_sweep_answer *answer,
+                                     const struct rmap_map *map,
+                                     const struct rmap_criterion *criterion,
+                                     struct rmap_sweep_result *result, struct rmap_error *err)
+{
+    const bool is_spot = answer->of >= RMAP_SWEEP_OF_CENTROID_X;
+    const struct rmap_detector_request request = {.detector = answer->detector,
+                                                  .unit = answer->unit,
+                                                  .bins = {.rotate_deg = (double)NAN},
+                                                  .spot = is_spot};
+    struct rmap_detector_ask ask = {.map = map};
+    struct rmap_detector_sums sums = {0};
+    struct rmap_detector_image *image = NULL;
+    struct rmap_spot *spot = NULL;
+    struct rmap_which *which = NULL;
+    enum rmap_status st = rmap_detector_request_ask(context, &request, map, NULL, &ask, err);
+    const struct rmap_index_set detector = {.low = ask.detector, .span = 1};
+    if (st == RMAP_OK)
+        st = choose(rmap_map_scene(map), &detector, criterion, &which, err);
+    if (st == RMAP_OK)
+        st = rmap_detector_sums_init_as(&sums, &ask, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    const struct rmap_choice choice = {criterion, which};
+    RMAP_TRY(rmap_image_scan(context, map, &choice, &sums, err));
+    if (context->rank == 0)
+        st = rmap_detector_image_create(map, &sums, &image, err);
+    if (st == RMAP_OK && image && !is_spot)
+        st = rmap_detector_image_find_uniformity(image, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (is_spot)
+        RMAP_TRY(rmap_detector_spot_find(context, &request, &ask, &choice, image, &spot, err));
+    if (spot)
+        put_of_spot(answer, spot, result);
+    else if (image)
+        put_of_image(answer, image, result);
+out:
+    rmap_spot_destroy(spot);
+    rmap_detector_image_destroy(image);
+    rmap_detector_sums_fini(&sums);
+    rmap_which_destroy(which);
+    return st;
+}
+
+static void put_statistic(const struct rmap_sweep_answer *answer,
+                          const struct rmap_quantities *quantities,
+                          const struct rmap_stats_group *group, const char *flux_unit,
+                          struct rmap_sweep_result *result)
+{
+    const struct rmap_stats_moment_estimates *m = &group->of[0].moment;
+    const struct rmap_stats_estimate of = answer->of == RMAP_SWEEP_THE_MEAN        ? m->mean
+                                          : answer->of == RMAP_SWEEP_THE_DEVIATION ? m->deviation
+                                          : answer->of == RMAP_SWEEP_THE_SKEWNESS  ? m->skewness
+                                          : answer->of == RMAP_SWEEP_THE_KURTOSIS  ? m->kurtosis
+                                                                                   : group->flux;
+    put(result, of.value, of.standard_error,
+        answer->of <= RMAP_SWEEP_THE_DEVIATION ? quantities->of[0].unit
+        : answer->of == RMAP_SWEEP_THE_FLUX    ? flux_unit
+                                               : "");
+}
+
+/* Collective. */
+static enum rmap_status ask_statistic(const struct rmap_context *context,
+                                      const struct rmap_sweep_answer *answer,
+                                      const struct rmap_map *map,
+                                      const struct rmap_criterion *criterion,
+                                      struct rmap_sweep_result *result, struct rmap_error *err)
+{
+    struct rmap_quantities *quantities = NULL;
+    struct rmap_which *which = NULL;
+    struct rmap_stats_setup setup;
+    struct rmap_stats_answer found = {.stats = NULL};
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    enum rmap_status st =
+        rmap_quantities_create(map, &answer->number, 1, answer->detector, &quantities, err);
+    if (st == RMAP_OK && answer->unit)
+        st = rmap_quantity_set_unit(quantities, 0, answer->unit, err);
+    if (st == RMAP_OK && quantities->of_registrations)
+        st = choose(scene, &quantities->detector, criterion, &which, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    rmap_stats_setup_init(&setup, quantities, RMAP_STATS_TOGETHER, memory_nbytes);
+    setup.all_rays = !criterion;
+    const struct rmap_stats_request request = {
+        .setup = &setup, .criterion = criterion, .which = which};
+    RMAP_TRY(rmap_stats_run(context, &request, &found, err));
+    if (found.stats)
+        put_statistic(answer, quantities, &found.stats->group[0], rmap_flux_unit_name(scene),
+                      result);
+out:
+    rmap_stats_answer_fini(&found);
+    rmap_which_destroy(which);
+    rmap_quantities_destroy(quantities);
+    return st;
+}
+
+/* Collective. All counts in one scan. */
+static enum rmap_status ask_counts(const struct rmap_context *context,
+                                   const struct rmap_sweep *sweep, const struct rmap_map *map,
+                                   struct rmap_criterion *const *criterion,
+                                   struct rmap_sweep_result *result, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    struct rmap_criterion **asked = rmap_alloc(sweep->n_answer, sizeof(void *));
+    struct rmap_count *count = rmap_alloc(sweep->n_answer, sizeof *count);
+    size_t n = 0, c = 0;
+    enum rmap_status st = RMAP_OK;
+    if (!asked || !count)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answers");
+    for (size_t i = 0; i < sweep->n_answer && st == RMAP_OK; i++)
+        if (sweep->answer[i].kind <= RMAP_SWEEP_RAYS) {
+            asked[n] = criterion[i];
+            st = rmap_count_init(&count[n++], scene->n_source, err);
+        }
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (n > 0)
+        RMAP_TRY(rmap_scan_map(context, map, asked, n, RMAP_DEAL_SHARES, count, err));
+    for (size_t i = 0; i < sweep->n_answer; i++) {
+        double flux, error;
+        if (sweep->answer[i].kind > RMAP_SWEEP_RAYS)
+            continue;
+        rmap_count_flux(&count[c], map, &flux, &error);
+        if (sweep->answer[i].kind == RMAP_SWEEP_FLUX) {
+            put(&result[i], flux, error, rmap_flux_unit_name(scene));
+        } else { /* binomial */
+            const double k = (double)count[c].rays,
+                         all = (double)rmap_map_contents(map)->n_row[RMAP_TABLE_RAY];
+            put(&result[i], k, sqrt(k * (1.0 - k / all)), "");
+        }
+        c++;
+    }
+out:
+    for (size_t i = 0; count && i < n; i++)
+        rmap_count_fini(&count[i]);
+    rmap_free(count);
+    rmap_free(asked);
+    return st;
+}
+
+enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct rmap_sweep *sweep,
+                                const struct rmap_map *map, struct rmap_sweep_result *result,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion **criterion = rmap_alloc(sweep->n_answer, sizeof(void *));
+    size_t i = 0;
+    if (!criterion)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answers");
+    for (; i < sweep->n_answer && st == RMAP_OK; i++) {
+        const struct rmap_sweep_answer *answer = &sweep->answer[i];
+        const bool counts = answer->kind <= RMAP_SWEEP_RAYS;
+        if (answer->where || counts)
+            st = rmap_criterion_compile(answer->where ? answer->where : "all", rmap_map_scene(map),
+                                        &criterion[i], err);
+        if (st != RMAP_OK)
+            rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(ask_counts(context, sweep, map, criterion, result, err));
+    for (i = 0; i < sweep->n_answer && st == RMAP_OK; i++) {
+        const struct rmap_sweep_answer *answer = &sweep->answer[i];
+        if (answer->kind == RMAP_SWEEP_DETECTOR)
+            st = ask_detector(context, answer, map, criterion[i], &result[i], err);
+        if (answer->kind == RMAP_SWEEP_STATISTIC)
+            st = ask_statistic(context, answer, map, criterion[i], &result[i], err);
+        if (st != RMAP_OK)
+            rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
+    }
+out:
+    for (i = 0; criterion && i < sweep->n_answer; i++)
+        rmap_criterion_destroy(criterion[i]);
+    rmap_free(criterion);
+    return st;
+}

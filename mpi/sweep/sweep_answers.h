@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a sweep asks of one variant's map, as query, detector and stats answer it.
+ */
+#ifndef RMAP_SWEEP_ANSWERS_H
+#define RMAP_SWEEP_ANSWERS_H
+
+#include "analysis/sweep/sweep_table.h"
+#include "io/map/map_reader.h"
+#include "mpi/parallel/context.h"
+
+/* Collective. result: [n_answer], complete on rank 0. RMAP_INPUT, RMAP_USAGE name the answer. */
+enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct rmap_sweep *sweep,
+                                const struct rmap_map *map, struct rmap_sweep_result *result,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

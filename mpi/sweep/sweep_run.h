@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A sweep on all ranks: groups of ranks take variants in turn, and each commits its answers to a
+ * journal of its own in the sweep's folder, so that a killed sweep goes on where it was.
+ */
+#ifndef RMAP_SWEEP_RUN_H
+#define RMAP_SWEEP_RUN_H
+
+#include "analysis/sweep/sweep_table.h"
+#include "mpi/command/command.h"
+
+struct rmap_sweep_run {
+    const struct rmap_context *context;
+    struct rmap_sweep *sweep;
+    struct rmap_bundle *bundle; /* of the nominal scene */
+    const char *scene_path;     /* to read it again where variants cannot share files */
+    const char *folder;         /* of the results */
+    bool is_resumed;
+    struct rmap_sweep_table table; /* complete on rank 0 after the run */
+    double seconds, tracing;       /* of this rank's group, and what of it tracing took */
+};
+
+/* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_STOPPED after
+ * a signal. rmap_sweep_table_fini of the table whatever happened. */
+enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: a variant of `raymap sweep` has the numbers, to the last bit, of a map that is traced with the same --set; for any number
+of ranks and threads, and after being killed; drawn values have the moments asked for; mistakes are told with their lines."""
+import csv
+import json
+import os
+import shutil
+import statistics
+import sys
+
+sys.dont_write_bytecode = True
+from asking import SOURCE, check, finish, run  # noqa: E402
+
+SCENE = os.path.join(SOURCE, "examples/double-gauss/scene.yaml")
+SWEEP = f"""scene: {SCENE}
+simulation: star_only
+rays: 3000
+seed: 5
+parameters:
+  defocus: {{keys: [objects.sensor_surface.at.3, detectors.sensor.at.3], plus: true, values: [-0.3, 0.25]}}
+  black: {{key: surfaces.black.reflectance, values: [0.05, 0.5]}}
+answers:
+  spot: {{detector: sensor, of: rms_radius, where: registered(sensor where ghost_order == 0)}}
+  light: {{flux: registered(sensor)}}
+  peak: {{detector: sensor, of: peak}}
+  path: {{statistic: path_length, where: hit(lens.3)}}
+"""
+
+
+def write(name, text):
+    with open(name, "w", encoding="utf-8") as out:
+        out.write(text)
+
+
+def rows(folder):
+    with open(f"{folder}/table.csv", encoding="utf-8") as table:
+        return list(csv.DictReader(line for line in table if line[0] != "#"))
+
+
+for old in ("one", "maps", "random", "m.raymap", "ranks-2", "ranks-3"):
+    shutil.rmtree(old, ignore_errors=True)
+write("s.yaml", SWEEP)
+run("sweep", "s.yaml", "-o", "one", "--quiet")
+table = rows("one")
+check(len(table) == 5, "the nominal variant and four")
+z = 139.5658 - 0.3
+run("trace", SCENE, "--simulation", "star_only", "-n", "3000", "--seed", "5", "-o", "m.raymap", "--quiet", "--set",
+    f"objects.sensor_surface.at.3={z!r}", "--set", f"detectors.sensor.at.3={z!r}", "--set", "surfaces.black.reflectance=0.5")
+spot = json.loads(run("detector", "m.raymap", "sensor", "--spot", "--where", "registered(sensor where ghost_order == 0)", "--json"))
+image = json.loads(run("detector", "m.raymap", "sensor", "--json"))
+light = json.loads(run("query", "m.raymap", "registered(sensor)", "--json"))
+path = json.loads(run("stats", "m.raymap", "--of", "path_length", "--where", "hit(lens.3)", "--json"))
+for name, told in (("spot", spot["spot"]["rms"]["radius"]), ("path", path["mean"])):
+    check(float(table[2][name]) == told["value"] and float(table[2][name + "_error"]) == told["standard_error"], f"{name}: {table[2]} {told}")
+check(float(table[2]["light"]) == light["flux"]["matched"], f"light: {table[2]} {light['flux']}")
+peak = image["peak"]["value"] if isinstance(image["peak"], dict) else image["peak"]
+check(float(table[2]["peak"]) == peak, f"peak: {table[2]} {image['peak']}")
+
+for n in (2, 3):
+    run("sweep", "s.yaml", "-o", f"ranks-{n}", "--quiet", ranks=n)
+    check(rows(f"ranks-{n}") == table, f"{n} ranks")
+with open("one/rows-00000.jsonl", "r+", encoding="utf-8") as journal:
+    journal.truncate(500)
+run("sweep", "s.yaml", "-o", "one", "--resume", "--quiet")
+check(rows("one") == table, "resumed")
+write("maps.yaml", SWEEP + "keep: maps\n")
+run("sweep", "maps.yaml", "-o", "maps", "--quiet")
+check(rows("maps") == table, "answers of maps are those of rays in memory")
+check(os.path.isdir("maps/variant-000004.raymap"), "maps are kept")
+
+write("random.yaml", f"""scene: {SCENE}
+rays: 1
+samples: 1500
+parameters:
+  a: {{key: objects.cover.at.1, plus: true, distribution: {{normal: {{sigma: 0.01, mean: 0.02}}}}}}
+  b: {{key: objects.cover.at.2, plus: true, distribution: {{uniform: {{from: -1.0e-3, to: 3.0e-3}}}}}}
+answers: {{n: {{rays: all}}}}
+require: n > 0
+""")
+told = json.loads(run("sweep", "random.yaml", "-o", "random", "--json", "--quiet"))
+a = [float(row["a"]) for row in rows("random")[1:]]
+b = [float(row["b"]) for row in rows("random")[1:]]
+check(abs(statistics.mean(a) - 0.02) < 5 * 0.01 / 1500**0.5, "mean of a normal distribution")
+check(abs(statistics.pstdev(a) / 0.01 - 1) < 5 / 3000**0.5, "its sigma")
+check(min(b) >= -1e-3 and max(b) <= 3e-3 and abs(statistics.mean(b) - 1e-3) < 5 * 4e-3 / (12 * 1500) ** 0.5, "a uniform one")
+check(told["yield"]["value"] == 1 and told["yield"]["of"] == 1500, f"yield {told['yield']}")
+
+for old, new, words in (("objects.sensor_surface.at.3", "objects.sensor_surfce.at.3", ("s.yaml:6:", "did you mean 'sensor_surface'")),
+                        ("rays: 3000", "rais: 3000", ("s.yaml:3:", "did you mean 'rays'")),
+                        ("of: peak", "of: peek", ("s.yaml:11:", "peek")),
+                        ("values: [-0.3, 0.25]", "values: [x]", ("s.yaml:6:", "no number"))):
+    write("s.yaml", SWEEP.replace(old, new))
+    error = run("sweep", "s.yaml", "-o", "bad", status=3)
+    check(all(word in error for word in words), f"{new}: {error}")
+write("s.yaml", SWEEP.replace("0.25", "0.26"))
+error = run("sweep", "s.yaml", "-o", "one", "--resume", status=3)
+check("line 6" in error, f"another sweep: {error}")
+finish()
