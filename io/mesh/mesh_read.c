@@ -251,13 +251,9 @@ static enum rmap_status read_file(const char *path, double scale, struct rmap_me
     enum rmap_status st = RMAP_OK;
     uint8_t *bytes = NULL;
     size_t nbytes = 0;
-    const char *trouble;
     if (!is_known(path))
         RMAP_TRY(rmap_error_set(builder->err, RMAP_INPUT,
                                 "its name must end in .stl, .obj, .ply, .gltf or .glb"));
-    trouble = rmap_input_file_trouble(path);
-    if (trouble)
-        return rmap_error_set(builder->err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble);
     RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, builder->err));
     st = read_bytes(path, bytes, nbytes, scale, builder);
 out:
@@ -271,12 +267,15 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_tangents = tangents};
+    const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
+    if (trouble)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
     RMAP_TRY(read_file(path, scale, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
     *left_out_ret = builder.left_out;
 out:
     rmap_mesh_builder_fini(&builder);
-    if (st == RMAP_INPUT)
+    if (st == RMAP_INPUT && !trouble)
         rmap_error_context(err, "cannot read mesh %s", path);
     return st;
 }
@@ -286,6 +285,9 @@ enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rma
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_materials = true};
+    const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
+    if (trouble)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
     RMAP_TRY(read_file(path, scale, &builder));
     RMAP_TRY(
         RMAP_RESERVE(builder.face_material, builder.cap_face_material, builder.n_face + 1, err));
@@ -297,7 +299,7 @@ enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rma
     builder.n_face_material = 0;
 out:
     rmap_mesh_builder_fini(&builder);
-    if (st == RMAP_INPUT)
+    if (st == RMAP_INPUT && !trouble)
         rmap_error_context(err, "cannot read mesh %s", path);
     return st;
 }
