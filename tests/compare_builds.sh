@@ -85,7 +85,7 @@ outputs() { # PROGRAM FOLDER
     cd "$work/run" || exit 2
     rm -rf ./*
     put help.txt --help
-    for command in check trace info query report detector stats compare paths ghosts draw render verify repair convert merge index session glass import update voxels irradiance glare events bench; do
+    for command in check trace info query report detector stats compare paths ghosts draw render verify repair convert merge index session glass import update voxels irradiance glare events sweep bench; do
         put "help-$command.txt" $command --help
     done
     put glass.json glass 'N-*' 'crystal *' --json

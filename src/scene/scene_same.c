@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+#include "geometry/sag.h"
+
 static bool same_bytes(const void *a, const void *b, size_t nbytes)
 {
     return nbytes == 0 || (a && b ? memcmp(a, b, nbytes) == 0 : a == b);
@@ -134,20 +136,49 @@ bool rmap_same_surface(const struct rmap_scene_pair *pair, int32_t old, int32_t 
            same_models(pair, a->scatter_transmit, b->scatter_transmit);
 }
 
-static bool same_shape(const struct rmap_shape *a, const struct rmap_shape *b)
+static bool same_sag(const struct rmap_sag *a, const struct rmap_sag *b)
 {
-    return SAME(type) && SAME_OF(curvature) && SAME_OF(conic) && SAME_OF(asphere) &&
-           SAME(n_asphere) && SAME_OF(aperture) && SAME_OF(inner) && SAME_OF(size) &&
-           SAME_OF(radius) && SAME_OF(radius2) && SAME_OF(length);
+    return SAME(base) && SAME_OF(curvature) && SAME_OF(conic) && SAME_OF(power) && SAME(n_power) &&
+           SAME_OF(xy_norm) && SAME_OF(xy) && SAME(n_xy) && SAME_OF(zernike_norm) &&
+           SAME_OF(zernike) && SAME(n_zernike) && SAME_OF(qcon_norm) && SAME_OF(qcon) &&
+           SAME(n_qcon) && SAME_OF(qbfs_norm) && SAME_OF(qbfs) && SAME(n_qbfs) && SAME(fresnel);
 }
 
-static bool same_mesh(const struct rmap_mesh *a, const struct rmap_mesh *b)
+static bool same_sags(const struct rmap_shape *a, const struct rmap_shape *b)
 {
-    return SAME(n_vertex) && SAME(n_triangle) && SAME(n_face) &&
+    bool same = rmap_aperture_same(&a->outline, &b->outline) && SAME(outline.inner);
+    for (int i = 0; same && i < 2; i++)
+        same = a->sag[i] && b->sag[i] ? same_sag(a->sag[i], b->sag[i]) : a->sag[i] == b->sag[i];
+    return same;
+}
+
+static bool same_shape(const struct rmap_shape *a, const struct rmap_shape *b)
+{
+    return same_sags(a, b) && SAME(type) && SAME_OF(curvature) && SAME_OF(conic) &&
+           SAME_OF(asphere) && SAME(n_asphere) && SAME_OF(aperture) && SAME_OF(inner) &&
+           SAME_OF(size) && SAME_OF(radius) && SAME_OF(radius2) && SAME_OF(length);
+}
+
+static bool same_surfaces(const struct rmap_mesh *a, const struct rmap_mesh *b, size_t n_face)
+{
+    bool same = !a->surface == !b->surface;
+    for (size_t i = 0; same && a->surface && i < n_face; i++)
+        same = rmap_true_same(&a->surface[i], &b->surface[i]);
+    return same;
+}
+
+/* Of parts with what lies beyond them. */
+static bool same_mesh(const struct rmap_mesh *part_a, const struct rmap_mesh *part_b)
+{
+    const struct rmap_mesh whole_a = rmap_mesh_with_beyond(part_a),
+                           whole_b = rmap_mesh_with_beyond(part_b);
+    const struct rmap_mesh *a = &whole_a, *b = &whole_b;
+    return part_a->n_triangle == part_b->n_triangle && SAME(n_vertex) && SAME(n_triangle) &&
+           SAME(n_face) && same_surfaces(a, b, a->n_face) &&
            same_bytes(a->vertex, b->vertex, a->n_vertex * sizeof *a->vertex) &&
            same_bytes(a->triangle, b->triangle, a->n_triangle * sizeof *a->triangle) &&
            same_bytes(a->face, b->face, a->n_triangle * sizeof *a->face) &&
-           same_optional(a->tangent, b->tangent, a->n_triangle * sizeof *a->tangent);
+           same_optional(a->tangent, b->tangent, part_a->n_triangle * sizeof *a->tangent);
 }
 
 bool rmap_same_geometry(const struct rmap_scene_pair *pair, int32_t old, int32_t new)
@@ -190,7 +221,8 @@ static bool same_file_rays(const struct rmap_file_rays *a, const struct rmap_fil
            same_optional(a->wide, b->wide, a->n * sizeof *a->wide) &&
            same_optional(a->below, b->below, a->n * sizeof *a->below) &&
            same_optional(a->wavelength_nm, b->wavelength_nm, a->n * sizeof *a->wavelength_nm) &&
-           same_optional(a->delay_ns, b->delay_ns, a->n * sizeof *a->delay_ns);
+           same_optional(a->delay_ns, b->delay_ns, a->n * sizeof *a->delay_ns) &&
+           same_optional(a->event, b->event, a->n * sizeof *a->event);
 }
 
 static bool same_list(const struct rmap_source *a, const struct rmap_source *b)
