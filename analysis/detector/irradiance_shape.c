@@ -48,7 +48,8 @@ static struct rmap_vec3 chart(const struct rmap_shape *shape, double u, double v
         return p;
     }
     case RMAP_SHAPE_WALL: {
-        struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, u, 0.0);
+        const double around = shape->outline.rectangle ? 0.25 * (shape->side + u - 0.5) : u;
+        struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, around - floor(around), 0.0);
         p.z = wall_height(shape, p, v);
         return p;
     }
@@ -81,6 +82,8 @@ static void find_on_chart(const struct rmap_shape *shape, struct rmap_vec3 p, do
         break;
     case RMAP_SHAPE_WALL:
         rmap_aperture_find(&shape->outline, p.x, p.y, u, v);
+        if (shape->outline.rectangle)
+            *u = fmod(4.0 * *u + 4.5 - shape->side, 4.0);
         *v = (p.z - wall_height(shape, p, 0.0)) /
              (wall_height(shape, p, 1.0) - wall_height(shape, p, 0.0));
         break;

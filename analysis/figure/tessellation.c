@@ -132,6 +132,16 @@ static enum rmap_status tessellate_rectangle(const struct rmap_shape *shape,
     return RMAP_OK;
 }
 
+/* Along a side of a rectangle there and back. */
+static double around(const struct rmap_shape *shape, int k)
+{
+    const double u = (double)k / RMAP_FACETS;
+    if (shape->type != RMAP_SHAPE_WALL || !shape->outline.rectangle)
+        return u;
+    const double on_side = 0.25 * (shape->side - 0.5 + (u < 0.5 ? 2.0 * u : 2.0 - 2.0 * u));
+    return on_side - floor(on_side);
+}
+
 /* A sag or a wall: rings as of a surface of revolution, in the shape of the outline and at the
  * heights that the surface has. */
 static enum rmap_status tessellate_outline(const struct rmap_shape *shape,
@@ -147,7 +157,7 @@ static enum rmap_status tessellate_outline(const struct rmap_shape *shape,
     for (int i = 0; i < profile.n; i++)
         for (int k = 0; k < RMAP_FACETS; k++) {
             const double v = wall ? 0.0 : 1.0 - (double)i / (profile.n - 1);
-            struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, (double)k / RMAP_FACETS, v);
+            struct rmap_vec3 p = rmap_aperture_chart(&shape->outline, around(shape, k), v);
             const int end = wall && i == 0; /* from the far end, so that triangles face outwards */
             p.z = rmap_sag_height(shape->sag[end], p.x, p.y).z + (end ? shape->length : 0.0);
             put_vertex(*mesh_ret, (size_t)(i * RMAP_FACETS + k), p.x, p.y, p.z);

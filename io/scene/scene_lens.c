@@ -29,7 +29,9 @@ static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *no
                      double *thickness, struct rmap_lens_row *row, bool *good)
 {
     row->node = node;
-    row->geometry = row->edge_geometry = row->stop_geometry = -1;
+    row->geometry = row->stop_geometry = -1;
+    for (int side = 0; side < 4; side++)
+        row->edge_geometry[side] = -1;
     row->medium = row->surface_front = row->surface_back = -1;
     *good = rmap_reader_known(reader, node, &rmap_lens_row_keys, 0);
     if (!*good)
@@ -322,7 +324,7 @@ struct edge {
 
 /* Between rims that are not plane. */
 static struct edge wall_between(struct rmap_reader *reader, const struct rmap_lens_row *a,
-                                const struct rmap_lens_row *b)
+                                const struct rmap_lens_row *b, int side)
 {
     const struct rmap_aperture outline = rmap_shape_outline(&a->shape),
                                other = rmap_shape_outline(&b->shape);
@@ -338,7 +340,8 @@ static struct edge wall_between(struct rmap_reader *reader, const struct rmap_le
     }
     rmap_shape_as_sag(&a->shape, &sag[0]);
     rmap_shape_as_sag(&b->shape, &sag[1]);
-    const char *wrong = rmap_shape_of_wall(&edge.shape, &sag[0], &sag[1], b->z - a->z, &outline);
+    const char *wrong =
+        rmap_shape_of_wall(&edge.shape, &sag[0], &sag[1], b->z - a->z, &outline, side);
     if (wrong)
         rmap_reader_error(reader, b->node, "this is no edge: %s", wrong);
     edge.exists = !wrong;
@@ -346,10 +349,10 @@ static struct edge wall_between(struct rmap_reader *reader, const struct rmap_le
 }
 
 static struct edge edge_between(struct rmap_reader *reader, const struct rmap_lens_row *a,
-                                const struct rmap_lens_row *b)
+                                const struct rmap_lens_row *b, int side)
 {
     if (!rmap_shape_is_revolved(&a->shape) || !rmap_shape_is_revolved(&b->shape))
-        return wall_between(reader, a, b);
+        return wall_between(reader, a, b, side);
     double ra = a->shape.aperture, rb = b->shape.aperture, length = b->rim_z - a->rim_z;
     struct edge edge = {.exists = true, .z = fmin(a->rim_z, b->rim_z)};
     if (fabs(length) > 1e-12 * (fabs(a->rim_z) + fabs(b->rim_z) + ra)) {
@@ -367,20 +370,20 @@ static struct edge edge_between(struct rmap_reader *reader, const struct rmap_le
     return edge;
 }
 
-static void add_edge(struct expansion *e, size_t k, size_t next)
+static void add_edge(struct expansion *e, size_t k, size_t next, int side)
 {
     struct rmap_lens_row *row = &e->lens->row[k];
-    const struct edge edge = edge_between(e->reader, row, &e->lens->row[next]);
+    const struct edge edge = edge_between(e->reader, row, &e->lens->row[next], side);
     if (!edge.exists)
         return;
     char *name = compose(e->reader, "%s.edge.%d", e->plan->name, ++e->n_edge);
     if (!name)
         return;
-    if (row->edge_geometry < 0) {
+    if (row->edge_geometry[side] < 0) {
         char *shape_name = compose(e->reader, "%s.edge.%d", e->geometry, ++e->lens->n_edge);
         if (!shape_name)
             return;
-        rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry);
+        rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry[side]);
     }
     const struct rmap_affine element = frame_at(e, element_z(e, k));
     /* The edge's `front` surface is the outer one. */
@@ -392,7 +395,16 @@ static void add_edge(struct expansion *e, size_t k, size_t next)
         .element_front = edge.glass_in_front ? &element : NULL,
         .element_back = edge.glass_in_front ? NULL : &element,
     };
-    add_part(e, name, e->group, row->edge_geometry, edge.z, &sides);
+    add_part(e, name, e->group, row->edge_geometry[side], edge.z, &sides);
+}
+
+/* Of a rectangle its four sides. */
+static void add_edges(struct expansion *e, size_t k, size_t next)
+{
+    const struct rmap_shape *shape = &e->lens->row[k].shape;
+    const bool sides = shape->type == RMAP_SHAPE_SAG && shape->outline.rectangle;
+    for (int side = 0; side < (sides ? 4 : 1) && !e->reader->diagnostics->n_error; side++)
+        add_edge(e, k, next, side);
 }
 
 void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
@@ -416,6 +428,6 @@ void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geome
         while (next + 1 < lens->n_row && is_hole(&e, next))
             next++;
         if (!is_hole(&e, k) && !is_hole(&e, next) && lens->row[k].medium != outside)
-            add_edge(&e, k, next);
+            add_edges(&e, k, next);
     }
 }

@@ -53,7 +53,7 @@ struct rmap_lens_row {
     int32_t medium;                      /* after it */
     int32_t surface_front, surface_back; /* -1: those of the lens */
     bool stop;
-    int32_t geometry, edge_geometry, stop_geometry; /* made on first use; -1: not yet */
+    int32_t geometry, edge_geometry[4], stop_geometry; /* made on first use; -1: not yet */
     const struct rmap_yaml_node *node;
 };
 

@@ -45,7 +45,7 @@ void rmap_shell_radii(const struct rmap_shape *shape, double radius[2])
         radius[1] = rmap_aperture_far(&shape->outline);
         break;
     case RMAP_SHAPE_WALL:
-        radius[0] = rmap_aperture_near(&shape->outline);
+        radius[0] = shape->outline.rectangle ? 0 : rmap_aperture_near(&shape->outline);
         radius[1] = rmap_aperture_far(&shape->outline);
         break;
     case RMAP_SHAPE_SPHERE:

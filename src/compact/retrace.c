@@ -181,17 +181,18 @@ static void descend_sag(const struct rmap_shape *shape, bool own, struct local *
     l->normal = rmap_normalize(rmap_vec3(-at.x, -at.y, 1));
 }
 
-/* Where the line leaves the outline's prism, or where it enters that from outside. */
+/* The first root ahead. */
 static bool meet_wall(const struct rmap_shape *shape, bool own, double behind, struct local *l)
 {
-    double t[2] = {-HUGE_VAL, HUGE_VAL};
-    if (!rmap_aperture_clip(&shape->outline, l->origin, l->direction, t))
+    double t[2];
+    const int n = rmap_wall_roots(shape, own, l->origin, l->direction, t);
+    if (n == 0)
         return false;
-    l->t = !own && t[0] > behind ? t[0] : t[1];
-    if (!isfinite(l->t))
-        return false;
+    l->t = t[0] > behind ? t[0] : t[n - 1];
     l->point = rmap_axpy(l->t, l->direction, l->origin);
-    l->normal = rmap_aperture_outward(&shape->outline, l->point.x, l->point.y);
+    l->normal = shape->outline.rectangle
+                    ? rmap_side_outward(shape->side)
+                    : rmap_aperture_outward(&shape->outline, l->point.x, l->point.y);
     return true;
 }
 

@@ -29,8 +29,14 @@ bool rmap_aperture_clip(const struct rmap_aperture *a, struct rmap_vec3 p, struc
 struct rmap_vec3 rmap_aperture_chart(const struct rmap_aperture *a, double u, double v);
 void rmap_aperture_find(const struct rmap_aperture *a, double x, double y, double *u, double *v);
 
-/* Unit normal of its rim at a point there. */
+/* Unit normal of its rim at a point there; and of a side of a rectangle, 0 to 3 for +x, +y, -x, -y.
+ */
 struct rmap_vec3 rmap_aperture_outward(const struct rmap_aperture *a, double x, double y);
+static inline struct rmap_vec3 rmap_side_outward(int side)
+{
+    const double sign = side < 2 ? 1 : -1;
+    return side % 2 ? rmap_vec3(0, sign, 0) : rmap_vec3(sign, 0, 0);
+}
 
 /* From the axis, of what lies within the rim: nearest (of the rim; 0 where that is not about the
  * axis) and farthest. */

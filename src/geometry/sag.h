@@ -46,7 +46,9 @@ struct rmap_sag {
 
     /* Made by rmap_sag_finish. */
     double qbfs_sum[RMAP_SAG_Q]; /* in Forbes's auxiliary polynomials P */
-    double bend;      /* no second derivative is greater, but for the base of a CONIC and power 1 */
+    double bend[3];   /* xx, xy, yy: no second derivative is greater, but for those of the base of a
+                         CONIC and of power 1 */
+    bool flat;        /* the surface is the plane z = 0 */
     double noise;     /* of sums that are much smaller than their terms */
     double low, high; /* z within the aperture, never too narrow */
     double far;       /* largest distance from the axis */
@@ -69,10 +71,10 @@ struct rmap_height rmap_sag_height(const struct rmap_sag *sag, double x, double 
 /* NULL, or what is wrong with the numbers over this aperture; then the rest is made. */
 const char *rmap_sag_finish(struct rmap_sag *sag, const struct rmap_aperture *aperture);
 
-/* Bound of the second derivative along a line (per squared length across z) of whose points the
- * squared distance from the axis is at most `far`; at least `near` of all points and `least` of the
- * whole line. */
-double rmap_sag_bend(const struct rmap_sag *sag, double least, double near, double far);
+/* Bound of the second derivative by t along a piece of the line p + t d. Squared distances from the
+ * axis: at least `near` and at most `far` on the piece, at least `least` on the line. */
+double rmap_sag_bend(const struct rmap_sag *sag, struct rmap_vec3 d, double least, double near,
+                     double far);
 
 /* Turned about z the profile is the same. */
 bool rmap_sag_is_revolved(const struct rmap_sag *sag);

@@ -29,7 +29,7 @@ static const double STEP = 1e-5;
 
 /* Greatest values of a polynomial over a disc, or over a line through its middle. */
 struct most {
-    double z, slope, bend;
+    double z, slope, bend[3]; /* xx, xy, yy */
 };
 
 /* Nodes from `from` to `to` along n_angle directions of a half circle, the first along x or y. */
@@ -37,7 +37,7 @@ static struct most most_of(const struct rmap_sag *part, const double range[2], i
                            int n_angle, bool along_y)
 {
     const double factor = n_angle > 1 ? OF_TWO : OF_ONE, h = STEP * range[1];
-    struct most most = {0, 0, 0};
+    struct most most = {.z = 0};
     const int n = RADIAL * (degree + 1);
     for (int i = 0; i < n * n_angle; i++) {
         const double angle = RMAP_PI * (i / n) / n_angle + (along_y ? 0.5 * RMAP_PI : 0);
@@ -53,7 +53,9 @@ static struct most most_of(const struct rmap_sag *part, const double range[2], i
                      xy = rmap_max(fabs(right.y - left.y), fabs(above.x - below.x));
         most.z = rmap_max(most.z, factor * fabs(at.z));
         most.slope = rmap_max(most.slope, factor * (fabs(at.x) + fabs(at.y)));
-        most.bend = rmap_max(most.bend, factor * (rmap_max(xx, yy) + xy) / (2 * h));
+        const double bend[3] = {xx, xy, yy};
+        for (int k = 0; k < 3; k++)
+            most.bend[k] = rmap_max(most.bend[k], factor * bend[k] / (2 * h));
     }
     return most;
 }
@@ -80,19 +82,29 @@ static int greater(int a, int b)
     return a > b ? a : b;
 }
 
-static double bend_of_sums(const struct rmap_sag *sag, double radius)
+/* Of what is alike along x and y. */
+static void add_round_bend(struct rmap_sag *sag, double bend)
+{
+    sag->bend[0] += bend;
+    sag->bend[2] += bend;
+}
+
+static void add_sums(struct rmap_sag *sag, double radius)
 {
     const double disc[2] = {-radius, radius}, ray[2] = {0, radius};
     const int planar = greater(sag->n_xy, sag->n_zernike) - 1;
     struct rmap_sag part;
-    double bend = 0;
     if (planar > 0) {
         take(sag, PLANAR, &part);
-        bend += most_of(&part, disc, planar, AROUND * planar / 2 + 1, false).bend;
+        const struct most most = most_of(&part, disc, planar, AROUND * planar / 2 + 1, false);
+        for (int k = 0; k < 3; k++)
+            sag->bend[k] += most.bend[k];
     }
     if ((sag->n_power > 1 && sag->base != RMAP_SAG_TOROID) || sag->n_qcon > 0) {
         take(sag, QCON | (sag->base != RMAP_SAG_TOROID ? POWERS : 0), &part);
-        bend += most_of(&part, ray, greater(sag->n_power, 2 * sag->n_qcon + 2), 1, false).bend;
+        const struct most most =
+            most_of(&part, ray, greater(sag->n_power, 2 * sag->n_qcon + 2), 1, false);
+        add_round_bend(sag, rmap_max(most.bend[0], most.bend[2]));
     }
     if (sag->n_qbfs > 0) { /* F W with W of rmap_sag_profile, and dW/dr = c^2 r W / (a b) */
         const double c2 = sag->curvature[0] * sag->curvature[0], r2 = radius * radius;
@@ -101,11 +113,11 @@ static double bend_of_sums(const struct rmap_sag *sag, double radius)
         const double over = sqrt((1 - of[0] * r2) / (1 - of[1] * r2)), rate = c2 / (a * b);
         take(sag, QBFS, &part);
         const struct most most = most_of(&part, ray, 2 * sag->n_qbfs + 2, 1, false);
-        bend +=
-            over * (most.bend + 2 * most.slope * radius * rate +
-                    most.z * rate * (1 + r2 * (rate + 2 * fabs(of[0]) / a + 2 * fabs(of[1]) / b)));
+        add_round_bend(
+            sag,
+            over * (rmap_max(most.bend[0], most.bend[2]) + 2 * most.slope * radius * rate +
+                    most.z * rate * (1 + r2 * (rate + 2 * fabs(of[0]) / a + 2 * fabs(of[1]) / b))));
     }
-    return bend;
 }
 
 static double bend_of_biconic(const struct rmap_sag *sag, const double most[2])
@@ -134,8 +146,8 @@ static double conic_bend(double c, double k, double r, double *slope)
     return under < 1 ? fabs(c) / (root * under) : fabs(c);
 }
 
-/* With the profile's range in *low and *high; infinite: it turns through its axis. */
-static double bend_of_toroid(const struct rmap_sag *sag, const double most[2])
+/* False: it turns through its axis. */
+static bool add_toroid(struct rmap_sag *sag, const double most[2])
 {
     struct rmap_sag part;
     double slope = 0, bend = conic_bend(sag->curvature[1], sag->conic[1], most[1], &slope), z;
@@ -149,15 +161,16 @@ static double bend_of_toroid(const struct rmap_sag *sag, const double most[2])
     part.conic[1] = sag->conic[1];
     z = fabs(rmap_sag_profile(&part, 0, most[1]).z) + sums.z;
     slope += sums.slope;
-    bend += sums.bend;
+    bend += sums.bend[2];
     const double q = 1 + c * z, least = 1 - c * z,
                  square = least * least - c * c * most[0] * most[0];
     if (!(least > 0 && square > LEAST_ROOT))
-        return INFINITY;
+        return false;
     const double root = sqrt(square), cube = root * square;
-    const double xx = c * q * q / cube, xy = c * c * most[0] * q * slope / cube,
-                 yy = bend * q / root + c * c * c * slope * slope * most[0] * most[0] / cube;
-    return rmap_max(xx, yy) + xy;
+    sag->bend[0] += c * q * q / cube;
+    sag->bend[1] += c * c * most[0] * q * slope / cube;
+    sag->bend[2] += bend * q / root + c * c * c * slope * slope * most[0] * most[0] / cube;
+    return true;
 }
 
 /* A Zernike polynomial of peak 1 has no more at u: Chebyshev's growth. */
@@ -197,6 +210,7 @@ static void set_range(struct rmap_sag *sag, const struct rmap_aperture *aperture
     struct rmap_aperture whole = *aperture;
     struct rmap_sag base = {
         .base = sag->base, .curvature = {sag->curvature[0]}, .conic = {sag->conic[0]}};
+    const double bend = rmap_max(sag->bend[0], sag->bend[2]) + sag->bend[1];
     const bool apart = sag->base == RMAP_SAG_CONIC;
     const double end = apart ? rmap_sag_profile(&base, far, 0).z : 0;
     whole.inner = 0;
@@ -210,7 +224,7 @@ static void set_range(struct rmap_sag *sag, const struct rmap_aperture *aperture
             const struct rmap_height less = rmap_sag_profile(&base, p.x, p.y);
             at = (struct rmap_height){at.z - less.z, at.x - less.x, at.y - less.y};
         }
-        const double more = reach * (hypot(at.x, at.y) + 0.5 * reach * sag->bend +
+        const double more = reach * (hypot(at.x, at.y) + 0.5 * reach * bend +
                                      (sag->n_power > 0 ? 2 * fabs(sag->power[0]) : 0));
         sag->low = rmap_min(sag->low, at.z - more);
         sag->high = rmap_max(sag->high, at.z + more);
@@ -312,18 +326,20 @@ const char *rmap_sag_finish(struct rmap_sag *sag, const struct rmap_aperture *ap
     set_qbfs(sag);
     sag->far = far;
     sag->noise = noise_of(sag, far);
-    sag->bend = bend_of_sums(sag, far);
+    sag->flat = sag->fresnel || rmap_sag_is_plane(sag);
+    for (int k = 0; k < 3; k++)
+        sag->bend[k] = 0;
+    add_sums(sag, far);
     if (sag->base == RMAP_SAG_BICONIC)
-        sag->bend += bend_of_biconic(sag, most);
-    if (sag->base == RMAP_SAG_TOROID)
-        sag->bend += bend_of_toroid(sag, most);
+        add_round_bend(sag, bend_of_biconic(sag, most));
+    if (sag->base == RMAP_SAG_TOROID && !add_toroid(sag, most))
+        return "aperture reaches to where the toroid turns back: |x| must be less than the "
+               "toroid's "
+               "radius less its profile";
     set_range(sag, aperture);
-    if (!isfinite(sag->bend))
-        return sag->base == RMAP_SAG_TOROID
-                   ? "aperture reaches to where the toroid turns back: |x| must be less than the "
-                     "toroid's radius less its profile"
-                   : "the sag is not finite";
-    return isfinite(sag->low) && isfinite(sag->high) ? NULL : "the sag is not finite";
+    return all_finite(sag->bend, 3) && isfinite(sag->low) && isfinite(sag->high)
+               ? NULL
+               : "the sag is not finite";
 }
 
 /* Of slope / r what does not change with r: terms in r fall out of the difference. */
@@ -335,19 +351,20 @@ bool rmap_sag_vertex(const struct rmap_sag *sag, double *curvature)
     return rmap_sag_is_revolved(sag) && !(sag->n_power > 0 && sag->power[0] != 0);
 }
 
-double rmap_sag_bend(const struct rmap_sag *sag, double least, double near, double far)
+double rmap_sag_bend(const struct rmap_sag *sag, struct rmap_vec3 d, double least, double near,
+                     double far)
 {
-    double bend = sag->bend;
-    if (sag->fresnel)
-        return 0;
+    double bend = sag->bend[0] * d.x * d.x + 2 * sag->bend[1] * fabs(d.x * d.y) +
+                  sag->bend[2] * d.y * d.y,
+           round = 0;
     if (sag->base == RMAP_SAG_CONIC && sag->curvature[0] != 0) {
         const double c = sag->curvature[0], a = (1 + sag->conic[0]) * c * c;
         const double under = 1 - a * (a > 0 ? far : near), root = sqrt(under);
         if (!(under > 0))
             return INFINITY;
-        bend += a > 0 ? fabs(c) / (root * under) : fabs(c) / root;
+        round = a > 0 ? fabs(c) / (root * under) : fabs(c) / root;
     }
     if (sag->n_power > 0 && sag->power[0] != 0 && sag->base != RMAP_SAG_TOROID && least > 0)
-        bend += fabs(sag->power[0]) * least / (near * sqrt(near));
-    return bend;
+        round += fabs(sag->power[0]) * least / (near * sqrt(near));
+    return bend + round * (d.x * d.x + d.y * d.y);
 }

@@ -32,7 +32,7 @@ struct rmap_vec3 rmap_shape_normal(const struct rmap_shape *shape, struct rmap_v
         return rmap_normalize(rmap_vec3(-at.x, -at.y, 1));
     }
     if (shape->type == RMAP_SHAPE_WALL)
-        return rmap_aperture_outward(&shape->outline, point.x, point.y);
+        return rmap_wall_normal(shape, point);
     struct rmap_quadric f = rmap_quadric_of(shape);
     return rmap_quadric_normal_at(shape, &f, point);
 }
@@ -95,6 +95,11 @@ void rmap_shape_bounds(const struct rmap_shape *shape, struct rmap_vec3 *lower,
                                                  : shape->length + shape->sag[1]->high;
         *lower = rmap_sub(*lower, half);
         *upper = rmap_add(*upper, half);
+        if (shape->type == RMAP_SHAPE_WALL && shape->outline.rectangle) {
+            double *low_side = shape->side % 2 ? &lower->y : &lower->x,
+                   *high_side = shape->side % 2 ? &upper->y : &upper->x;
+            *(shape->side < 2 ? low_side : high_side) = *(shape->side < 2 ? high_side : low_side);
+        }
         return;
     }
     *lower = rmap_vec3(-r, -r, low);
@@ -180,11 +185,12 @@ const char *rmap_shape_of_sag(struct rmap_shape *shape, struct rmap_sag *sag,
 
 const char *rmap_shape_of_wall(struct rmap_shape *shape, struct rmap_sag *bottom,
                                struct rmap_sag *top, double length,
-                               const struct rmap_aperture *outline)
+                               const struct rmap_aperture *outline, int side)
 {
     struct rmap_aperture rim = *outline;
     rim.inner = 0;
-    *shape = (struct rmap_shape){.type = RMAP_SHAPE_WALL, .sag = {bottom, top}, .length = length};
+    *shape = (struct rmap_shape){
+        .type = RMAP_SHAPE_WALL, .sag = {bottom, top}, .length = length, .side = side};
     set_outline(shape, &rim);
     const char *wrong = rmap_sag_finish(bottom, &rim);
     return wrong ? wrong : rmap_sag_finish(top, &rim);

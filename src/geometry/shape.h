@@ -9,8 +9,8 @@
  *   TUBE       cylinder or cone: radius at z = 0, radius2 at z = length, open ends; normal outward.
  *   SPHERE     radius about the origin; normal outward.
  *   SAG        z = sag(x, y) over an outline (sag.h); normal of its profile, towards +z.
- *   WALL       over an outline, from one sag to another: the edge of a body between two such
- *              surfaces; normal outward.
+ *   WALL       over an ellipse, or one side of a rectangle, from one sag to another: the edge of a
+ *              body between two such surfaces; normal outward.
  */
 #ifndef RMAP_SHAPE_H
 #define RMAP_SHAPE_H
@@ -58,6 +58,7 @@ struct rmap_shape {
     double size[2];                   /* RECTANGLE */
     double radius, radius2, length;   /* TUBE, SPHERE (radius); WALL: from sag[0] to sag[1] */
     struct rmap_aperture outline;     /* SAG, WALL */
+    int side;                         /* WALL, of a rectangle: 0 to 3 for +x, +y, -x, -y */
     struct rmap_sag *sag[2];          /* SAG: one; WALL: bottom and top. See rmap_shape_own. */
 };
 struct rmap_sag;
@@ -82,7 +83,12 @@ const char *rmap_shape_of_sag(struct rmap_shape *shape, struct rmap_sag *sag,
                               const struct rmap_aperture *outline);
 const char *rmap_shape_of_wall(struct rmap_shape *shape, struct rmap_sag *bottom,
                                struct rmap_sag *top, double length,
-                               const struct rmap_aperture *outline);
+                               const struct rmap_aperture *outline, int side);
+
+/* Where a line meets the plane or the cylinder that a WALL is part of, in order; how many. Of one
+ * that starts on it the other root. */
+int rmap_wall_roots(const struct rmap_shape *shape, bool on_surface, struct rmap_vec3 p,
+                    struct rmap_vec3 d, double t[2]);
 
 /* The outline of a CONIC or SAG; what both have as a sag. */
 struct rmap_aperture rmap_shape_outline(const struct rmap_shape *shape);

@@ -201,15 +201,15 @@ static enum outcome evaluate_sag(const struct rmap_shape *shape, const struct ra
     const double slope = ray->d.z - at.x * ray->d.x - at.y * ray->d.y;
     const bool turns = ray->turn > t.lower && ray->turn < t.upper;
     const double bend =
-        ray->s2 > 0 ? ray->s2 * rmap_sag_bend(sag, ray->least, turns ? ray->least : rmap_min(a, b),
-                                              rmap_max(a, b))
-                    : 0;
+        rmap_sag_bend(sag, ray->d, ray->least, turns ? ray->least : rmap_min(a, b), rmap_max(a, b));
     const double rounding = 16 * DBL_EPSILON;
     const double pad = sag->noise + rounding * (fabs(at.z) + fabs(q.z));
-    if (fabs(q.z - at.z) > (fabs(slope) + 0.5 * bend * half) * half + pad)
+    const double change = (fabs(slope) + 0.5 * bend * half) * half;
+    if (fabs(q.z - at.z) > change + pad)
         return EMPTY;
     const double rest = rounding * (fabs(ray->d.z) + fabs(at.x * ray->d.x) + fabs(at.y * ray->d.y));
-    return fabs(slope) > bend * half * (1 + 1e-9) + rest ? MONOTONIC : UNCLEAR;
+    /* where all of it is rounding there is nothing to be cut */
+    return fabs(slope) > bend * half * (1 + 1e-9) + rest || change <= pad ? MONOTONIC : UNCLEAR;
 }
 
 static enum outcome evaluator(const struct rmap_shape *shape, const struct ray2 *ray,
@@ -250,7 +250,10 @@ static bool clip_sag(const struct rmap_shape *shape, const struct ray2 *ray, str
     if (!rmap_aperture_clip(&shape->outline, ray->p, ray->d, part))
         return false;
     *t = (struct range){part[0], part[1]};
-    return clip_heights(ray, (struct range){shape->sag[0]->low, shape->sag[0]->high}, t);
+    /* a ray that starts on it keeps its start */
+    const double pad = 1e-9 * shape->sag[0]->far;
+    return clip_heights(ray, (struct range){shape->sag[0]->low - pad, shape->sag[0]->high + pad},
+                        t);
 }
 
 /* Part of the ray over the aperture and between the lowest and highest sag; false: none. */
@@ -304,7 +307,8 @@ static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
                    const struct rmap_shape_query *query, struct range t, double known, double shift,
                    struct rmap_shape_hit *hit)
 {
-    enum { DEPTH = 56 };
+    enum { DEPTH = 56, CUTS = 1 << 14 }; /* cuts: a line may lie in a surface */
+    int left = CUTS;
     struct range stack[DEPTH + 1];
     double smallest = (t.upper - t.lower) * 0x1p-50;
     int n = 0;
@@ -319,7 +323,8 @@ static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
         enum outcome outcome = evaluator(shape, ray, now);
         if (outcome == EMPTY || (outcome == MONOTONIC && touches))
             continue;
-        if (outcome == UNCLEAR && now.upper - now.lower > smallest && n + 2 <= DEPTH) {
+        if (outcome == UNCLEAR && now.upper - now.lower > smallest && n + 2 <= DEPTH &&
+            left-- > 0) {
             double middle = 0.5 * (now.lower + now.upper);
             stack[n++] = (struct range){middle, now.upper};
             stack[n++] = (struct range){now.lower, middle};
@@ -346,12 +351,26 @@ static struct rmap_shape widened(const struct rmap_shape *shape)
     return wide;
 }
 
+/* A SAG that is flat, as a Fresnel surface is. */
+static bool meet_plane(const struct rmap_shape *shape, const struct rmap_shape_query *query,
+                       struct rmap_shape_hit *hit)
+{
+    const struct rmap_vec3 p = query->origin, d = query->direction;
+    const double t = -p.z / d.z;
+    struct rmap_vec3 at = rmap_vec3(p.x + t * d.x, p.y + t * d.y, 0);
+    if (query->on_surface || d.z == 0 || !(t > query->t_min && t < query->t_max) ||
+        !rmap_root_belongs(query, t, &at, rmap_aperture_has(&shape->outline, at.x, at.y)))
+        return false;
+    *hit = (struct rmap_shape_hit){t, at, rmap_shape_normal(shape, at), false};
+    return true;
+}
+
 bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                             struct rmap_shape_hit *hit)
 {
     struct rmap_shape wide;
-    if (query->on_surface && shape->type == RMAP_SHAPE_SAG && shape->sag[0]->fresnel)
-        return false; /* a plane */
+    if (shape->type == RMAP_SHAPE_SAG && shape->sag[0]->flat)
+        return meet_plane(shape, query, hit);
     if (query->joints) {
         wide = widened(shape);
         shape = &wide;

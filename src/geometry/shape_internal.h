@@ -38,6 +38,7 @@ bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_sh
                             struct rmap_shape_hit *hit);
 
 /* WALL. */
+struct rmap_vec3 rmap_wall_normal(const struct rmap_shape *shape, struct rmap_vec3 point);
 bool rmap_wall_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                          struct rmap_shape_hit *hit);
 

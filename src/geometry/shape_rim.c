@@ -137,17 +137,41 @@ static struct rmap_rim curve_rim(const struct rmap_shape *shape, int end, int si
         .size = side == -2 ? a->inner : size, .curve = shape, .end = end, .side = side};
 }
 
-static int curve_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM_MAX])
+static int sag_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM_MAX])
 {
     int n = 0;
-    for (int end = 0; end < (shape->type == RMAP_SHAPE_WALL ? 2 : 1); end++) {
-        if (!shape->outline.rectangle)
-            rim[n++] = curve_rim(shape, end, -1);
-        for (int side = 0; shape->outline.rectangle && side < 4; side++)
-            rim[n++] = curve_rim(shape, end, side);
-    }
-    if (shape->outline.inner > 0 && shape->type == RMAP_SHAPE_SAG)
+    if (!shape->outline.rectangle)
+        rim[n++] = curve_rim(shape, 0, -1);
+    for (int side = 0; shape->outline.rectangle && side < 4; side++)
+        rim[n++] = curve_rim(shape, 0, side);
+    if (shape->outline.inner > 0)
         rim[n++] = curve_rim(shape, 0, -2);
+    return n;
+}
+
+/* The corner between a side of a rectangle and the next one. */
+static struct rmap_rim corner_rim(const struct rmap_shape *shape, double sign)
+{
+    const struct rmap_aperture *a = &shape->outline;
+    const struct rmap_vec3 n = rmap_side_outward(shape->side),
+                           on = rmap_scale(rmap_side_outward((shape->side + 1) % 4), sign);
+    const double x = a->at[0] + (n.x + on.x) * a->half[0], y = a->at[1] + (n.y + on.y) * a->half[1];
+    const double low = rmap_sag_height(shape->sag[0], x, y).z,
+                 high = shape->length + rmap_sag_height(shape->sag[1], x, y).z;
+    return (struct rmap_rim){.straight = true,
+                             .size = 0.5 * (high - low),
+                             .at = rmap_vec3(x, y, 0.5 * (low + high)),
+                             .along = rmap_vec3(0, 0, 1),
+                             .inward = rmap_scale(on, -1)};
+}
+
+static int wall_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM_MAX])
+{
+    int n = 0;
+    for (int end = 0; end < 2; end++)
+        rim[n++] = curve_rim(shape, end, shape->outline.rectangle ? shape->side : -1);
+    for (int sign = -1; shape->outline.rectangle && sign <= 1; sign += 2)
+        rim[n++] = corner_rim(shape, sign);
     return n;
 }
 
@@ -182,8 +206,9 @@ int rmap_shape_rims(const struct rmap_shape *shape, struct rmap_rim rim[RMAP_RIM
     case RMAP_SHAPE_SPHERE:
         break;
     case RMAP_SHAPE_SAG:
+        return sag_rims(shape, rim);
     case RMAP_SHAPE_WALL:
-        return curve_rims(shape, rim);
+        return wall_rims(shape, rim);
     }
     return n;
 }
@@ -199,7 +224,7 @@ bool rmap_rim_is_near(const struct rmap_rim *rim, struct rmap_vec3 p, double zon
     struct rmap_vec3 to = rmap_sub(p, rim->at);
     double along = rmap_dot(to, rim->along);
     return fabs(along) <= rim->size + near && fabs(rmap_dot(to, rim->inward)) <= near &&
-           fabs(p.z) <= near;
+           fabs(rmap_dot(to, rmap_cross(rim->along, rim->inward))) <= near;
 }
 
 struct rmap_vec3 rmap_rim_sample(const struct rmap_rim *rim, int i, int n)

@@ -8,7 +8,7 @@
 
 #include "geometry/shape.h"
 
-#define RMAP_RIM_MAX 8 /* of one shape */
+#define RMAP_RIM_MAX 5 /* of one shape */
 
 struct rmap_rim {
     bool straight;

@@ -38,6 +38,7 @@ static inline void builder_open(struct builder *b, size_t max)
 static inline int32_t builder_shape(struct builder *b, struct rmap_shape shape)
 {
     assert_null(rmap_shape_check(&shape));
+    assert_true(rmap_shape_own(&shape));
     b->scene->geometry[b->scene->n_geometry].kind = RMAP_GEOMETRY_SHAPE;
     b->scene->geometry[b->scene->n_geometry].shape = shape;
     return (int32_t)b->scene->n_geometry++;

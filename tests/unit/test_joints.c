@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "build_scene.h"
+#include "geometry/sag.h"
 
 enum { AIR = 0, GLASS = 1, PARTS_MAX = 6, RIMS_MAX = 12 };
 
@@ -16,10 +17,11 @@ struct part {
     bool inward; /* its normal leads into the body */
 };
 
-/* A rim: circle about z, or from `at` to `to`. */
+/* A rim: circle about z, or from `at` to `to`; or along the outline of a part, a SAG. */
 struct rim {
     double radius;
     struct rmap_vec3 at, to;
+    int curve; /* number of the part, from 1 */
 };
 
 struct body {
@@ -47,7 +49,33 @@ struct body {
         .type = RMAP_SHAPE_RECTANGLE, .size = {(x_), (y_) }                                        \
     }
 
-static const struct body BODIES[] = {
+/* Lenses whose edges end on curved rims: a bottom, a wall, a top that stands `length` above. */
+static struct lens {
+    struct rmap_sag bottom, top;
+    struct rmap_aperture outline;
+    double length;
+} LENSES[] = {
+    {.bottom = {.base = RMAP_SAG_TOROID, .curvature = {0.4, 0.15}, .conic = {0, -1}},
+     .outline = {.half = {1, 1}},
+     .length = 0.9},
+    {.bottom = {.base = RMAP_SAG_BICONIC, .curvature = {0.3, 0.1}, .conic = {0, 0.5}},
+     .top = {.curvature = {-0.2, -0.2}, .power = {0, 0, -0.02}, .n_power = 3},
+     .outline = {.rectangle = true, .half = {1.1, 0.8}},
+     .length = 1.2},
+    {.bottom = {.curvature = {0.3, 0.3},
+                .zernike_norm = 1.5,
+                .zernike = {[4] = 0.03, [5] = 0.02, [8] = 0.01},
+                .n_zernike = 4},
+     .top = {.xy_norm = 1, .xy = {[3] = -0.1, [4] = 0.03, [5] = -0.2, [7] = 0.01}, .n_xy = 4},
+     .outline = {.half = {1.2, 0.7}, .at = {0.2, -0.1}},
+     .length = 1},
+};
+enum { N_LENS = sizeof LENSES / sizeof LENSES[0] };
+
+static struct body BODIES[] = {
+    {.name = "toroid and plane"},
+    {.name = "rectangular biconic"},
+    {.name = "elliptic, out of its axis"},
     {.name = "sphere of two halves",
      .part = {{CONIC(1.3, 1.3, 0), {0, 0, -1.3}, {0, 0, 0}, true},
               {CONIC(1.3, 1.3, 0), {0, 0, 1.3}, {180, 0, 0}, true}},
@@ -123,11 +151,31 @@ static const struct body BODIES[] = {
              {.at = {-1, -0.6, -0.4}, .to = {-1, -0.6, 0.4}}}},
 };
 
+static int make_lenses(void **state)
+{
+    (void)state;
+    for (int k = 0; k < N_LENS; k++) {
+        struct lens *lens = &LENSES[k];
+        struct part *part = BODIES[k].part;
+        for (int side = 0; side < (lens->outline.rectangle ? 4 : 1); side++)
+            assert_null(rmap_shape_of_wall(&part[2 + side].shape, &lens->bottom, &lens->top,
+                                           lens->length, &lens->outline, side));
+        assert_null(rmap_shape_of_sag(&part[0].shape, &lens->bottom, &lens->outline));
+        assert_null(rmap_shape_of_sag(&part[1].shape, &lens->top, &lens->outline));
+        part[0].inward = true;
+        part[1].at = BODIES[k].rim[1].at = rmap_vec3(0, 0, lens->length);
+        BODIES[k].rim[0].curve = 1;
+        BODIES[k].rim[1].curve = 2;
+        BODIES[k].inside = rmap_vec3(lens->outline.at[0], lens->outline.at[1], 0.5 * lens->length);
+    }
+    return 0;
+}
+
 static int count_rims(const struct body *body)
 {
     int n = 0;
-    while (n < RIMS_MAX &&
-           (body->rim[n].radius > 0 || rmap_length(rmap_sub(body->rim[n].to, body->rim[n].at)) > 0))
+    while (n < RIMS_MAX && (body->rim[n].curve || body->rim[n].radius > 0 ||
+                            rmap_length(rmap_sub(body->rim[n].to, body->rim[n].at)) > 0))
         n++;
     return n;
 }
@@ -168,6 +216,11 @@ static struct rmap_vec3 near_rim(const struct body *body, uint64_t ray, uint64_t
         rim->radius > 0
             ? rmap_add(rim->at, rmap_vec3(rim->radius * cos(angle), rim->radius * sin(angle), 0))
             : rmap_axpy(angle / (2 * RMAP_PI), rmap_sub(rim->to, rim->at), rim->at);
+    if (rim->curve) {
+        const struct rmap_shape *shape = &body->part[rim->curve - 1].shape;
+        p = rmap_aperture_chart(&shape->outline, angle / (2 * RMAP_PI), 0);
+        p.z = rim->at.z + rmap_shape_height(shape, p.x, p.y);
+    }
     return rmap_axpy(
         off, rmap_vec3(draw(ray, k + 2) - 0.5, draw(ray, k + 3) - 0.5, draw(ray, k + 4) - 0.5), p);
 }
@@ -317,5 +370,5 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_light_is_lost_at_joints),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_lenses, NULL);
 }
