@@ -119,3 +119,16 @@ int rmap_shard_unlink(const char *path)
     errno = reason;
     return failed;
 }
+
+enum rmap_status rmap_folder_make(const char *folder, struct rmap_error *err)
+{
+    const mode_t all = 0777;
+    struct stat info;
+    if (mkdir(folder, all) == 0)
+        return RMAP_OK;
+    const int why = errno;
+    if (why == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
+        return RMAP_OK;
+    return rmap_error_set(err, why == EEXIST ? RMAP_USAGE : RMAP_SYSTEM,
+                          "folder %s cannot be made: %s", folder, strerror(why));
+}

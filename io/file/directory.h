@@ -22,6 +22,9 @@ int rmap_directory_number(const char *name, const char *prefix, const char *suff
 enum rmap_status rmap_path_look(const char *path, struct stat *info,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* The folder, unless it is there. RMAP_USAGE: something else stands there. */
+enum rmap_status rmap_folder_make(const char *folder, struct rmap_error *err) RMAP_MUST_USE;
+
 /* directory: that of the entry, for *at functions. */
 typedef enum rmap_status rmap_directory_visitor(void *context, int directory, const char *name,
                                                 struct rmap_error *err);

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "io/export/json_number.h"
+#include "mpi/command/json_out.h"
 
 static size_t count(const struct rmap_lens_plan *plan, bool mirrors)
 {
@@ -45,9 +46,10 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
     if (isfinite(o->object))
         (void)fprintf(out, "  object %.7g %s before surface 1, magnification %.5g\n", o->object,
                       lens->unit, o->magnification);
-    (void)fprintf(
-        out, "next:\n  raymap trace %s -n 1M -o lens.raymap\n  raymap ghosts lens.raymap sensor\n",
-        scene);
+    (void)fprintf(out,
+                  "next:\n  raymap draw %s -o lens.svg\n  raymap ghosts %s sensor\n"
+                  "  raymap trace %s -n 1M -o lens.raymap\n",
+                  scene, scene, scene);
 }
 
 static json_t *elements(const struct rmap_lens_plan *plan)
@@ -92,15 +94,6 @@ static json_t *media(const struct rmap_lens_plan *plan)
     return list;
 }
 
-static json_t *findings(const struct rmap_diagnostics *diagnostics)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < diagnostics->n; i++)
-        (void)json_array_append_new(list, json_pack("{s:i, s:s}", "line", diagnostics->item[i].line,
-                                                    "text", diagnostics->item[i].text));
-    return list;
-}
-
 json_t *rmap_lens_json(const struct rmap_lens_plan *plan, const char *path, const char *scene)
 {
     const struct rmap_prescription *lens = plan->lens;
@@ -127,6 +120,6 @@ json_t *rmap_lens_json(const struct rmap_lens_plan *plan, const char *path, cons
     (void)json_object_set_new(document, "elements", elements(plan));
     (void)json_object_set_new(document, "media", media(plan));
     (void)json_object_set_new(document, "understood", json_boolean(lens->findings->n == 0));
-    (void)json_object_set_new(document, "findings", findings(lens->findings));
+    (void)json_object_set_new(document, "findings", rmap_json_findings(lens->findings));
     return document;
 }

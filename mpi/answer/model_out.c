@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "io/assembly/assembly_guess.h"
+#include "mpi/command/json_out.h"
 
 /* ---- an import ---- */
 
@@ -59,15 +60,6 @@ void rmap_model_print(const struct rmap_assembly *a, const char *scene, FILE *ou
                   scene);
 }
 
-static json_t *findings(const struct rmap_diagnostics *diagnostics)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < diagnostics->n; i++)
-        (void)json_array_append_new(list, json_pack("{s:i, s:s}", "line", diagnostics->item[i].line,
-                                                    "text", diagnostics->item[i].text));
-    return list;
-}
-
 static const char *label_of(const struct rmap_assembly *a, const char *id)
 {
     for (size_t i = 0; i < a->n_part; i++)
@@ -89,7 +81,7 @@ json_t *rmap_model_json(const struct rmap_assembly *a, const char *path, const c
                      "parts", (json_int_t)n.part, "groups", (json_int_t)n.group, "shapes",
                      (json_int_t)a->n_shape, "closed", (json_int_t)n.closed, "transparent",
                      (json_int_t)n.clear, "touching", touching, "understood", a->findings.n == 0,
-                     "findings", findings(&a->findings));
+                     "findings", rmap_json_findings(&a->findings));
 }
 
 /* ---- an update ---- */
@@ -228,6 +220,6 @@ json_t *rmap_revision_json(const struct rmap_model_revision *r, const char *path
                                         (json_int_t)r->stored->n_mesh_kept, "written",
                                         (json_int_t)r->stored->n_mesh_written, "removed",
                                         (json_int_t)r->stored->n_mesh_removed));
-    (void)json_object_set_new(json, "findings", findings(&r->after->findings));
+    (void)json_object_set_new(json, "findings", rmap_json_findings(&r->after->findings));
     return json;
 }

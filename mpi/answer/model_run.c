@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/unit.h"
+#include "io/file/directory.h"
 #include "mpi/answer/model_out.h"
 #include "mpi/command/command.h"
 #include "mpi/command/json_out.h"
@@ -65,7 +66,7 @@ enum rmap_status rmap_model_import(const struct rmap_context *context,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
     RMAP_TRY(request_of(given, given->operand[0], folder, &request, err));
     RMAP_TRY(rmap_model_check_edits(folder, true, force, err)); /* before the work */
-    RMAP_TRY(rmap_model_make_folder(folder, err));
+    RMAP_TRY(rmap_folder_make(folder, err));
     RMAP_TRY(rmap_model_read(&request, &assembly, &made, err));
     rmap_diagnostics_print(&assembly.findings, stderr);
     RMAP_TRY(refuse_strictly(given, &assembly, request.path, err));

@@ -2,12 +2,10 @@
  *
  * raymap import: a scene of what lens designers and CAD programs have.
  */
-#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/alloc.h"
 #include "io/file/directory.h"
@@ -269,19 +267,6 @@ static enum rmap_status put_scene(const void *context, FILE *file, struct rmap_e
     return st;
 }
 
-static enum rmap_status make_folder(const char *folder, struct rmap_error *err)
-{
-    const mode_t all = 0777;
-    struct stat info;
-    if (mkdir(folder, all) == 0)
-        return RMAP_OK;
-    const int why = errno;
-    if (why == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
-        return RMAP_OK;
-    return rmap_error_set(err, why == EEXIST ? RMAP_USAGE : RMAP_SYSTEM,
-                          "folder %s cannot be made: %s", folder, strerror(why));
-}
-
 static enum rmap_status import_lens(const struct rmap_context *context,
                                     const struct rmap_arguments *given, struct import *import,
                                     struct rmap_error *err)
@@ -307,7 +292,7 @@ static enum rmap_status import_lens(const struct rmap_context *context,
                             import->path, import->findings.n + import->findings.n_dropped);
     RMAP_TRY(st);
     RMAP_TRY(write_text(import, err));
-    RMAP_TRY(make_folder(import->folder, err));
+    RMAP_TRY(rmap_folder_make(import->folder, err));
     RMAP_TRY(rmap_edits_put(import->scene, force, put_scene, import, &kept, err));
     if (kept && !context->quiet)
         (void)fprintf(stderr, "%s: the scene that stood there, with its edits\n", kept);

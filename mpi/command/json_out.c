@@ -59,3 +59,12 @@ enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *
 {
     return write_document(document, JSON_COMPACT, out, err);
 }
+
+json_t *rmap_json_findings(const struct rmap_diagnostics *findings)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < findings->n; i++)
+        (void)json_array_append_new(list, json_pack("{s:i, s:s}", "line", findings->item[i].line,
+                                                    "text", findings->item[i].text));
+    return list;
+}

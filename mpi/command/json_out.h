@@ -10,6 +10,7 @@
 
 #include "base/status.h"
 #include "io/export/json_number.h"
+#include "io/file/diagnostics.h"
 
 /* Of the shapes of all documents (docs/schemas): raised when a key changes its meaning or goes. */
 #define RMAP_JSON_VERSION 1
@@ -21,6 +22,9 @@ json_t *rmap_json_versioned(json_t *document);
 /* Writes rmap_json_versioned of it. Takes the document over (NULL: memory was short). Reals with 17
  * digits, keys as inserted. */
 enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
+
+/* What was found in a file: [{"line", "text"}, ...]. */
+json_t *rmap_json_findings(const struct rmap_diagnostics *findings);
 
 /* The same on one line, for a stream of documents. */
 enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;

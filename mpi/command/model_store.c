@@ -14,6 +14,7 @@
 #include "base/alloc.h"
 #include "io/assembly/assembly_scene.h"
 #include "io/assembly/ply_write.h"
+#include "io/file/directory.h"
 #include "io/file/input_file.h"
 #include "io/file/kept_edits.h"
 #include "io/file/publish.h"
@@ -75,19 +76,6 @@ enum rmap_status rmap_model_check_edits(const char *folder, bool with_user, bool
         rmap_free(path);
     }
     return st;
-}
-
-enum rmap_status rmap_model_make_folder(const char *folder, struct rmap_error *err)
-{
-    const mode_t all = 0777;
-    struct stat info;
-    if (mkdir(folder, all) == 0)
-        return RMAP_OK;
-    const int why = errno;
-    if (why == EEXIST && stat(folder, &info) == 0 && S_ISDIR(info.st_mode))
-        return RMAP_OK;
-    return rmap_error_set(err, why == EEXIST ? RMAP_USAGE : RMAP_SYSTEM,
-                          "folder %s cannot be made: %s", folder, strerror(why));
 }
 
 enum rmap_status rmap_model_read_stored(const char *folder, struct rmap_assembly *assembly,
@@ -249,7 +237,7 @@ enum rmap_status rmap_model_store(const char *folder, const char *made,
     char *folder_of_meshes = rmap_model_path(folder, RMAP_ASSEMBLY_MESHES);
     if (!folder_of_meshes)
         return no_memory(err);
-    RMAP_TRY(rmap_model_make_folder(folder_of_meshes, err));
+    RMAP_TRY(rmap_folder_make(folder_of_meshes, err));
     if (match)
         RMAP_TRY(announce(folder, assembly, match, err));
     RMAP_TRY(store_meshes(folder, made, assembly, match, stored, err));

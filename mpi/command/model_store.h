@@ -16,8 +16,6 @@ char *rmap_model_path(const char *folder, const char *name);
 enum rmap_status rmap_model_check_edits(const char *folder, bool with_user, bool force,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-enum rmap_status rmap_model_make_folder(const char *folder, struct rmap_error *err) RMAP_MUST_USE;
-
 /* What the folder was made of. RMAP_USAGE: it is of no model. */
 enum rmap_status rmap_model_read_stored(const char *folder, struct rmap_assembly *assembly,
                                         struct rmap_error *err) RMAP_MUST_USE;
