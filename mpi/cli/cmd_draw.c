@@ -26,6 +26,9 @@
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/overlay_pick.h"
 #include "mpi/scan/scan.h"
+#include "mpi/trace/scene_as_map.h"
+
+enum { RAYS_DEFAULT = 20000 };
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION...",
@@ -33,6 +36,7 @@ static const struct rmap_option options[] = {
      "any, each in its colour"},
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
+    RMAP_SCENE_RAYS_OPTION(20000),
     {"output", 'o', "OUT",
      "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
      "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
@@ -337,7 +341,8 @@ static enum rmap_status run(struct drawing *self, const struct rmap_arguments *g
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = self->context;
-    RMAP_TRY(rmap_load_map(context, self->request.map_path, &self->map, err));
+    RMAP_TRY(rmap_load_map_or_scene(context, given, self->request.map_path, RAYS_DEFAULT,
+                                    &self->map, err));
     RMAP_TRY(rmap_overlay_load(context, given, self->map, &self->overlay, err));
     self->scene = rmap_scene_with(self->map, self->overlay);
     if (self->request.n_frame > 0)
@@ -389,7 +394,7 @@ out:
 const struct rmap_command rmap_command_draw = {
     .name = "draw",
     .summary = "a picture of the scene with rays of the map",
-    .operands = "MAP [--where CRITERION] -o OUT",
+    .operands = "MAP|SCENE [--where CRITERION] -o OUT",
     .help = "Draws the scene, cut by a plane or seen from above, with the rays that match in the\n"
             "colour of their light, as\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' --limit 60 -o rays.png\n\n"
@@ -398,6 +403,8 @@ const struct rmap_command rmap_command_draw = {
             "from above what bodies hide of a ray is faint; glass hides nothing.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' --color order -o rays.svg\n\n"
             "gives each order of ghosts its colour; rays of more flux are more opaque.\n\n"
+            "  raymap draw lens/scene.yaml -o lens.svg\n\n"
+            "traces rays of a scene into memory for the picture.\n\n"
             "  raymap draw bar.raymap --time 0:10:0.1 -o film.apng\n\n"
             "is a film of the light on its way.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' -o lens.html\n\n"

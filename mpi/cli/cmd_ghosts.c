@@ -22,12 +22,14 @@
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/image_scan.h"
+#include "mpi/trace/scene_as_map.h"
 
-enum { TOP_DEFAULT = 10, PATH_NBYTES = 4096 };
+enum { TOP_DEFAULT = 10, RAYS_DEFAULT = 200000, PATH_NBYTES = 4096 };
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'source(sun)'"},
     RMAP_ASKED_OPTIONS,
+    RMAP_SCENE_RAYS_OPTION(200000),
     {"cells", 0, "NXxNY", "in which the brightest is sought (default: the detector's own)"},
     {"top", 0, "N", "so many pairs of surfaces (default 10)"},
     {"by", 0, "LEVEL", "whose names count: surface (default), object or group",
@@ -186,7 +188,7 @@ static enum rmap_status run_ghosts(const struct rmap_context *context,
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
-    RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
+    RMAP_TRY(rmap_load_map_or_scene(context, given, request.map_path, RAYS_DEFAULT, &map, err));
     st = rmap_find_detector(rmap_map_scene(map), request.detector, &detector, err);
     if (st == RMAP_OK && asked.n > 0)
         st = rmap_asked_compile(context, &asked, 0, rmap_map_scene(map), &criterion, err);
@@ -210,13 +212,15 @@ out:
 const struct rmap_command rmap_command_ghosts = {
     .name = "ghosts",
     .summary = "the ghosts on a detector, by the surfaces that make them",
-    .operands = "MAP NAME [--top N] [-o OUT]",
+    .operands = "MAP|SCENE NAME [--top N] [-o OUT]",
     .help =
         "Lists the pairs of surfaces between which light was reflected on its way to the\n"
         "detector, those with most flux first, and what came by more reflections: flux, ratio to\n"
         "the direct image, brightest cell and where it lies, centroid and RMS radius, with the\n"
         "criterion that selects just these registrations for detector, draw or query:\n\n"
-        "  raymap ghosts lens.raymap sensor --where 'source(sun)' -o ghosts.png",
+        "  raymap ghosts lens.raymap sensor --where 'source(sun)' -o ghosts.png\n\n"
+        "Of a scene rays are traced into memory, which a first look takes:\n\n"
+        "  raymap ghosts lens/scene.yaml sensor",
     .options = options,
     .min_operands = 2,
     .max_operands = 2,

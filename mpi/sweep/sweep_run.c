@@ -22,7 +22,7 @@
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/sweep/sweep_answers.h"
-#include "mpi/sweep/sweep_trace.h"
+#include "mpi/trace/trace_held.h"
 #include "mpi/trace/trace_session.h"
 
 static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
@@ -326,8 +326,8 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
     } else {
         RMAP_TRY(group->shares_files ? read_again(group, &options, &scene, err)
                                      : load(group, &options, &own, &scene, err));
-        RMAP_TRY(rmap_sweep_trace(&group->context, scene, run->sweep->seed, run->sweep->n_ray,
-                                  group->isa_level, &map, &run->tracing, err));
+        RMAP_TRY(rmap_trace_held(&group->context, scene, run->sweep->seed, run->sweep->n_ray,
+                                 group->isa_level, &map, &run->tracing, err));
         scene = NULL; /* the map's */
     }
     RMAP_TRY(rmap_sweep_ask(&group->context, run->sweep, map,

@@ -361,6 +361,10 @@ def check_ghosts():
         run("trace", "here/gauss/scene.yaml", "-n", "20000", "-o", f"here/{encoding}.raymap", "--force", "--quiet", "--encoding", encoding)
     ghosts = json.loads(run("ghosts", "here/compact.raymap", "sensor", "--json"))
     check(len(ghosts["rows"]) > 5, "ghosts of the double Gauss")
+    at_once = json.loads(run("ghosts", "here/gauss/scene.yaml", "sensor", "-n", "20000", "--json"))
+    check(at_once["rows"] == ghosts["rows"], "ghosts of a scene are those of its map")
+    drawn = json.loads(run("draw", "here/gauss/scene.yaml", "-n", "200", "-o", "here/gauss.svg", "--json"))
+    check(drawn["rays"] == {"matched": 200, "drawn": 200}, "a scene is drawn with its rays")
     check(time.monotonic() - begun < 60, "in less than a minute")
     run("verify", "here/compact.raymap")
     digests = [json.loads(run("info", f"here/{encoding}.raymap", "--json"))["digest"] for encoding in ("compact", "plain")]

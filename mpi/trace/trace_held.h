@@ -2,21 +2,21 @@
  *
  * The rays of a scene traced into memory, by all ranks of a group.
  */
-#ifndef RMAP_SWEEP_TRACE_H
-#define RMAP_SWEEP_TRACE_H
+#ifndef RMAP_TRACE_HELD_H
+#define RMAP_TRACE_HELD_H
 
 #include "io/map/map_held.h"
 #include "mpi/parallel/context.h"
 
 /* What the rays of a rank may take; more is refused. */
-#define RMAP_SWEEP_NBYTES_MAX ((size_t)2 << 30)
+#define RMAP_HELD_NBYTES_MAX ((size_t)2 << 30)
 
 /* Collective. Rays [0, n_ray), with Embree's instruction set of that level. The scene is taken over
  * on success. RMAP_USAGE where they take too much memory. seconds_ret: grows by the time that
  * tracing took. */
-enum rmap_status rmap_sweep_trace(const struct rmap_context *context, struct rmap_scene *scene,
-                                  uint64_t seed, uint64_t n_ray, int isa_level,
-                                  struct rmap_map **map_ret, double *seconds_ret,
-                                  struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_scene *scene,
+                                 uint64_t seed, uint64_t n_ray, int isa_level,
+                                 struct rmap_map **map_ret, double *seconds_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -3,7 +3,7 @@
  * The rays of a scene traced into memory, in the blocks of a map: statistics round once per block,
  * and are to have the same last bit as those of a map.
  */
-#include "mpi/sweep/sweep_trace.h"
+#include "mpi/trace/trace_held.h"
 
 #include <stdatomic.h>
 
@@ -59,12 +59,12 @@ static enum rmap_status trace_portion(struct tracing *self, int thread, size_t i
     if (history.status != RMAP_OK || recorder.status != RMAP_OK)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the histories of rays"));
     rmap_held_describe(*portion, self->context->rank, &self->held.info[index]);
-    if (atomic_fetch_add(&self->nbytes, nbytes_of(*portion)) > RMAP_SWEEP_NBYTES_MAX)
+    if (atomic_fetch_add(&self->nbytes, nbytes_of(*portion)) > RMAP_HELD_NBYTES_MAX)
         st = rmap_error_set(
             err, RMAP_USAGE,
-            "%llu rays of a variant take more memory than %d MiB: fewer 'rays', more "
-            "ranks, or 'keep: maps'",
-            (unsigned long long)self->n_ray, (int)(RMAP_SWEEP_NBYTES_MAX >> 20));
+            "%llu rays take more memory than %d MiB: fewer rays, more ranks, or a map on disk "
+            "(raymap trace; 'keep: maps' of a sweep)",
+            (unsigned long long)self->n_ray, (int)(RMAP_HELD_NBYTES_MAX >> 20));
 out:
     rmap_tally_recorder_fini(&recorder);
     return st;
@@ -112,10 +112,10 @@ out:
     return st;
 }
 
-enum rmap_status rmap_sweep_trace(const struct rmap_context *context, struct rmap_scene *scene,
-                                  uint64_t seed, uint64_t n_ray, int isa_level,
-                                  struct rmap_map **map_ret, double *seconds_ret,
-                                  struct rmap_error *err)
+enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_scene *scene,
+                                 uint64_t seed, uint64_t n_ray, int isa_level,
+                                 struct rmap_map **map_ret, double *seconds_ret,
+                                 struct rmap_error *err)
 {
     struct rmap_accel *accel = NULL;
     const size_t n = (size_t)((n_ray + PORTION_RAYS - 1) / PORTION_RAYS);
@@ -129,7 +129,7 @@ enum rmap_status rmap_sweep_trace(const struct rmap_context *context, struct rma
                            .tally = rmap_alloc((size_t)context->n_thread, sizeof *self.tally)};
     enum rmap_status st = rmap_accel_create_isa(scene, context->n_thread, isa_level, &accel, err);
     if (st == RMAP_OK && (!self.held.info || !self.held.portion || !self.tally))
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of a variant");
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
     RMAP_TRY(rmap_agree(context, st, err));
     self.tracer = (struct rmap_tracer){scene, accel, seed};
     const double begun = rmap_clock_seconds();
