@@ -195,13 +195,14 @@ void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct 
 {
     for (size_t s = 0; s < sums->n_source; s++) {
         const double *image = rmap_tally_image(tally, (size_t)sums->ask.detector, s);
-        const double *squared = tally->image_squared + (image - tally->image);
+        const size_t first = (size_t)(image - tally->image);
         double *weight = sums->weight + s * sums->n_cell;
         for (size_t c = 0; c < sums->n_cell && !is_off(sums, s); c++) {
             weight[c] += image[c];
-            weight[c + sums->n_source * sums->n_cell] += squared[c];
+            const double squared = rmap_tally_squared(tally, first + c);
+            weight[c + sums->n_source * sums->n_cell] += squared;
             sums->total[s] += image[c];
-            sums->total[sums->n_source + s] += squared[c];
+            sums->total[sums->n_source + s] += squared;
         }
     }
 }
