@@ -5,6 +5,7 @@
 #include "analysis/detector/detector_colour.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "analysis/table/colour_map.h"
 #include "base/alloc.h"
@@ -114,6 +115,8 @@ static void render(const struct rmap_detector_sums *sums, size_t cell,
         rmap_detector_sums_channel(sums, 0, sums->n_source, c, cell, &watt[c], &error);
         if (scene->flux_unit == RMAP_FLUX_LM)
             watt[c] = seen > 0.0 ? watt[c] / seen : 0.0;
+        else if (scene->flux_unit == RMAP_FLUX_PHOTONS || scene->flux_unit == RMAP_FLUX_PHOTON_RATE)
+            watt[c] /= scene->channels.wavelength_nm[c];
     }
     rmap_cri_of(&scene->channels, watt, reading->value.kelvin, cri);
     reading->general = cri->general;
@@ -139,6 +142,17 @@ static void find_reasons(const struct rmap_detector_sums *sums, struct rmap_dete
         colour->no_cri = "beyond 25000 K there is no light to hold it against";
 }
 
+/* Of amounts of light: lx s, cd s/m2. */
+static void name_unit(const struct rmap_detector_sums *sums, char unit[RMAP_COLOUR_UNIT])
+{
+    const enum rmap_flux_unit flux = rmap_map_scene(sums->ask.map)->flux_unit;
+    const char *lumens = rmap_image_unit_usual(sums->ask.bins.quantity, RMAP_FLUX_LM)->name;
+    const int upper = (int)strcspn(lumens, "/");
+    const bool amount = flux == RMAP_FLUX_PHOTONS || flux == RMAP_FLUX_J;
+    (void)snprintf(unit, RMAP_COLOUR_UNIT, "%.*s%s%s", upper, lumens, amount ? " s" : "",
+                   lumens + upper);
+}
+
 enum rmap_status rmap_detector_colour_create(const struct rmap_detector_sums *sums,
                                              struct rmap_detector_colour **colour_ret,
                                              struct rmap_error *err)
@@ -154,7 +168,7 @@ enum rmap_status rmap_detector_colour_create(const struct rmap_detector_sums *su
                               sums->n_cell);
     }
     rmap_planck_locus_fill(&locus);
-    colour->unit = rmap_image_unit_usual(bins->quantity, RMAP_FLUX_LM)->name;
+    name_unit(sums, colour->unit);
     colour->n_cell = sums->n_cell;
     read_cell(sums, &locus, sums->n_cell, rmap_detector_bins_whole(bins), &colour->all);
     find_reasons(sums, colour);

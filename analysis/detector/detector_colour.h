@@ -20,8 +20,9 @@ struct rmap_colour_reading {
     double general;                        /* Ra */
 };
 
+enum { RMAP_COLOUR_UNIT = 16 };
 struct rmap_detector_colour {
-    const char *unit; /* "lx": Y is the illuminance */
+    char unit[RMAP_COLOUR_UNIT]; /* "lx": Y is the illuminance */
     size_t n_cell;
     struct rmap_colour_reading all, *cell; /* [n_cell] */
     struct rmap_cri cri;                   /* of all, unless there is a reason */

@@ -12,6 +12,7 @@
 #include "analysis/detector/detector_sums.h"
 #include "analysis/table/flux_error.h"
 #include "base/alloc.h"
+#include "base/unit.h"
 #include "io/map/map_dim.h"
 #include "optics/spectrum.h"
 #include "trace/tally.h"
@@ -75,13 +76,27 @@ static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_
     }
 }
 
-/* Of a unit of flux on each channel, lm; the most of any. */
+/* Lumens (of an amount of light: lm s) that a unit of flux on a channel is where V(lambda) is 1. */
+static double lumens_per_unit(const struct rmap_scene *scene, int channel)
+{
+    switch (scene->flux_unit) {
+    case RMAP_FLUX_LM:
+        return 1.0;
+    case RMAP_FLUX_PHOTONS:
+    case RMAP_FLUX_PHOTON_RATE:
+        return RMAP_LUMENS_PER_WATT * RMAP_HC_J / scene->channels.wavelength_nm[channel];
+    default:
+        return RMAP_LUMENS_PER_WATT;
+    }
+}
+
+/* Of a unit of flux on each channel, lm (or lm s); the most of any. */
 static double find_xyz(const struct rmap_scene *scene, double (*sums)[RMAP_XYZ_SUMS])
 {
     double xyz[RMAP_CHANNEL_MAX][3], most = 0.0;
-    const double unit = scene->flux_unit == RMAP_FLUX_W ? RMAP_LUMENS_PER_WATT : 1.0;
     channel_colours_as(scene, RMAP_COLOUR_SPECTRAL, xyz);
     for (int i = 0; i < scene->channels.n; i++) {
+        const double unit = lumens_per_unit(scene, i);
         double bend[3];
         sums[i][6] = unit * xyz[i][1];
         rmap_channel_bend(&scene->channels, i, scene->flux_unit == RMAP_FLUX_LM, bend);
@@ -195,13 +210,14 @@ void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct 
 {
     for (size_t s = 0; s < sums->n_source; s++) {
         const double *image = rmap_tally_image(tally, (size_t)sums->ask.detector, s);
-        const double *squared = tally->image_squared + (image - tally->image);
+        const size_t first = (size_t)(image - tally->image);
         double *weight = sums->weight + s * sums->n_cell;
         for (size_t c = 0; c < sums->n_cell && !is_off(sums, s); c++) {
             weight[c] += image[c];
-            weight[c + sums->n_source * sums->n_cell] += squared[c];
+            const double squared = rmap_tally_squared(tally, first + c);
+            weight[c + sums->n_source * sums->n_cell] += squared;
             sums->total[s] += image[c];
-            sums->total[sums->n_source + s] += squared[c];
+            sums->total[sums->n_source + s] += squared;
         }
     }
 }

@@ -101,6 +101,17 @@ static enum rmap_status write_image(struct rmap_h5 *h5, const struct rmap_tally 
     return st;
 }
 
+/* Where there is any: maps whose weights are 32 at most have none, nor have those before it was
+ * kept. */
+static const double *rest_of(const struct rmap_tally *tally, size_t index)
+{
+    const size_t first = tally->image_offset[index], end = tally->image_offset[index + 1];
+    for (size_t i = first; tally->image_squared_rest && i < end; i++)
+        if (tally->image_squared_rest[i] > 0.0)
+            return tally->image_squared_rest + first;
+    return NULL;
+}
+
 static enum rmap_status write_detector(struct rmap_h5 *h5, const struct rmap_tally *tally,
                                        size_t index, struct rmap_error *err)
 {
@@ -108,6 +119,7 @@ static enum rmap_status write_detector(struct rmap_h5 *h5, const struct rmap_tal
     char *path = detector_path(tally->scene, index, "");
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    const double *rest = rest_of(tally, index);
     size_t first = tally->image_offset[index];
     RMAP_TRY(put_detector(h5, tally->scene, index, path, err));
     RMAP_TRY(write_image(h5, tally, index, "/image", tally->image + first,
@@ -115,7 +127,12 @@ static enum rmap_status write_detector(struct rmap_h5 *h5, const struct rmap_tal
                          "source's rays: flux per cell",
                          err));
     RMAP_TRY(write_image(h5, tally, index, "/image_squared", tally->image_squared + first,
-                         "sum of squared weights [source][y][x]", err));
+                         rest ? "sum of squared weights [source][y][x], of each up to 1024"
+                              : "sum of squared weights [source][y][x]",
+                         err));
+    if (rest)
+        RMAP_TRY(write_image(h5, tally, index, "/image_squared_rest", rest,
+                             "sum of what squared weights are above 1024 [source][y][x]", err));
 out:
     rmap_free(path);
     return st;
@@ -179,6 +196,21 @@ static enum rmap_status read_image(struct rmap_h5 *h5, const struct rmap_tally *
     return st;
 }
 
+static enum rmap_status read_rest(struct rmap_h5 *h5, const struct rmap_tally *tally, size_t index,
+                                  struct rmap_error *err)
+{
+    if (!tally->image_squared_rest)
+        return RMAP_OK;
+    char *path = detector_path(tally->scene, index, "/image_squared_rest");
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    const bool there = rmap_h5_has(h5, path);
+    rmap_free(path);
+    return there ? read_image(h5, tally, index, "/image_squared_rest",
+                              tally->image_squared_rest + tally->image_offset[index], err)
+                 : RMAP_OK;
+}
+
 static enum rmap_status read_all(struct rmap_h5 *h5, struct rmap_tally *tally,
                                  struct rmap_error *err)
 {
@@ -197,6 +229,7 @@ static enum rmap_status read_all(struct rmap_h5 *h5, struct rmap_tally *tally,
         size_t first = tally->image_offset[d];
         RMAP_TRY(read_image(h5, tally, d, "/image", tally->image + first, err));
         RMAP_TRY(read_image(h5, tally, d, "/image_squared", tally->image_squared + first, err));
+        RMAP_TRY(read_rest(h5, tally, d, err));
     }
 out:
     return st;

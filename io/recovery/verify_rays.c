@@ -411,38 +411,48 @@ static enum rmap_status differ(const char *dataset, double says, double is, cons
     return rmap_findings_add(findings, &finding, err);
 }
 
-/* Values [n] of two tallies; the first that differs is reported. */
-static enum rmap_status compare_values(const char *dataset, const double *says, const double *is,
-                                       size_t n, struct rmap_findings *findings,
-                                       struct rmap_error *err)
+/* Values [n] of two tallies; the first that differs is reported. at_most: less may be said. */
+struct compared {
+    const char *dataset;
+    const double *says, *is;
+    size_t n;
+    bool at_most;
+};
+
+static enum rmap_status compare_values(const struct compared *values,
+                                       struct rmap_findings *findings, struct rmap_error *err)
 {
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < values->n; i++) {
+        const double says = values->says[i], is = values->is[i];
         char of[64];
-        if (says[i] >= is[i] && says[i] <= is[i])
+        if ((says >= is || values->at_most) && says <= is)
             continue;
         (void)snprintf(of, sizeof of, " (value %zu)", i);
-        return differ(dataset, says[i], is[i], of, findings, err);
+        return differ(values->dataset, says, is, of, findings, err);
     }
     return RMAP_OK;
 }
 
+/* Of the rest of squared weights less is known of rays from before it was kept. */
 static enum rmap_status compare_images(const struct rmap_tally *says, const struct rmap_tally *is,
                                        struct rmap_findings *findings, struct rmap_error *err)
 {
+    const struct compared item[] = {
+        {"image", says->image, is->image, 0, false},
+        {"image_squared", says->image_squared, is->image_squared, 0, false},
+        {"image_squared_rest", says->image_squared_rest, is->image_squared_rest, 0, true}};
+    const size_t n_item = is->image_squared_rest ? 3 : 2;
     enum rmap_status st = RMAP_OK;
-    for (size_t d = 0; d < is->scene->n_detector && st == RMAP_OK; d++) {
-        size_t first = is->image_offset[d], n = is->image_offset[d + 1] - first;
-        char *image = rmap_path_format("/detector/%s/image", is->scene->detector[d].name);
-        char *squared = rmap_path_format("/detector/%s/image_squared", is->scene->detector[d].name);
-        if (!image || !squared)
-            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-        if (st == RMAP_OK)
-            st = compare_values(image, says->image + first, is->image + first, n, findings, err);
-        if (st == RMAP_OK)
-            st = compare_values(squared, says->image_squared + first, is->image_squared + first, n,
-                                findings, err);
-        rmap_free(image);
-        rmap_free(squared);
+    for (size_t k = 0; k < n_item * is->scene->n_detector && st == RMAP_OK; k++) {
+        const struct compared *of = &item[k % n_item];
+        const size_t d = k / n_item, first = is->image_offset[d];
+        char *path = rmap_path_format("/detector/%s/%s", is->scene->detector[d].name, of->dataset);
+        if (!path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        st = compare_values(&(struct compared){path, of->says + first, of->is + first,
+                                               is->image_offset[d + 1] - first, of->at_most},
+                            findings, err);
+        rmap_free(path);
     }
     return st;
 }
@@ -452,23 +462,19 @@ static enum rmap_status compare_tallies(const struct rmap_tally *says, const str
 {
     enum rmap_status st = RMAP_OK;
     size_t n = is->scene->n_source;
-    const struct {
-        const char *dataset;
-        const double *says, *is;
-        size_t n;
-    } list[] = {
-        {"/tally/emitted", says->emitted, is->emitted, n},
+    const struct compared list[] = {
+        {"/tally/emitted", says->emitted, is->emitted, n, false},
         {"/tally/absorbed_object", says->absorbed_object, is->absorbed_object,
-         n * is->scene->n_object},
+         n * is->scene->n_object, false},
         {"/tally/absorbed_medium", says->absorbed_medium, is->absorbed_medium,
-         n * is->scene->n_medium},
-        {"/tally/left", says->left, is->left, n},
-        {"/tally/limit", says->limit, is->limit, n},
-        {"/tally/error", says->error, is->error, n},
-        {"/tally", says->segments, is->segments, 1},
+         n * is->scene->n_medium, false},
+        {"/tally/left", says->left, is->left, n, false},
+        {"/tally/limit", says->limit, is->limit, n, false},
+        {"/tally/error", says->error, is->error, n, false},
+        {"/tally", says->segments, is->segments, 1, false},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list && st == RMAP_OK; i++)
-        st = compare_values(list[i].dataset, list[i].says, list[i].is, list[i].n, findings, err);
+        st = compare_values(&list[i], findings, err);
     if (st == RMAP_OK && says->first_error_ray != is->first_error_ray)
         st = differ("/tally", (double)says->first_error_ray, (double)is->first_error_ray,
                     " (first_error_ray)", findings, err);

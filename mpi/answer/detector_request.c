@@ -223,6 +223,12 @@ static enum rmap_status ask_weighed(const struct rmap_detector *detector,
                : RMAP_OK;
 }
 
+static bool has_spectrum(const struct rmap_scene *scene, const struct rmap_source *source)
+{
+    return rmap_source_has_spectrum(source) ||
+           (source->type == RMAP_SOURCE_STEPS && scene->flux_unit == RMAP_FLUX_PHOTONS);
+}
+
 /* The colour of the light, where it is asked for, and of a detector that answers in XYZ where the
  * scene says what it takes. scene: the map's own. */
 static enum rmap_status ask_xyz(const struct rmap_scene *scene,
@@ -233,25 +239,22 @@ static enum rmap_status ask_xyz(const struct rmap_scene *scene,
     const bool spectral = scene->channels.mode == RMAP_COLOUR_SPECTRAL;
     size_t said = 0;
     ask->xyz = request->xyz || (detector->response && detector->response->xyz);
-    while (said < scene->n_source && (!spectral || rmap_source_has_spectrum(&scene->source[said])))
+    while (said < scene->n_source && (!spectral || has_spectrum(scene, &scene->source[said])))
         said++;
     if (!request->xyz) {
         ask->xyz = ask->xyz && said == scene->n_source;
         return RMAP_OK;
     }
-    if (scene->flux_unit > RMAP_FLUX_LM)
-        return rmap_error_set(err, RMAP_INPUT,
-                              "--xyz is of light in W or lm, and this map's is in %s",
-                              rmap_flux_unit_name(scene));
     if (said < scene->n_source)
         return rmap_error_set(err, RMAP_INPUT,
                               "--xyz: the scene does not say the spectrum of source '%.60s': give "
                               "that, and trace anew",
                               scene->source[said].name);
-    if (!spectral && scene->flux_unit == RMAP_FLUX_W)
+    if (!spectral && scene->flux_unit != RMAP_FLUX_LM)
         return rmap_error_set(err, RMAP_INPUT,
-                              "--xyz: red, green and blue in W are no lm: give fluxes in lm, or "
-                              "'mode: spectral', and trace anew");
+                              "--xyz: red, green and blue in %s are no lm: give fluxes in lm, or "
+                              "'mode: spectral', and trace anew",
+                              rmap_flux_unit_name(scene));
     return ask->weighed && !detector->response->lumens
                ? rmap_error_set(err, RMAP_USAGE,
                                 "--xyz: '%.60s' has a response of its own: give it 'response: "
@@ -337,7 +340,7 @@ enum rmap_status rmap_detector_request_ask(const struct rmap_context *context,
         ask->unit = &request->percent;
     const struct rmap_channels *channels = &rmap_map_scene(map)->channels;
     if (context->rank == 0 && ask->xyz && channels->mode == RMAP_COLOUR_SPECTRAL &&
-        (channels->n == 2 || channels->n == 3) && scene->flux_unit == RMAP_FLUX_W)
+        (channels->n == 2 || channels->n == 3) && scene->flux_unit != RMAP_FLUX_LM)
         fprintf(stderr, "raymap: %d wavelengths do not carry V(lambda): XYZ are of these lines\n",
                 channels->n);
     if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&

@@ -50,7 +50,9 @@ const struct rmap_command rmap_command_bench = {
         "threads, and gradient media against the scheme of Sharma et al. Both sides of a ratio\n"
         "run in turns in this process; the median is given with the least and the greatest.\n"
         "render_preview: pictures of 640 x 480 a second; render_overhead: a picture against its\n"
-        "index evaluations and its surface queries alone.",
+        "index evaluations and its surface queries alone. tm25_write_vs_plain, "
+        "tm25_read_vs_plain:\n"
+        "rays to a TM-25 file and from it against write() and read() of its bytes.",
     .options = options,
     .min_operands = 0,
     .max_operands = 0,

@@ -188,8 +188,12 @@ static struct caught caught_by(const struct rmap_tally *tally, size_t detector)
     for (size_t s = 0; s < scene->n_source; s++) {
         const double *image = rmap_tally_image(tally, detector, s);
         const double n = tally->emitted[s], unit = n > 0.0 ? scene->source[s].flux / n : 0.0;
+        const size_t first = (size_t)(image - tally->image);
         const double w = sum(image, n_cell),
-                     w2 = sum(tally->image_squared + (image - tally->image), n_cell);
+                     w2 =
+                         sum(tally->image_squared + first, n_cell) +
+                         (tally->image_squared_rest ? sum(tally->image_squared_rest + first, n_cell)
+                                                    : 0.0);
         all.registrations += w;
         all.flux += unit * w;
         variance += rmap_flux_variance_if_rays(unit, n, w, w2);

@@ -39,7 +39,7 @@ static bool lay_out_images(struct rmap_tally *tally, size_t *n_image)
 }
 
 /* Sizes of the block's parts, in its order; false when they do not fit. */
-#define N_PART 10
+#define N_PART 11
 static bool measure(const struct rmap_scene *scene, size_t n_image, size_t part[N_PART],
                     size_t *n_value)
 {
@@ -48,6 +48,7 @@ static bool measure(const struct rmap_scene *scene, size_t n_image, size_t part[
     part[6] = 1;
     part[7] = part[8] = n_image;
     part[9] = scene->n_medium;
+    part[10] = rmap_scene_changes_weights(scene) ? n_image : 0;
     if (!multiply(source, scene->n_object, &part[1]) ||
         !multiply(source, scene->n_medium, &part[2]))
         return false;
@@ -77,14 +78,16 @@ enum rmap_status rmap_tally_create(const struct rmap_scene *scene, struct rmap_t
     if (!tally->value)
         goto failed;
     double **field[N_PART] = {
-        &tally->emitted,       &tally->absorbed_object, &tally->absorbed_medium, &tally->left,
-        &tally->limit,         &tally->error,           &tally->segments,        &tally->image,
-        &tally->image_squared, &tally->left_elsewhere};
+        &tally->emitted,       &tally->absorbed_object, &tally->absorbed_medium,   &tally->left,
+        &tally->limit,         &tally->error,           &tally->segments,          &tally->image,
+        &tally->image_squared, &tally->left_elsewhere,  &tally->image_squared_rest};
     double *at = tally->value;
     for (int k = 0; k < N_PART; k++) {
         *field[k] = at;
         at += part[k];
     }
+    if (!rmap_scene_changes_weights(scene))
+        tally->image_squared_rest = NULL;
     *tally_ret = tally;
     return RMAP_OK;
 failed:
@@ -150,10 +153,16 @@ static size_t cell_of(const struct rmap_tally *tally, size_t detector, size_t so
            (size_t)cell_y * tally->scene->detector[detector].cells[0] + cell_x;
 }
 
+/* Whole squares, up to 2^20, would leave their sum of multiples of 2^-21 no room to be exact; what
+ * is above 1024 is added up in multiples of 2^-12: 2^21 rays of the greatest weight. */
 static void tally_add_hit(struct rmap_tally *tally, size_t cell, double weight)
 {
+    const double squared = weight * weight, part = 1 << 12;
     tally->image[cell] += weight;
-    tally->image_squared[cell] += rmap_weight_round(weight * weight);
+    tally->image_squared[cell] += rmap_weight_round(squared);
+    if (squared > 1024.0 && tally->image_squared_rest)
+        tally->image_squared_rest[cell] +=
+            (double)(int64_t)((squared - 1024.0) * part + 0.5) / part;
 }
 
 static void tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_ending *ending)

@@ -26,10 +26,12 @@ struct rmap_tally {
     double *error;           /* [n_source] */
     double *segments;        /* [1] segments in all */
     double *image;           /* sum of weights per detector, source, cell; see rmap_tally_image */
-    double *image_squared;   /* sum of squared weights, same layout */
-    double *left_elsewhere;  /* [n_medium] of `left`, of rays that ended in another medium than they
-                                began in; of what was traced or read, not kept in maps */
-    size_t *image_offset;    /* [n_detector + 1], in cells x sources */
+    double *image_squared;   /* sum of squared weights, of each up to 1024, same layout */
+    double *image_squared_rest; /* sum of what they are above that, same layout: weights of light
+                                   given back go up to 1024; NULL where weights are 1 */
+    double *left_elsewhere; /* [n_medium] of `left`, of rays that ended in another medium than they
+                               began in; of what was traced or read, not kept in maps */
+    size_t *image_offset;   /* [n_detector + 1], in cells x sources */
 
     uint64_t first_error_ray; /* smallest ray id that ended with an error; UINT64_MAX: none */
 };
@@ -41,6 +43,13 @@ void rmap_tally_merge(struct rmap_tally *into, const struct rmap_tally *from);
 
 /* Sums of detector d from source s: cells[1] rows of cells[0] values, least y first. */
 const double *rmap_tally_image(const struct rmap_tally *tally, size_t detector, size_t source);
+
+/* Sum of squared weights, whole, of value `at` of the images. */
+static inline double rmap_tally_squared(const struct rmap_tally *tally, size_t at)
+{
+    const double *rest = tally->image_squared_rest;
+    return tally->image_squared[at] + (rest ? rest[at] : 0.0);
+}
 
 /* One registered hit of a cell; the end of a ray. The caller has checked every index. */
 struct rmap_tally_ending {

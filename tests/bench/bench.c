@@ -19,14 +19,14 @@
 #include "version.h"
 
 static const char *const measurement[] = {
-    "trace_vs_roofline",        "record_vs_trace",  "record_vs_seed",
-    "bytes_per_segment",        "durable_vs_not",   "checksums_vs_trace",
-    "durability_vs_trace",      "resume_vs_anew",   "decode_vs_seed",
-    "verify_vs_decode",         "query_vs_seed",    "query_several_vs_slowest",
-    "session_second_vs_first",  "stats_vs_query",   "paths_vs_query",
-    "energy_vs_query",          "ranks_vs_threads", "gradient_evaluations_vs_seed",
-    "uniform_vs_gradient_code", "render_preview",   "render_overhead",
-    "scatter_vs_roofline"};
+    "trace_vs_roofline",        "record_vs_trace",     "record_vs_seed",
+    "bytes_per_segment",        "durable_vs_not",      "checksums_vs_trace",
+    "durability_vs_trace",      "resume_vs_anew",      "decode_vs_seed",
+    "verify_vs_decode",         "query_vs_seed",       "query_several_vs_slowest",
+    "session_second_vs_first",  "stats_vs_query",      "paths_vs_query",
+    "energy_vs_query",          "ranks_vs_threads",    "gradient_evaluations_vs_seed",
+    "uniform_vs_gradient_code", "render_preview",      "render_overhead",
+    "scatter_vs_roofline",      "tm25_write_vs_plain", "tm25_read_vs_plain"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -67,7 +67,7 @@ static bool find_scene(const char *folder, const char *name, char *path, size_t 
 
 static enum rmap_status unknown_name(struct rmap_error *err, const char *name)
 {
-    char list[512] = "";
+    char list[1024] = "";
     for (size_t i = 0, at = 0; i < COUNT(measurement); i++)
         at += (size_t)snprintf(list + at, sizeof list - at, " %s", measurement[i]);
     return rmap_error_set(err, RMAP_USAGE, "no measurement '%s'; there are:%s", name, list);
@@ -294,14 +294,19 @@ static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_argu
 {
     enum rmap_status st = RMAP_OK;
     bool partner = rmap_argument(given, "partner") != NULL;
+    const bool alone = bench->context->rank == 0 && !partner;
     bool sceneless = bench->only && (strcmp(bench->only, "ranks_vs_threads") == 0 ||
-                                     strcmp(bench->only, "gradient_evaluations_vs_seed") == 0);
+                                     strcmp(bench->only, "gradient_evaluations_vs_seed") == 0 ||
+                                     rmap_bench_wants_ray_file(bench));
     RMAP_TRY(make_folder(bench, err));
-    if (bench->context->rank == 0 && !partner && !sceneless)
+    if (alone && !sceneless)
         st = measure_all(bench, given, NULL, err);
-    if (st == RMAP_OK && bench->context->rank == 0 && !partner && !rmap_argument(given, "scene") &&
+    if (st == RMAP_OK && alone && !rmap_argument(given, "scene") &&
         rmap_bench_wanted(bench, "gradient_evaluations_vs_seed"))
         st = rmap_bench_gradient(bench, err);
+    if (st == RMAP_OK && alone && !rmap_argument(given, "scene") &&
+        rmap_bench_wants_ray_file(bench))
+        st = rmap_bench_ray_file(bench, err);
     RMAP_TRY(rmap_agree_patiently(bench->context, st, err));
     if (partner || rmap_bench_wanted(bench, "ranks_vs_threads"))
         st = measure_pair(bench, given, err);

@@ -63,9 +63,10 @@ def check_told():
             check(index["source/flux"].attrs["units"] in (unit, unit.encode()), flux)
         run("verify", "a.raymap")
     trace("flux: 3000 photons")
-    for words in (["detector", "a.raymap", "seen", "--xyz"], ["detector", "a.raymap", "seen", "--quantity", "illuminance"],
+    check("does not say the spectrum of source 'a'" in run("detector", "a.raymap", "seen", "--xyz", status=3), "XYZ of photons")
+    for words in (["detector", "a.raymap", "seen", "--quantity", "illuminance"],
                   ["irradiance", "a.raymap", "plate", "--quantity", "illuminance"]):
-        check("of light in W or lm, and this map's is in photons" in run(*words, status=3 if "--xyz" in words else 2), words)
+        check("of light in W or lm, and this map's is in photons" in run(*words, status=2), words)
     check("TM-25 has flux in W or lm" in run("query", "a.raymap", "all", "-o", "y.tm25ray", "--at", "seen", status=3), "TM-25 of photons")
     check("V(lambda) is of light in W or lm" in run("check", scene("x.yaml", "flux: 3 photons", more=", response: V"), status=3), "V of photons")
     trace("flux: 3000 MeV")
@@ -73,6 +74,19 @@ def check_told():
         check(json.loads(run("query", "a.raymap", what, "--count", "--json"))["rays"]["matched"] == n, what)
     close("--unit", json.loads(run("detector", "a.raymap", "seen", "--quantity", "flux", "--unit", "MeV", "--json"))["mean"]["value"], 3000, 1e-9)
     check("is no unit here (J mJ uJ nJ pJ eV keV MeV GeV)" in run("query", "a.raymap", "flux > 1 W", status=3), "W of J")
+
+
+def check_colour():
+    """XYZ of photons and of J, of 400, 500 and 600 nm (CIE 1931, 2 degrees)."""
+    nm, bar = np.array([400e-9, 500e-9, 600e-9]), np.array([[.01431, .000396, .06785], [.0049, .323, .272], [1.0622, .631, .0008]])
+    share, lines = np.array([0.2, 0.3, 0.5]), "spectrum: {lines: {400: 0.2, 500: 0.3, 600: 0.5}}"
+    for flux, unit, energy in ((f"1e18 photons, {lines}", "lx s", 1e18 * share * H * C / nm), (f"1e18 photons/s, {lines}", "lx", 1e18 * share * H * C / nm),
+                               (f"2 J, {lines}", "lx s", 2 * share)):
+        trace(f"flux: {flux}")
+        colour = json.loads(run("detector", "a.raymap", "seen", "--xyz", "--json"))["colour"]
+        check(colour["unit"] == unit, f"{flux}: {colour['unit']}")
+        for got, want in zip(colour["XYZ"], 683 * (energy @ bar) / 4):
+            close(f"XYZ of {flux}", got, want, 2e-4)
 
 
 def check_mixed():
@@ -165,6 +179,7 @@ def check_read_again():
 
 check_told()
 check_read_again()
+check_colour()
 check_mixed()
 check_energies()
 check_accounting()

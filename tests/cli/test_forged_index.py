@@ -64,4 +64,26 @@ with h5py.File("forged.raymap/map.h5") as file:
 for name in ("map.h5", "map-start.h5"):
     edit(f"forged.raymap/{name}", change_scene)
 run("repair", "forged.raymap", status=3)  # nobody knows the scene
+
+# Squares of weights beyond 1024: an older program's map has none of the rest; too much of it is a lie.
+with open("dye.yaml", "w", encoding="utf-8") as file:
+    file.write("""raymap: 1
+units: mm
+spectrum: {wavelengths: [430, 555]}
+media: {dye: {index: 1, species: {dye: {absorption: {wavelength: [430, 555], value: [1, 0]}, emission: {lines: {555: 1}}}}}}
+geometries: {globe: {type: sphere, radius: 1000}}
+objects: [{name: globe, geometry: globe, surface: absorber, front: dye, back: dye}]
+sources: [{name: lamp, type: point, at: [0, 0, 0], flux: 1 lm, spectrum: {lines: {430: 1}}, medium: dye}]
+detectors: [{name: round, type: plane, on: globe, size: 3000, cells: 1, side: both}]
+""")
+REST = "/detector/round/image_squared_rest"
+run("trace", "dye.yaml", "-o", "dye.raymap", "-n", "3000", "--force")
+edit("dye.raymap/map.h5", lambda file: put(file[REST], 0, 1e9))
+found = json.loads(run("verify", "dye.raymap", "--json", status=4))["findings"]
+assert [one["dataset"] for one in found] == [REST], found
+run("repair", "dye.raymap")
+run("verify", "dye.raymap")
+edit("dye.raymap/map.h5", lambda file: file.__delitem__(REST))
+run("verify", "dye.raymap")
+run("detector", "dye.raymap", "round", "--tally")
 print("all as expected")

@@ -107,6 +107,26 @@ def check_cherenkov():
     check(abs(photons(path)["cherenkov"] - 332.168 / 2) < 0.01, "300 to 400 nm: half of it")
 
 
+def check_colour():
+    """XYZ of photons that are counted: h c / wavelength each, by their stored wavelengths."""
+    ray_files.csv("one.csv", "x,y,z,dx,dy,dz,length,energy", *[[v] for v in (0, 0, 0, 0, 0, 1, 10, 2)])
+    path = scene("one.csv")
+    text = pathlib.Path(path).read_text("utf-8").replace("{from: 305, to: 595, step: 10}", "[420, 450, 500, 550, 600]")
+    pathlib.Path(path).write_text(text, "utf-8")
+    bar = {420: (.13438, .004, .6456), 450: (.3362, .038, 1.77211), 500: (.0049, .323, .272), 550: (.43345, .99495, .00875), 600: (1.0622, .631, .0008)}
+    run("trace", path, "-o", "a.raymap", "-n", 20000, "--quiet", "--force")
+    told = photons(path)
+    _, _, _, colour = rays("a.raymap")
+    each = (told["scintillation"] + told["cherenkov"]) / 20000
+    energy = {nm: each * (colour == nm).sum() * 6.62607015e-34 * 299792458 / (nm * 1e-9) for nm in bar}
+    check(sum((colour == nm).sum() for nm in bar) == 20000 and min(energy.values()) > 0, "light of every wavelength")
+    found = json.loads(run("detector", "a.raymap", "far", "--quantity", "flux", "--xyz", "--json"))["colour"]
+    check(found["unit"] == "lm s", found["unit"])
+    for k, got in enumerate(found["XYZ"]):
+        want = 683 * sum(energy[nm] * bar[nm][k] for nm in bar)
+        check(math.isclose(got, want, rel_tol=2e-4), f"XYZ {k}: {got} not {want}")
+
+
 def check_maps():
     file = ray_files.csv("m.csv", HEAD, *COLUMNS)
     path, digests = scene(file, ", at: [1, 2, 3], rotate: [10, 20, 30]"), set()
@@ -200,6 +220,7 @@ def check_mistakes():
 
 check_formats()
 check_cherenkov()
+check_colour()
 check_maps()
 check_counted()
 check_mistakes()

@@ -9,7 +9,9 @@ Cube: sqrt(1 - 1/n^2) of isotropic light leaves a pair of faces never; of a cube
 """
 import json
 import math
+import os
 
+import h5py
 import numpy
 
 from raymap import Checks, columns, drop, many, rays, run, trace
@@ -111,6 +113,42 @@ detectors: [{{name: round, type: plane, on: globe, size: [3000, 3000], cells: [1
     checks.true("both ways: the same rays", (ends[0] == ends[1]).all())
 
 
+def violet():
+    """430 nm in lm, given back at 555 nm, where a photon is worth 67 times as many: squared weights are thousands."""
+    text = """raymap: 1
+units: mm
+spectrum: {wavelengths: [430, 555]}
+media: {dye: {index: 1, accounting: energy, species: {dye: {absorption: {wavelength: [430, 555], value: [1, 0]},
+  emission: {lines: {555: 1}}, yield: 0.8}}}}
+surfaces: {black: {type: absorber}}
+geometries: {globe: {type: sphere, radius: 1000}}
+objects: [{name: globe, geometry: globe, surface: black, front: dye, back: dye}]
+sources: [{name: lamp, type: point, at: [0, 0, 0], flux: 1 lm, spectrum: {lines: {430: 1}}, medium: dye}]
+detectors: [{name: round, type: plane, on: globe, size: [3000, 3000], cells: [2, 1], at: [0, 0, 0], side: both}]
+"""
+    target, n = trace("violet", text, 20_000), 20_000
+    (weight, wavelength) = columns(target, "ray/weight", "ray/wavelength")
+    checks.true("violet: weights", weight[wavelength == 555].min() == weight.max() > 60)
+    index = os.path.join(target, "map.h5")
+    with h5py.File(index) as file:
+        image, squared = (file["detector/round"][k][:].sum() for k in ("image", "image_squared"))
+        rests = file["detector/round/image_squared_rest"][:]
+    rest = rests.sum()
+    again = trace("violet-again", text, n, options=("--threads", "1"))
+    with h5py.File(os.path.join(again, "map.h5")) as file:
+        checks.true("violet: on one thread", numpy.array_equal(rests, file["detector/round/image_squared_rest"][:]))
+    drop(again)
+    given = weight[wavelength == 555]
+    checks.close("violet: sum of weights", image, given.sum(), rel=1e-12)
+    checks.close("violet: sum of squares", squared + rest, (given ** 2).sum(), rel=1.2e-7)  # parts of 2^-12
+    error = math.sqrt(n / (n - 1) * ((given ** 2).sum() - given.sum() ** 2 / n)) / n
+    for words in ((), ("--tally",)):
+        told = json.loads(run("detector", target, "round", "--json", *words))
+        checks.close(f"violet {words}: error", told["flux"]["standard_error"], error, rel=1e-6)
+    run("verify", target)
+    drop(target)
+
+
 def cube(n):
     """Isotropic light of a species that absorbs all at 450 nm and nothing at 600 nm; trapped light ends at the limit."""
     want = 3 * math.sqrt(1 - 1 / n ** 2) - 2
@@ -141,6 +179,7 @@ def phosphor():
 
 concentrator()
 stokes()
+violet()
 cube(1.5)
 cube(1.58)
 phosphor()

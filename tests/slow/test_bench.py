@@ -12,9 +12,11 @@ NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_se
          "durable_vs_not", "checksums_vs_trace", "durability_vs_trace", "resume_vs_anew",
          "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
          "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads",
-         "stats_vs_query", "paths_vs_query", "energy_vs_query", "uniform_vs_gradient_code"]
+         "stats_vs_query", "paths_vs_query", "energy_vs_query", "uniform_vs_gradient_code",
+         "scatter_vs_roofline"]
 # And those that have scenes of their own.
-OTHERS = {("bytes_per_segment", "double-gauss-31"),
+OTHERS = {("bytes_per_segment", "double-gauss-31"), ("tm25_write_vs_plain", "rays"),
+          ("tm25_read_vs_plain", "rays"),
           *(("gradient_evaluations_vs_seed", scene) for scene in ("luneburg", "parabolic-rod")),
           *((name, scene) for name in ("render_preview", "render_overhead")
             for scene in ("gradient-sphere", "gradient-noise"))}
