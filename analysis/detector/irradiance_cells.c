@@ -71,6 +71,11 @@ static struct place place_of(const struct rmap_irradiance_cells *self, size_t in
     double longest = 0.0;
     for (uint32_t k = 0; k < facet->n_corner; k++)
         longest = fmax(longest, rmap_length(rmap_sub(c[(k + 1) % facet->n_corner], c[k])));
+    if (self->uv[0] > 0) {
+        place.cube[0] = facet->cell;
+        place.side = 0;
+        return place;
+    }
     if (facet->triangle < 0 || !(longest < SMALL * self->length) || !isfinite(self->length))
         return place;
     const struct rmap_vec3 middle = centre_of(self, facet);
@@ -122,8 +127,8 @@ static enum rmap_status join(struct rmap_irradiance_cells *self, struct rmap_err
         const bool same = i > 0 && place[i].side == place[i - 1].side &&
                           memcmp(place[i].cube, place[i - 1].cube, sizeof place[i].cube) == 0;
         if (!same)
-            self->cell[self->n_cell++] =
-                (struct rmap_irradiance_cell){.part = (uint32_t)self->n_part - 1};
+            self->cell[self->n_cell++] = (struct rmap_irradiance_cell){
+                .part = (uint32_t)self->n_part - 1, .uv = (uint32_t)place[i].cube[0]};
         take_in(self, &self->cell[self->n_cell - 1], &self->facet[place[i].facet]);
     }
     part->n = self->n_cell - part->first;
@@ -175,16 +180,16 @@ out:
     return st;
 }
 
-static void corners_of(const struct rmap_object *object, const struct rmap_mesh *mesh,
-                       size_t triangle, struct rmap_vec3 corner[3])
+void rmap_irradiance_corners(const struct rmap_object *object, const struct rmap_mesh *mesh,
+                             size_t triangle, struct rmap_vec3 corner[3])
 {
     rmap_mesh_corners(mesh, triangle, corner);
     for (int k = 0; k < 3; k++)
         corner[k] = rmap_affine_point(&object->to_world, corner[k]);
 }
 
-static bool has_face(const struct rmap_irradiance_choice *choice, const struct rmap_mesh *mesh,
-                     size_t triangle)
+bool rmap_irradiance_has_face(const struct rmap_irradiance_choice *choice,
+                              const struct rmap_mesh *mesh, size_t triangle)
 {
     const uint32_t face = mesh->face[triangle];
     const char *name = mesh->face_name[face];
@@ -207,9 +212,9 @@ static enum rmap_status cut_mesh(struct rmap_irradiance_cells *self,
     self->n_node += mesh->n_triangle;
     for (size_t i = 0; i < mesh->n_triangle && st == RMAP_OK; i++) {
         struct rmap_vec3 corner[3];
-        corners_of(object, mesh, i, corner);
+        rmap_irradiance_corners(object, mesh, i, corner);
         self->node[first + i] = (struct rmap_irradiance_node){0, RMAP_IRRADIANCE_NONE};
-        if (has_face(choice, mesh, i))
+        if (rmap_irradiance_has_face(choice, mesh, i))
             st = split(self, first + i, (int32_t)i, corner, err);
     }
     return st;
@@ -259,7 +264,9 @@ static enum rmap_status cut_object(struct rmap_irradiance_cells *self,
                                       .first = self->n_cell,
                                       .first_facet = self->n_facet,
                                       .look_up = mesh ? self->n_node : self->n_row};
-    if (mesh)
+    if (self->uv[0] > 0)
+        st = rmap_irradiance_cut_uv(self, choice, object, geometry->mesh, err);
+    else if (mesh)
         st = cut_mesh(self, choice, object, geometry->mesh, err);
     else if (choice->n_face == 0)
         st = rmap_irradiance_cut_shape(self, object, &geometry->shape, err);
@@ -316,6 +323,7 @@ enum rmap_status rmap_irradiance_cells_create(const struct rmap_scene *scene,
                                          &scene->object[o].to_world);
     const double usual = USUAL_PART * rmap_length(rmap_sub(box.upper, box.lower));
     self->length = choice->length > 0.0 ? choice->length : usual;
+    memcpy(self->uv, choice->uv, sizeof self->uv);
     self->shape_length = isfinite(self->length) ? self->length : usual;
     for (size_t o = 0; o < scene->n_object; o++) {
         self->part_of[o] = -1;
@@ -324,6 +332,8 @@ enum rmap_status rmap_irradiance_cells_create(const struct rmap_scene *scene,
     }
     if (self->n_cell == 0)
         RMAP_TRY(tell_faces(self, choice, err));
+    if (self->uv[0] > 0)
+        RMAP_TRY(rmap_irradiance_index_uv(self, err));
     *cells_ret = self;
     self = NULL;
 out:
@@ -336,6 +346,7 @@ void rmap_irradiance_cells_destroy(struct rmap_irradiance_cells *self)
     if (!self)
         return;
     rmap_free(self->part_of);
+    rmap_free(self->uv_cell);
     rmap_free(self->part);
     rmap_free(self->cell);
     rmap_free(self->facet);
@@ -357,9 +368,14 @@ size_t rmap_irradiance_cells_find(const struct rmap_irradiance_cells *self, size
     struct rmap_vec3 corner[3];
     if (primitive < 0 || (size_t)primitive >= geometry->mesh->n_triangle)
         return SIZE_MAX;
+    rmap_irradiance_corners(object, geometry->mesh, (size_t)primitive, corner);
+    if (self->uv[0] > 0) {
+        double share[3];
+        shares_of(corner, place, share);
+        return rmap_irradiance_find_by_uv(self, part, geometry->mesh, (size_t)primitive, share);
+    }
     const struct rmap_irradiance_node *node = &self->node[of->look_up + (size_t)primitive];
     if (node->edge >= RMAP_IRRADIANCE_LEAF) /* whole, or none of the faces asked about */
         return node->edge == RMAP_IRRADIANCE_LEAF ? self->facet[node->at].cell : SIZE_MAX;
-    corners_of(object, geometry->mesh, (size_t)primitive, corner);
     return self->facet[find_in_triangle(self, node, corner, place)].cell;
 }

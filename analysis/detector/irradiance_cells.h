@@ -4,6 +4,9 @@
  * are halved until none is longer than asked, those that are much smaller and lie together joined.
  * Other shapes are cut into rows along their profile, each of as many cells around as keep them
  * about square. What is drawn of a cell are its facets.
+ *
+ * By texture coordinates a mesh's cells are those of a grid over the texture; triangles are cut at
+ * its lines.
  */
 #ifndef RMAP_IRRADIANCE_CELLS_H
 #define RMAP_IRRADIANCE_CELLS_H
@@ -14,6 +17,7 @@ struct rmap_irradiance_cell {
     double area; /* of the surface itself, in the scene's unit squared */
     struct rmap_vec3 centre;
     uint32_t part, n_facet;
+    uint32_t uv;      /* place in the texture, row by row upwards */
     int32_t triangle; /* it lies in, as /segment/primitive has it; -1: several, or of a shape */
 };
 
@@ -50,9 +54,13 @@ struct rmap_irradiance_cells {
     double length;                  /* of cells; INFINITY: triangles as they are */
     double shape_length;            /* the same of shapes */
     size_t n_part, n_cell, n_facet, n_row, n_node, n_corner;
-    bool mirrored; /* the object in hand: corners turn the other way */
+    uint32_t uv[2];   /* columns and rows of the texture; 0: it is not asked about */
+    size_t n_twice;   /* cells of it that charts cover more than once */
+    size_t n_without; /* triangles without texture coordinates */
+    bool mirrored;    /* the object in hand: corners turn the other way */
     size_t cap_cell, cap_facet, cap_row, cap_node, cap_corner;
-    int32_t *part_of; /* [n_object] index of a part; -1: none */
+    uint32_t *uv_cell; /* [n_part][rows][columns]; UINT32_MAX: nothing of the surface */
+    int32_t *part_of;  /* [n_object] index of a part; -1: none */
     struct rmap_irradiance_part *part;
     struct rmap_irradiance_cell *cell;
     struct rmap_irradiance_facet *facet;
@@ -67,7 +75,8 @@ struct rmap_irradiance_choice {
     const uint8_t *object;   /* [n_object] 1: it takes part */
     const char *const *face; /* [n_face] of meshes these alone, by number or name, with * and ? */
     size_t n_face;           /* 0: everything */
-    double length; /* of cells; INFINITY: triangles as they are; 0: a part of their size */
+    double length;  /* of cells; INFINITY: triangles as they are; 0: a part of their size */
+    uint32_t uv[2]; /* columns and rows over the texture; 0: cells of a length */
 };
 
 /* RMAP_USAGE when there would be too many, RMAP_INPUT when there are none. */

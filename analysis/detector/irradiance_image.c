@@ -179,8 +179,8 @@ void rmap_irradiance_image_csv(const struct rmap_irradiance_image *image, FILE *
             image->unit);
     fprintf(out,
             "object,cell,triangle,x,y,z,area,%s,%s_error,relative_error,absorbed,"
-            "absorbed_error\n",
-            image->quantity, image->quantity);
+            "absorbed_error%s\n",
+            image->quantity, image->quantity, cells->uv[0] > 0 ? ",column,row" : "");
     for (size_t c = 0; c < cells->n_cell; c++) {
         const struct rmap_irradiance_cell *cell = &cells->cell[c];
         const struct rmap_vec3 p = cells->cell[c].centre;
@@ -192,6 +192,8 @@ void rmap_irradiance_image_csv(const struct rmap_irradiance_image *image, FILE *
         rmap_csv_put_estimate(image->value[0][c], image->standard_error[0][c], out);
         fprintf(out, isfinite(image->relative_error[c]) ? ",%.7g" : ",", image->relative_error[c]);
         rmap_csv_put_estimate(image->value[1][c], image->standard_error[1][c], out);
+        if (cells->uv[0] > 0)
+            fprintf(out, ",%u,%u", cell->uv % cells->uv[0], cell->uv / cells->uv[0]);
         fputc('\n', out);
     }
 }
@@ -233,6 +235,8 @@ enum rmap_status rmap_irradiance_image_print(const struct rmap_irradiance_image 
             image->side == RMAP_SIDE_BOTH ? "both sides" : side_word(image));
     if (isfinite(cells->length))
         fprintf(out, ", about %.4g %s long", cells->length, scene_of(image)->unit);
+    if (cells->uv[0] > 0)
+        fprintf(out, ", of %u x %u over the texture", cells->uv[0], cells->uv[1]);
     fprintf(out, "\n%-14s %s\n", "rays", asked(image));
     fprintf(out, "%-14s %.6g +- %.2g %s arrive, %.6g +- %.2g %s are absorbed\n", "flux",
             all->flux[0], all->flux_error[0], image->flux_unit, all->flux[1], all->flux_error[1],
@@ -310,5 +314,11 @@ json_t *rmap_irradiance_image_json(const struct rmap_irradiance_image *image)
     }
     rmap_uniformity_describe(&image->uniformity, document);
     (void)json_object_set_new(document, "objects", objects);
+    if (cells->uv[0] > 0)
+        (void)json_object_set_new(
+            document, "uv",
+            json_pack("{s:I, s:I, s:I, s:I}", "columns", (json_int_t)cells->uv[0], "rows",
+                      (json_int_t)cells->uv[1], "covered_twice", (json_int_t)cells->n_twice,
+                      "triangles_without", (json_int_t)cells->n_without));
     return document;
 }

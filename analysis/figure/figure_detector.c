@@ -18,6 +18,7 @@
 enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
 enum { PANELS_MOST = 9, PANEL_GAP = 84, PANEL_ROW = 76, PANEL_TITLE = 20 };
 enum { BAR_GAP = 22, BAR_WIDTH = 22, SHORTEST_BAR = 160, NARROWEST = 24, FIGURE_NARROWEST = 640 };
+enum { BLANK = 236 /* grey of what is no cell */ };
 
 /* Colours brighter than all but this part of the lit cells are white or clipped. */
 static const double BRIGHTEST_PART = 0.005;
@@ -100,7 +101,11 @@ static void lay_out(struct picture *picture)
         axes->x_label = turned ? "x′" : "x";
         axes->y_label = turned ? "y′" : "y";
         axes->x_unit = axes->y_unit = rmap_detector_image_coordinate_unit(image);
-        if (image->world && !turned) {
+        if (picture->options->uv) {
+            axes->x_label = "u";
+            axes->y_label = "v";
+            axes->x_unit = axes->y_unit = "";
+        } else if (image->world && !turned) {
             axes->x_label = "x (detector)";
             axes->y_label = "y (detector)";
             move_to_world(image->detector, 0, axes->x_range, &axes->x_label);
@@ -193,16 +198,26 @@ static void paint(const struct picture *picture, const uint32_t i[2], const uint
                   uint8_t rgb[3])
 {
     const struct rmap_detector_image *image = picture->image;
-    double value = 0.0, colour[3] = {0.0, 0.0, 0.0};
+    const uint8_t *there = picture->options->there;
+    double value = 0.0, colour[3] = {0.0, 0.0, 0.0}, shown = 0.0;
     double part = 1.0 / ((double)(i[1] - i[0]) * (j[1] - j[0]));
     for (uint32_t row = j[0]; row < j[1]; row++)
         for (uint32_t column = i[0]; column < i[1]; column++) {
             size_t c = column + (size_t)row * image->n[0];
+            if (there && !there[c])
+                continue;
+            shown += part;
             value += part * image->value[c];
             for (size_t k = 0; k < 3 && picture->options->true_colour; k++)
                 colour[k] += part * image->rgb[3 * c + k];
         }
+    if (!(shown > 0.0)) {
+        memset(rgb, BLANK, 3);
+        return;
+    }
     if (!picture->options->true_colour) {
+        if (there)
+            value /= shown;
         rmap_colour_map_at(&picture->map, rmap_colour_bar_place(&picture->bar, value), rgb);
         return;
     }

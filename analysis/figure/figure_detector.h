@@ -20,6 +20,8 @@ struct rmap_figure_detector {
     bool isolines, values;        /* over the image; values: RMAP_USAGE where cells are too small */
     const double *level;          /* [n_level] of the isolines; 0: round ones */
     size_t n_level;
+    const uint8_t *there; /* [n[1]][n[0]] 0: no cell, left blank; NULL: all are */
+    bool uv;              /* the axes are u and v of a texture */
 };
 
 /* PNG pixels per SVG pixel that the image inside is made for. */

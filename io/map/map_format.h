@@ -43,6 +43,7 @@
     "turbid" /* compact portions may leave out what follows from scattering and luminescence */
 
 #define RMAP_FEATURE_SURFACES "surfaces" /* faces of meshes lie on surfaces */
+#define RMAP_FEATURE_UV       "uv"       /* meshes have texture coordinates */
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

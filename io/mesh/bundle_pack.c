@@ -3,8 +3,8 @@
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
  * gradient media are made of stands at the end, where there is any; behind that the texts of
- * tables, then the tangents of meshes that have them, then rays of files, and then the surfaces
- * that faces of meshes lie on.
+ * tables, then the tangents of meshes that have them, then rays of files, then the surfaces that
+ * faces of meshes lie on, and then texture coordinates.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -20,6 +20,7 @@ static const char magic_files[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '3'};
 static const char magic_tangents[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '4'};
 static const char magic_rays[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '5'};
 static const char magic_surfaces[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '6'};
+static const char magic_uv[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '7'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -154,6 +155,24 @@ static void put_surfaces(struct sink *sink, const struct rmap_bundle *bundle)
     }
 }
 
+static bool has_uv(const struct rmap_bundle *bundle)
+{
+    bool has = false;
+    for (size_t i = 0; i < bundle->n_mesh; i++)
+        has = has || bundle->mesh[i].mesh->uv;
+    return has;
+}
+
+static void put_uv(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        const struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        const size_t n = mesh->uv ? mesh->n_triangle : 0;
+        put_u64(sink, n);
+        put_bytes(sink, mesh->uv, n * sizeof *mesh->uv);
+    }
+}
+
 /* Which columns there are, as bits. */
 enum {
     RAYS_WIDE = 1,
@@ -193,12 +212,13 @@ static void put_rays(struct sink *sink, const struct rmap_file_rays *set)
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    const bool surfaces = rmap_bundle_has_surfaces(bundle),
+    const bool uv = has_uv(bundle), surfaces = uv || rmap_bundle_has_surfaces(bundle),
                rays = surfaces || bundle->n_ray_set > 0, tangents = rays || has_tangents(bundle),
                files = tangents || bundle->n_file > 0,
                fields = files || bundle->n_grid || bundle->n_plugin;
     put_bytes(sink,
-              surfaces   ? magic_surfaces
+              uv         ? magic_uv
+              : surfaces ? magic_surfaces
               : rays     ? magic_rays
               : tangents ? magic_tangents
               : files    ? magic_files
@@ -233,6 +253,8 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
     }
     if (surfaces)
         put_surfaces(sink, bundle);
+    if (uv)
+        put_uv(sink, bundle);
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -541,6 +563,29 @@ out:
     return st;
 }
 
+static enum rmap_status take_uv(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        struct rmap_mesh *mesh = bundle->mesh[i].mesh;
+        size_t n = 0;
+        RMAP_TRY(take_count(in, sizeof *mesh->uv, &n));
+        if (n == 0)
+            continue;
+        if (n != mesh->n_triangle)
+            RMAP_TRY(damaged(in, "texture coordinates are not those of its triangles"));
+        mesh->uv = rmap_alloc(n, sizeof *mesh->uv);
+        if (!mesh->uv)
+            RMAP_TRY(no_memory(in));
+        RMAP_TRY(take_points(in, (float(*)[3])mesh->uv, 2 * n));
+        for (size_t k = 0; k < 6 * n; k++)
+            if (!(fabsf(mesh->uv[k / 6][k % 6]) <= RMAP_MESH_UV_FARTHEST))
+                RMAP_TRY(damaged(in, "texture coordinates lie nowhere"));
+    }
+out:
+    return st;
+}
+
 static enum rmap_status take_surface(struct cursor *in, struct rmap_true_surface *surface)
 {
     enum rmap_status st = RMAP_OK;
@@ -671,7 +716,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
     bool known = in->left >= sizeof magic;
-    const bool surfaces = known && memcmp(in->at, magic_surfaces, sizeof magic) == 0;
+    const bool uv = known && memcmp(in->at, magic_uv, sizeof magic) == 0;
+    const bool surfaces = uv || (known && memcmp(in->at, magic_surfaces, sizeof magic) == 0);
     const bool rays = surfaces || (known && memcmp(in->at, magic_rays, sizeof magic) == 0);
     const bool tangents = rays || (known && memcmp(in->at, magic_tangents, sizeof magic) == 0);
     const bool files = tangents || (known && memcmp(in->at, magic_files, sizeof magic) == 0);
@@ -703,6 +749,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
         RMAP_TRY(take_ray_sets(in, bundle));
     if (surfaces)
         RMAP_TRY(take_surfaces(in, bundle));
+    if (uv)
+        RMAP_TRY(take_uv(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

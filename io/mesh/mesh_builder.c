@@ -93,6 +93,21 @@ out:
     return st;
 }
 
+static enum rmap_status add_uv(struct rmap_mesh_builder *b, const double *uv)
+{
+    enum rmap_status st = RMAP_OK;
+    bool good = uv;
+    RMAP_TRY(RMAP_RESERVE(b->uv, b->cap_uv, b->n_triangle + 1, b->err));
+    memset(b->uv[b->n_triangle], 0, sizeof *b->uv);
+    for (int k = 0; k < 6 && good; k++)
+        good = fabs(uv[k]) < 0.5 * (double)RMAP_MESH_UV_FARTHEST;
+    for (int k = 0; k < 6 && good; k++)
+        b->uv[b->n_triangle][k] = (float)(b->v_down && k % 2 ? 1.0 - uv[k] : uv[k]);
+    b->has_uv = b->has_uv || good;
+out:
+    return st;
+}
+
 enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
                                        const struct rmap_vec3 corner[3], const double *uv)
 {
@@ -115,6 +130,8 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
     RMAP_TRY(RMAP_RESERVE(b->face, b->cap_face, b->n_triangle + 1, b->err));
     if (b->wants_tangents)
         RMAP_TRY(add_tangent(b, corner, uv));
+    if (b->wants_uv)
+        RMAP_TRY(add_uv(b, uv));
     for (int k = 0; k < 3; k++)
         RMAP_TRY(vertex_index(b, p[k], &b->triangle[b->n_triangle][k]));
     b->face[b->n_triangle++] = (uint32_t)b->n_face;
@@ -242,6 +259,10 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
         mesh->tangent = b->tangent;
         b->tangent = NULL;
     }
+    if (b->has_uv) {
+        mesh->uv = b->uv;
+        b->uv = NULL;
+    }
     for (size_t i = 0; i < b->n_face; i++) {
         mesh->face_name[i] = b->face_name[i];
         b->face_name[i] = NULL;
@@ -264,6 +285,7 @@ void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
     rmap_free(b->face_material);
     rmap_free(b->face_name);
     rmap_free(b->tangent);
+    rmap_free(b->uv);
     rmap_free(b->surface);
     rmap_free(b->vertex);
     rmap_free(b->triangle);

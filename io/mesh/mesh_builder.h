@@ -23,19 +23,21 @@ struct rmap_mesh_builder {
     char **face_name, **face_material; /* the latter where they are wanted */
     struct rmap_true_surface *surface; /* [n_face]; NULL: no file gave one */
     float (*tangent)[3]; /* of those that had texture coordinates; only where they are wanted */
-    bool wants_tangents, has_tangents, wants_materials;
+    float (*uv)[6];      /* as of a struct rmap_mesh; only where they are wanted */
+    bool wants_tangents, wants_uv, has_tangents, has_uv, wants_materials;
+    bool v_down; /* of the file's texture coordinates */
     size_t n_vertex, n_triangle, n_face, n_face_material;
     size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_face_material, cap_tangent,
-        cap_surface;
+        cap_uv, cap_surface;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
     size_t n_slot;
     struct rmap_mesh_left_out left_out;
     struct rmap_error *err;
 };
 
-/* Zero-initialise, set err (and wants_tangents), then: any number of triangles and faces. A
- * triangle belongs to the face that will be closed next. uv: [3][2], texture coordinates;
- * NULL: none. RMAP_INPUT when there are too many. */
+/* Zero-initialise, set err (and wants_tangents, wants_uv), then: any number of triangles and faces.
+ * A triangle belongs to the face that will be closed next. uv: [3][2], texture coordinates; NULL:
+ * none. RMAP_INPUT when there are too many. */
 enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *builder,
                                        const struct rmap_vec3 corner[3],
                                        const double *uv) RMAP_MUST_USE;

@@ -174,7 +174,7 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
             continue; /* points and lines; nothing */
         RMAP_TRY(rmap_gltf_numbers(&g->gltf, position, 3, &g->point));
         g->texture.n = 0;
-        if (texture != SIZE_MAX && g->builder->wants_tangents)
+        if (texture != SIZE_MAX && (g->builder->wants_tangents || g->builder->wants_uv))
             RMAP_TRY(rmap_gltf_numbers(&g->gltf, texture, 2, &g->texture));
         if (indexed)
             RMAP_TRY(rmap_gltf_numbers(&g->gltf, indices, 1, &g->corner));
@@ -248,6 +248,7 @@ static enum rmap_status gather(struct gatherer *g)
     enum rmap_status st = RMAP_OK;
     const struct rmap_affine identity = rmap_affine_identity();
     size_t scene;
+    g->builder->v_down = true; /* glTF 2.0, 3.8.2 */
     g->n_node = json_array_size(json_object_get(g->gltf.root, "nodes"));
     g->visited = rmap_alloc(g->n_node, sizeof *g->visited);
     if (!g->visited)

@@ -261,12 +261,13 @@ out:
     return st;
 }
 
-enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
+enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
                                 struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_mesh_builder builder = {.err = err, .wants_tangents = tangents};
+    struct rmap_mesh_builder builder = {
+        .err = err, .wants_tangents = keep & RMAP_MESH_TANGENTS, .wants_uv = keep & RMAP_MESH_UV};
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
@@ -318,6 +319,12 @@ enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh *
         if (!mesh->tangent)
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
         memcpy(mesh->tangent, from->tangent, from->n_triangle * sizeof *from->tangent);
+    }
+    if (from->uv) {
+        mesh->uv = rmap_alloc(from->n_triangle, sizeof *mesh->uv);
+        if (!mesh->uv)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
+        memcpy(mesh->uv, from->uv, from->n_triangle * sizeof *from->uv);
     }
     if (from->surface) {
         mesh->surface = rmap_alloc(from->n_face, sizeof *mesh->surface);

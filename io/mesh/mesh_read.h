@@ -9,9 +9,12 @@
 #include "io/mesh/bundle.h"
 #include "io/mesh/mesh_builder.h"
 
-/* scale: of the file's lengths; tangents: keeps where u grows, of a texture. RMAP_INPUT with the
- * path when it is no mesh. */
-enum rmap_status rmap_mesh_read(const char *path, double scale, bool tangents,
+/* Kept of texture coordinates: where u grows on each triangle, and they themselves. */
+enum { RMAP_MESH_TANGENTS = 1, RMAP_MESH_UV = 2 };
+
+/* scale: of the file's lengths; keep: bits of the above. RMAP_INPUT with the path when it is no
+ * mesh. */
+enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
                                 struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;

@@ -29,7 +29,7 @@ const struct rmap_mapping rmap_geometry_keys = {
      [CYLINDER] = {"a cylinder", "type radius length closed"},
      [CONE] = {"a cone", "type radius radius2 length closed"},
      [SPHERE] = {"a sphere", "type radius"},
-     [MESH] = {"a mesh", "type file scale exact"},
+     [MESH] = {"a mesh", "type file scale exact uv"},
      [LENS] = {"a lens", "type surfaces surface edge"},
      [BOX] = {"a box", "type size"},
      [PRISM] = {"a prism", "type points sides radius length"}},
@@ -232,17 +232,18 @@ static struct rmap_mesh *keep_mesh(struct rmap_reader *reader, const char *name,
 
 /* NULL after a complaint. */
 static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
-                                   const struct rmap_yaml_node *at, double scale, bool exact)
+                                   const struct rmap_yaml_node *at, double scale, bool exact,
+                                   bool uv)
 {
     struct rmap_mesh *mesh = NULL;
     struct rmap_mesh_left_out left_out = {0};
     char *path = rmap_reader_path(reader, at->text);
     if (!path)
         return NULL;
-    bool tangents = false;
+    unsigned keep = uv ? RMAP_MESH_UV : 0;
     for (size_t i = 0; i < reader->scene->n_surface; i++)
-        tangents = tangents || reader->scene->surface[i].frame_uv;
-    enum rmap_status st = rmap_mesh_read(path, scale, tangents, &mesh, &left_out, &reader->failure);
+        keep |= reader->scene->surface[i].frame_uv ? RMAP_MESH_TANGENTS : 0;
+    enum rmap_status st = rmap_mesh_read(path, scale, keep, &mesh, &left_out, &reader->failure);
     if (st == RMAP_OK && left_out.degenerate)
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
                          left_out.degenerate);
@@ -256,6 +257,11 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
                          "mesh '%.60s': %zu faces do not lie on the surfaces that the file gives "
                          "them; they stay triangles",
                          name, left_out.untrue);
+    if (mesh && uv && !mesh->uv)
+        st = rmap_error_set(&reader->failure, RMAP_INPUT,
+                            "%s has no texture coordinates: leave out `uv`, or write the file with "
+                            "them (.obj: vt; .ply: u v or s t; glTF: TEXCOORD_0)",
+                            path);
     if (mesh && !exact) {
         rmap_free(mesh->surface);
         mesh->surface = NULL;
@@ -280,12 +286,13 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
     const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
     const struct rmap_yaml_node *at = kind == MESH ? rmap_yaml_get(node, "file") : node;
     double scale = 1;
-    bool exact = true;
+    bool exact = true, uv = false;
     if (kind == MESH && !rmap_reader_text(reader, node, "file", RMAP_REQUIRED))
         at = NULL;
     if (kind == MESH)
         scale = mesh_scale(reader, node);
-    if (kind == MESH && !rmap_reader_bool(reader, node, "exact", &exact))
+    if (kind == MESH && (!rmap_reader_bool(reader, node, "exact", &exact) ||
+                         !rmap_reader_bool(reader, node, "uv", &uv)))
         return;
     if (!at || !(scale > 0))
         return;
@@ -295,7 +302,7 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
         return;
     }
     if (!mesh)
-        mesh = kind == MESH ? load_mesh(reader, name, at, scale, exact)
+        mesh = kind == MESH ? load_mesh(reader, name, at, scale, exact, uv)
                             : make_body(reader, name, node, kind);
     struct rmap_geometry *geometry = mesh ? add_geometry(reader, name, &entry->geometry) : NULL;
     if (!geometry)

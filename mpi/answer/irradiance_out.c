@@ -16,6 +16,7 @@
 #include "io/export/raster.h"
 #include "io/file/whole_file.h"
 #include "mpi/answer/grid_out.h"
+#include "mpi/answer/irradiance_uv_out.h"
 #include "mpi/command/output.h"
 
 static enum rmap_status choose_colours(const struct rmap_irradiance_image *image,
@@ -60,6 +61,18 @@ static enum rmap_status write_picture(const struct rmap_irradiance_image *image,
                                            .camera = out->camera,
                                            .painted = painted};
     enum rmap_status st = rmap_figure_draw(image->cells->scene, NULL, &given, &svg, err);
+    if (st == RMAP_OK)
+        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+static enum rmap_status write_texture(const struct rmap_irradiance_image *image,
+                                      const struct rmap_irradiance_out *out, const char *path,
+                                      struct rmap_error *err)
+{
+    struct rmap_svg *svg = NULL;
+    enum rmap_status st = rmap_irradiance_uv_figure(image, out, &svg, err);
     if (st == RMAP_OK)
         st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
     rmap_svg_destroy(svg);
@@ -172,9 +185,15 @@ static enum rmap_status write_numbers(const struct rmap_irradiance_image *image,
         [OBJECT] = {"object", "1", "line of the text `objects`, from 0"},
         [TRIANGLE] = {"triangle", "1", "of the object's mesh; -1: of another shape"},
         [END] = {"corner_end", "1", "rows of `corner` up to the facet's last"}};
-    struct rmap_grid_array array[COLUMNS + 1];
+    enum { UV = RMAP_IRRADIANCE_UV_ARRAYS };
+    struct rmap_grid_array all[UV + COLUMNS + 1], *array = all + UV, *first = array;
+    struct rmap_irradiance_uv uv = {.name = {""}};
     RMAP_TRY(reserve(cells, &of, err));
     fill(image, &of);
+    if (cells->uv[0] > 0) {
+        first = all;
+        RMAP_TRY(rmap_irradiance_uv_init(image, &uv, first, err));
+    }
     for (int k = 0; k < COLUMNS; k++) {
         array[k] = column[k];
         array[k].rank = 1;
@@ -189,8 +208,9 @@ static enum rmap_status write_numbers(const struct rmap_irradiance_image *image,
                                            cells->scene->unit_m};
     st = rmap_output_is(path, ".vtp")
              ? rmap_polygons_write(&polygons, array, END, text, 2, path, err)
-             : rmap_grid_write(array, COLUMNS + 1, text, 2, path, err);
+             : rmap_grid_write(first, (size_t)(array - first) + COLUMNS + 1, text, 2, path, err);
 out:
+    rmap_irradiance_uv_fini(&uv);
     fini(&of);
     return st;
 }
@@ -207,6 +227,8 @@ enum rmap_status rmap_irradiance_write(const struct rmap_irradiance_image *image
         return rmap_whole_file_put(path, put_csv, image, err);
     if (!body && rmap_picture_kind(path) == RMAP_PICTURE_NONE)
         return write_numbers(image, path, err);
+    if (!body && out->over_texture)
+        return write_texture(image, out, path, err);
     (void)snprintf(label, sizeof label, "%s%s", image->quantity,
                    out->what == RMAP_IRRADIANCE_ABSORBED ? " absorbed" : "");
     RMAP_TRY(choose_colours(image, out, label, &painted, err));

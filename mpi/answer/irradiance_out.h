@@ -14,6 +14,7 @@ struct rmap_irradiance_out {
     enum rmap_figure_scale scale;
     const double *eye;                /* [2]; NULL: as suits */
     const struct rmap_camera *camera; /* NULL: none */
+    bool over_texture;                /* pictures are of it, not of the bodies */
 };
 
 /* RMAP_SYSTEM; RMAP_USAGE beyond what a .glb holds. */

@@ -10,7 +10,9 @@
 #include "analysis/criterion/criterion_names.h"
 #include "analysis/detector/irradiance_image.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "base/unit.h"
+#include "io/export/raster.h"
 #include "io/file/diagnostics.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/draw_request.h"
@@ -41,6 +43,10 @@ static const struct rmap_option options[] = {
      "about so long, as '5 cm': larger triangles are halved, those of half and less joined; or "
      "triangles: a mesh's own (default: 1/40 of the objects' size)",
      .words = "triangles"},
+    {"uv", 0, "WxH",
+     "so many cells over the texture coordinates of meshes (geometries with `uv: true`) in place "
+     "of "
+     "--cells; pictures show the texture, or with --eye or --camera the bodies"},
     {"faces", 0, "F", "of meshes these faces alone, by number or name, as bottom or 0,2"},
     {"quantity", 0, "Q",
      "irradiance, illuminance (of sources in W with a spectrum, too; default: by the sources' "
@@ -49,7 +55,7 @@ static const struct rmap_option options[] = {
     {"unit", 0, "UNIT", "another one that fits, such as klx or mW/cm2"},
     {"output", 'o', "OUT" RMAP_ARGUMENT_AGAIN,
      "OUT.png, .svg: the bodies in false colours; .vtp: for ParaView; .glb, .gltf: a glTF scene; "
-     ".h5, .npz, .csv: numbers; again for more"},
+     ".h5, .npz, .csv (with --uv .npy): numbers; again for more"},
     {"absorbed", 0, NULL, "in colours what is absorbed, not what arrives", "output"},
     {"log", 0, NULL, "logarithmic colours (default: as the values are spread)", "output"},
     {"eye", 0, "AZIMUTH,ELEVATION", "where the picture is seen from, degrees (default -62,28)",
@@ -60,9 +66,11 @@ static const struct rmap_option options[] = {
 
 static const char *const suffixes[] = {".png", ".svg", ".vtp", ".glb", ".gltf",
                                        ".h5",  ".npz", ".csv", NULL};
+static const char *const suffixes_uv[] = {".png", ".svg", ".vtp", ".glb", ".gltf",
+                                          ".h5",  ".npz", ".npy", ".csv", NULL};
 
 struct request {
-    const char *map_path, *where, *cells, *quantity, *unit, *camera;
+    const char *map_path, *where, *cells, *uv, *quantity, *unit, *camera;
     char **name; /* [n_name] of objects and groups, borrowed */
     size_t n_name;
     char **face; /* [n_face] */
@@ -108,6 +116,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .n_name = (size_t)given->n_operand - 1,
         .where = rmap_argument(given, "where"),
         .cells = rmap_argument(given, "cells"),
+        .uv = rmap_argument(given, "uv"),
         .quantity = rmap_argument(given, "quantity"),
         .unit = rmap_argument(given, "unit"),
         .camera = rmap_argument(given, "camera"),
@@ -123,12 +132,16 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     if (eye && request->camera)
         return rmap_error_set(err, RMAP_USAGE,
                               "--camera says where the scene is seen from: leave out --eye");
+    if (request->uv && request->cells)
+        return rmap_error_set(err, RMAP_USAGE, "--uv says what the cells are: leave out --cells");
+    request->out.over_texture = request->uv && !eye && !request->camera;
     if (eye)
         RMAP_TRY(rmap_read_eye(eye, request->eye, err));
     RMAP_TRY(rmap_argument_list(given, "faces", &request->face, &request->n_face, err));
     RMAP_TRY(rmap_argument_each(given, "output", &request->output, &request->n_output, err));
     for (size_t i = 0; i < request->n_output; i++)
-        RMAP_TRY(rmap_output_check(request->output[i], suffixes, force, err));
+        RMAP_TRY(rmap_output_check(request->output[i], request->uv ? suffixes_uv : suffixes, force,
+                                   err));
 out:
     return st;
 }
@@ -155,6 +168,21 @@ static enum rmap_status read_length(const struct rmap_scene *scene, const char *
                               "as '5 cm'; or triangles",
                               text);
     *length *= unit ? unit->size / scene->unit_m : 1.0;
+    return RMAP_OK;
+}
+
+static enum rmap_status read_uv(const char *text, uint32_t uv[2], struct rmap_error *err)
+{
+    char *end = NULL;
+    unsigned long n[2] = {strtoul(text, &end, 10), 0};
+    n[1] = *end == 'x' ? strtoul(end + 1, &end, 10) : 0;
+    const bool good = text[0] >= '0' && text[0] <= '9' && *end == 0 && n[0] > 0 && n[1] > 0;
+    if (!good || n[0] > RMAP_IRRADIANCE_CELLS_MAX || n[1] > RMAP_IRRADIANCE_CELLS_MAX / n[0])
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--uv '%.40s': say columns x rows, as 256x256, at most %u cells",
+                              text, RMAP_IRRADIANCE_CELLS_MAX);
+    uv[0] = (uint32_t)n[0];
+    uv[1] = (uint32_t)n[1];
     return RMAP_OK;
 }
 
@@ -207,7 +235,17 @@ static enum rmap_status cut(const struct rmap_scene *scene, const struct request
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the objects' names");
     RMAP_TRY(mark_objects(scene, request, mark, err));
     RMAP_TRY(read_length(scene, request->cells, &choice.length, err));
-    st = rmap_irradiance_cells_create(scene, &choice, cells_ret, err);
+    if (request->uv) {
+        choice.length = (double)INFINITY;
+        RMAP_TRY(read_uv(request->uv, choice.uv, err));
+    }
+    RMAP_TRY(rmap_irradiance_cells_create(scene, &choice, cells_ret, err));
+    for (size_t i = 0; i < request->n_output && (*cells_ret)->n_part > 1; i++)
+        if (request->out.over_texture && rmap_picture_kind(request->output[i]))
+            st = rmap_error_set(err, RMAP_USAGE,
+                                "a picture of a texture is of one object, and these are %zu: ask "
+                                "for one, or say --eye for a picture of the bodies",
+                                (*cells_ret)->n_part);
 out:
     rmap_free(mark);
     return st;
@@ -233,6 +271,18 @@ static enum rmap_status choose(const struct request *request, const struct rmap_
     ask->cells = *cells_ret;
 out:
     return st;
+}
+
+static void warn(const struct rmap_irradiance_cells *cells)
+{
+    if (cells->n_twice > 0)
+        fprintf(stderr,
+                "raymap: %s of the texture hold more surface than has room in them (charts overlap "
+                "or repeat): light and area of all of it are summed\n",
+                rmap_counted(cells->n_twice, "cell").text);
+    if (cells->n_without > 0)
+        fprintf(stderr, "raymap: %s have no texture coordinates: their light is in no cell\n",
+                rmap_counted(cells->n_without, "triangle").text);
 }
 
 /* On rank 0. */
@@ -307,6 +357,7 @@ static enum rmap_status run_irradiance(const struct rmap_context *context,
     if (context->rank == 0) {
         const struct rmap_choice choice = {criterion, NULL};
         image->criterion = criterion ? rmap_criterion_text(criterion) : NULL;
+        warn(cells);
         rmap_tell_hint(context, map, &choice, image->object[cells->n_part].flux[0] > 0.0);
         st = show(context, &request, map, image, err);
     }
@@ -325,7 +376,7 @@ out:
 const struct rmap_command rmap_command_irradiance = {
     .name = "irradiance",
     .summary = "light on the surface of objects, in false colours",
-    .operands = "MAP OBJECT... [--where CRITERION] [--cells LENGTH] [-o OUT]",
+    .operands = "MAP OBJECT... [--where CRITERION] [--cells LENGTH | --uv WxH] [-o OUT]",
     .help =
         "Cuts objects (or groups, or names with * and ?) into cells and tells of each the flux\n"
         "that arrives and what of it is absorbed, per area, with standard errors: lx or W/m2.\n"

@@ -38,6 +38,7 @@ void rmap_mesh_destroy(struct rmap_mesh *mesh)
             rmap_free(mesh->face_name[i]);
     rmap_free(mesh->face_name);
     rmap_free(mesh->tangent);
+    rmap_free(mesh->uv);
     rmap_free(mesh->surface);
     rmap_free(mesh->face);
     rmap_free(mesh->triangle);

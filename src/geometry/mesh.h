@@ -13,6 +13,9 @@
 #include "base/vec.h"
 #include "formula/true_surface.h"
 
+/* Texture coordinates beyond are none: cells are counted in whole numbers. */
+#define RMAP_MESH_UV_FARTHEST 1e6f
+
 struct rmap_mesh {
     size_t n_vertex, n_triangle, n_face;
     float (*vertex)[3];      /* [n_vertex] */
@@ -21,6 +24,8 @@ struct rmap_mesh {
     char **face_name;        /* [n_face]; an entry may be NULL */
     float (*tangent)[3];     /* [n_triangle] unit vector along which the u of its texture grows; 0:
                                 it has none. NULL: nobody asks */
+    float (*uv)[6]; /* [n_triangle] texture coordinates u, v of its corners, v upwards; all 0: it
+                       has none. NULL: nobody asks */
     struct rmap_true_surface *surface; /* [n_face] that the triangles of each face approximate, of
                                           kind NONE where they are all there is. NULL: of none */
     /* Of a part of a mesh with true surfaces: so many more stand behind the arrays, of what lies

@@ -46,6 +46,8 @@ static void put(const struct choice *c, size_t t, struct rmap_mesh *part, size_t
         part->triangle[*n][k] = c->vertex[c->mesh->triangle[t][k]] - 1;
     if (part->tangent)
         memcpy(part->tangent[*n], c->mesh->tangent[t], sizeof *part->tangent);
+    if (part->uv)
+        memcpy(part->uv[*n], c->mesh->uv[t], sizeof *part->uv);
     part->face[(*n)++] = c->face[c->mesh->face[t]] - 1;
 }
 
@@ -107,9 +109,12 @@ static enum rmap_status make(struct choice *c, uint8_t *rim, struct rmap_mesh **
     RMAP_TRY(rmap_mesh_create(c->n_vertex, c->n_triangle, c->n_face, &part, err));
     if (mesh->tangent)
         part->tangent = rmap_alloc(c->n_triangle, sizeof *part->tangent);
+    if (mesh->uv)
+        part->uv = rmap_alloc(c->n_triangle, sizeof *part->uv);
     if (mesh->surface)
         part->surface = rmap_alloc(c->n_face, sizeof *part->surface);
-    if ((mesh->tangent && !part->tangent) || (mesh->surface && !part->surface))
+    if ((mesh->tangent && !part->tangent) || (mesh->uv && !part->uv) ||
+        (mesh->surface && !part->surface))
         RMAP_TRY(no_memory(err));
     fill(c, rim, part);
     RMAP_TRY(name_faces(c, part, err));

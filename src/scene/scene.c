@@ -241,6 +241,14 @@ bool rmap_scene_has_surfaces(const struct rmap_scene *scene)
     return has;
 }
 
+bool rmap_scene_has_uv(const struct rmap_scene *scene)
+{
+    bool has = false;
+    for (size_t i = 0; i < scene->n_geometry; i++)
+        has = has || (scene->geometry[i].mesh && scene->geometry[i].mesh->uv);
+    return has;
+}
+
 bool rmap_scene_is_turbid(const struct rmap_scene *scene)
 {
     for (size_t i = 0; i < scene->n_medium; i++)

@@ -315,6 +315,9 @@ bool rmap_scene_is_turbid(const struct rmap_scene *scene);
 /* Do faces of its meshes lie on surfaces? */
 bool rmap_scene_has_surfaces(const struct rmap_scene *scene);
 
+/* Meshes with texture coordinates. */
+bool rmap_scene_has_uv(const struct rmap_scene *scene);
+
 /* Has gradient media: its rays may be curved. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
 

@@ -6,7 +6,8 @@ A sphere under a slanted collimated beam of irradiance E: a patch between two pa
 E times the integral of n.s over it, all of it E pi R^2 (shape: rows of cells; mesh: triangles of an octahedron
 divided, E n.s each). A box scaled unequally and mirrored: E |n.s| per face. A closed room of Lambertian walls: every
 triangle has what the map's own columns say arrives and is absorbed there, values and standard errors, and on the side
-that the medium or the way says. W at 555 nm are 683 lm. .vtp, .glb and .h5 are read here by what their formats say.
+that the medium or the way says. Cells over texture coordinates (OBJ, glTF, PLY; charts that repeat) have what the columns
+say by barycentric coordinates, and the area that 200,000 points of each triangle say. W at 555 nm are 683 lm. .vtp, .glb and .h5 are read here by what their formats say.
 """
 import base64
 import csv
@@ -346,6 +347,130 @@ for k, name in enumerate(("disc", "dish", "tube", "cone")):
         count_told = found["irradiance"][cell] * found["area"][cell] * 1e-4 * 5000
         total += abs(here - count_told) > 0.01  # 5,000 rays a watt; a few lie on borders
     checks.true(f"{name}: {total} of {one['cells']} cells differ", one["cells"] > 60 and total < 0.02 * one["cells"])
+
+# ---- cells over texture coordinates: sums over the columns, whatever of the body a cell has ----
+def shares(corner, at):
+    axes = numpy.stack([corner[1] - corner[0], corner[2] - corner[0]], axis=1)
+    two = (at - corner[0]) @ numpy.linalg.pinv(axes).T
+    return numpy.concatenate([1 - two.sum(axis=1, keepdims=True), two], axis=1)
+
+
+UNIT = numpy.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
+quad = [numpy.array([(-2, -2, 0), (2, -2, 0), (2, 2, 0), (-2, 2, 0)], float)]
+quad_uv = [UNIT * 0.8 + 0.1]
+boxes, box_uv = [], []  # six charts of a third by a half, outside in front
+for k, (axis, sign) in enumerate((a, s) for a in range(3) for s in (1, -1)):
+    side = numpy.zeros((4, 3))
+    side[:, axis] = sign
+    side[:, (axis + 1) % 3] = (2 * UNIT[:, 0] - 1) * sign
+    side[:, (axis + 2) % 3] = 2 * UNIT[:, 1] - 1
+    boxes.append(side)
+    box_uv.append((UNIT * 0.9 + 0.05 + (k % 3, k // 3)) / (3, 2))
+turned = numpy.array(((math.cos(0.3), -math.sin(0.3)), (math.sin(0.3), math.cos(0.3))))
+
+
+def write_obj(name, sides, uvs):
+    with open(name, "w", encoding="ascii") as file:
+        for side in sides:
+            file.writelines("v %.9g %.9g %.9g\n" % tuple(p) for p in side)
+        for uv in uvs:
+            file.writelines("vt %.9g %.9g\n" % tuple(p) for p in uv)
+        for at in range(1, 4 * len(sides), 4):
+            file.write(f"f {at}/{at} {at + 1}/{at + 1} {at + 2}/{at + 2}\nf {at}/{at} {at + 2}/{at + 2} {at + 3}/{at + 3}\n")
+
+
+def write_gltf(name, side, uv):
+    """Rows of a glTF texture run downwards."""
+    data = (side.astype("<f4").tobytes() + numpy.stack([uv[:, 0], 1 - uv[:, 1]], axis=1).astype("<f4").tobytes() +
+            numpy.array([0, 1, 2, 0, 2, 3], "<u2").tobytes())
+    views = [{"buffer": 0, "byteOffset": o, "byteLength": n} for o, n in ((0, 48), (48, 32), (80, 12))]
+    kinds = (("VEC3", 5126, 4), ("VEC2", 5126, 4), ("SCALAR", 5123, 6))
+    accessors = [{"bufferView": k, "componentType": c, "count": n, "type": t} for k, (t, c, n) in enumerate(kinds)]
+    accessors[0].update(min=side.min(axis=0).tolist(), max=side.max(axis=0).tolist())
+    with open(name, "w", encoding="ascii") as file:
+        json.dump({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                   "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}]}],
+                   "accessors": accessors, "bufferViews": views,
+                   "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," +
+                                base64.b64encode(data).decode()}]}, file)
+
+
+def write_ply(name, side, uv):
+    with open(name, "w", encoding="ascii") as file:
+        file.write("ply\nformat ascii 1.0\nelement vertex 4\n" +
+                   "".join(f"property float {p}\n" for p in ("x", "y", "z", "s", "t")) +
+                   "element face 2\nproperty list uchar int vertex_indices\nend_header\n")
+        file.writelines("%.9g %.9g %.9g %.9g %.9g\n" % (*p, *q) for p, q in zip(side, uv))
+        file.write("3 0 1 2\n3 0 2 3\n")
+
+
+write_obj("uv-quad.obj", quad, quad_uv)
+write_obj("uv-turned.obj", quad, [UNIT @ turned.T * 2 - 0.3])  # slanted, over several repeats
+write_obj("uv-box.obj", boxes, box_uv)
+write_gltf("uv-quad.gltf", quad[0], quad_uv[0])
+write_ply("uv-quad.ply", quad[0], quad_uv[0])
+BODIES = {"obj": ("uv-quad.obj", quad, quad_uv), "gltf": ("uv-quad.gltf", quad, quad_uv), "ply": ("uv-quad.ply", quad, quad_uv),
+          "turned": ("uv-turned.obj", quad, [UNIT @ turned.T * 2 - 0.3]), "box": ("uv-box.obj", boxes, box_uv)}
+UV = HEAD + "surfaces: {grey: {type: lambert, reflectance: 0.5}}\ngeometries:\n" + "".join(
+    f"  {name}: {{type: mesh, file: {body[0]}, uv: true}}\n" for name, body in BODIES.items()) + """  plain: {type: mesh, file: uv-quad.obj}
+  ball: {type: sphere, radius: 1}
+objects:
+""" + "".join(f"""  - {{name: {name}, geometry: {name}, at: [{8 * k}, 0, 0], surface: grey, front: air, back: air}}
+""" for k, name in enumerate([*BODIES, "plain", "ball"])) + "sources:\n" + "".join(
+    f"  - {{name: s{k}, type: point, at: [{8 * k + 0.5}, 0.7, 2.5], flux: 1 W, {LINE}}}\n" for k in range(len(BODIES)))
+target = trace("uv", UV, 30_000)
+place, hit, primitive, event, of, before = columns(
+    target, "segment/position", "segment/object", "segment/primitive", "segment/event", "ray/segment_count", "ray/weight")
+names = [o["name"] for o in json.loads(run("info", target, "--json"))["objects"]]
+each = 5 / 30_000 if len(before) == 30_000 else float("nan")  # W a ray
+W, H = 12, 7
+for k, (name, (_, sides, uvs)) in enumerate(BODIES.items()):
+    done = subprocess.run([PROGRAM, "irradiance", target, name, "--uv", f"{W}x{H}", "-o", "uv.h5", "-o", "uv.npy", "-o", "uv.csv",
+                           "-o", "uv.vtp", "-o", "uv.png", "--force", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, check=True)
+    told = json.loads(done.stdout)
+    whole = answer(target, name, "--cells", "triangles")
+    checks.close(f"{name}: flux is that of the triangles", told["flux"]["value"], whole["flux"]["value"], 1e-12)
+    checks.close(f"{name}: area is that of the triangles", told["area_m2"], whole["area_m2"], 1e-9)
+    checks.true(f"{name}: covered twice is told", (told["uv"]["covered_twice"] > 0) == (name == "turned") ==
+                ("are summed" in done.stderr))
+    with h5py.File("uv.h5") as file:
+        value, area, absorbed = (file[key][0] for key in ("irradiance_uv", "area_uv", "absorbed_uv"))
+        facets = (file["irradiance"][()] * file["area"][()]).sum() * 1e-4
+    checks.close(f"{name}: facets together", facets, told["flux"]["value"], 1e-9)
+    checks.true(f"{name}: .npy is the same", numpy.array_equal(numpy.load("uv.npy")[0], value, equal_nan=True))
+    with open("uv.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+    checks.true(f"{name}: .csv", len(rows) == told["cells"] == (area > 0).sum() and all(
+        abs(float(r["irradiance"]) - value[int(r["row"]), int(r["column"])]) <= 1e-6 * numpy.nanmax(value) for r in rows))
+    want, grown = numpy.zeros((H, W)), numpy.zeros((H, W))
+    for triangle in range(2 * len(sides)):
+        pick = [0, 1, 2] if triangle % 2 == 0 else [0, 2, 3]
+        corner, uv = sides[triangle // 2][pick], uvs[triangle // 2][pick]
+        at = place[(hit == names.index(name)) & (primitive == triangle) & ((event & (1 << 11 | 1 << 12)) == 0)]
+        cell = numpy.floor(shares(corner, at.astype(float) - [8 * k, 0, 0]) @ uv * [W, H]).astype(int) % [W, H]
+        numpy.add.at(want, (cell[:, 1], cell[:, 0]), each)
+        a, b = (numpy.arange(200_000) * step % 1 for step in (0.7548776662466927, 0.5698402909980532))  # even, on no lattice
+        fold = a + b > 1
+        a, b = numpy.where(fold, 1 - a, a), numpy.where(fold, 1 - b, b)
+        cell = numpy.floor(numpy.stack([1 - a - b, a, b], axis=1) @ uv * [W, H]).astype(int) % [W, H]
+        size = numpy.linalg.norm(numpy.cross(corner[1] - corner[0], corner[2] - corner[0])) / 2
+        numpy.add.at(grown, (cell[:, 1], cell[:, 0]), size / len(a))
+    checks.close(f"{name}: area of cells", abs(area - grown).max() / grown.max(), 0, 0, 1e-2)
+    off = abs(numpy.nan_to_num(value) * area * 1e-4 - want)
+    checks.true(f"{name}: cells as the columns have it: off by {off.max() / each:.2f} rays, {off.sum() / each:.0f} of "
+                f"{want.sum() / each:.0f}", off.max() < 2.5 * each and off.sum() < 2e-3 * want.sum() and want.sum() > 0)
+    checks.true(f"{name}: no cell without surface has light", (numpy.isnan(value) == (area == 0)).all())
+refused(3, "say `uv: true` in its geometry", target, "plain", "--uv", "8x8")
+refused(3, "'ball' is no mesh", target, "ball", "--uv", "8x8")
+refused(2, "of one object", target, "obj", "box", "--uv", "8x8", "-o", "a.png")
+refused(2, "leave out --cells", target, "obj", "--uv", "8x8", "--cells", "1")
+refused(2, "256x256", target, "obj", "--uv", "8")
+drop(target)
+with open("uv-bad.yaml", "w", encoding="ascii") as out:
+    out.write(BALL.replace("file: ball.obj", "file: ball.obj, uv: true") % ("faceted", ""))
+done = subprocess.run([PROGRAM, "check", "uv-bad.yaml"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+checks.true("a file without them: " + done.stdout.strip(), done.returncode == 3 and "has no texture coordinates" in done.stdout)
 
 # ---- wrong input ----
 target = trace("room", ROOM, 100)

@@ -31,7 +31,7 @@ static const char *const scene_text =
     "frame: uv}\n"
     "  coat: {type: fresnel, coat: {reflectance: {wavelength: [400, 700], value: [0, 0.1]}}}\n"
     "geometries:\n"
-    "  body: {type: mesh, file: tetra.obj, scale: cm}\n"
+    "  body: {type: mesh, file: tetra.obj, scale: cm, uv: true}\n"
     "  ball: {type: sphere, radius: 2}\n"
     "  lens: {type: lens, surface: coat, surfaces: [{radius: 50, thickness: 5, medium: N-BK7, "
     "aperture: 9}, {medium: air, thickness: 1, aperture: 8}, {medium: air, aperture: 5, stop: "
@@ -118,6 +118,9 @@ static char *portrait(const struct rmap_scene *scene)
             assert_non_null(mesh->tangent);
             for (int axis = 0; axis < 3; axis++)
                 fprintf(out, "%a\n", (double)mesh->tangent[k][axis]);
+            assert_non_null(mesh->uv);
+            for (int j = 0; j < 6; j++)
+                fprintf(out, "%a\n", (double)mesh->uv[k][j]);
         }
     }
     for (size_t i = 0; i < scene->n_object; i++)

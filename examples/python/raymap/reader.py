@@ -176,7 +176,7 @@ class Map:
         if major not in (2, 3, 4, 5):
             raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 5.x")
         features = _text(index.attrs["features"]).split() if major == 5 else []
-        unknown = set(features) - {"curves", "gaps", "places", "classes", "codes", "lengths", "scatter", "turbid"}
+        unknown = set(features) - {"curves", "gaps", "places", "classes", "codes", "lengths", "scatter", "turbid", "uv"}
         if unknown:
             raise MapError(f"{self.path} needs {', '.join(sorted(unknown))}, which this does not know")
         self.is_curved = major == 4 or "curves" in features
