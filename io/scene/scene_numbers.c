@@ -13,6 +13,7 @@
 #include "base/count.h"
 #include "io/hdf5/h5_read.h"
 #include "io/hdf5/h5_write.h"
+#include "io/scene/sag_numbers.h"
 
 /* width 0: one number per channel. */
 #define NUMBER(group, type, member, element, width, text)                                          \
@@ -33,7 +34,7 @@ static const struct rmap_h5_field object_field[] = {
 static const struct rmap_h5_field geometry_field[] = {
     NUMBER("geometry", rmap_geometry, kind, I32, 1, "0 analytic shape, 1 mesh"),
     NUMBER("geometry", rmap_geometry, shape.type, I32, 1,
-           "0 conic, 1 disc, 2 rectangle, 3 tube, 4 sphere"),
+           "0 conic, 1 disc, 2 rectangle, 3 tube, 4 sphere, 5 sag, 6 wall"),
     NUMBER("geometry", rmap_geometry, shape.curvature, F64, 1, "conic: 1 / radius"),
     NUMBER("geometry", rmap_geometry, shape.conic, F64, 1, "conic: constant k"),
     NUMBER("geometry", rmap_geometry, shape.asphere, F64, RMAP_ASPHERE_MAX,
@@ -240,7 +241,7 @@ struct table {
     bool late;     /* nor in those of earlier programs, which are read with the scene's own */
 };
 
-enum { N_TABLE = 18, FIELD_MAX = 12, PATH_NBYTES = 64 };
+enum { N_TABLE = 19, FIELD_MAX = RMAP_KEPT_SAG_FIELDS, PATH_NBYTES = 64 };
 
 /* Lists of all sources one after the other. */
 struct copies {
@@ -251,8 +252,9 @@ struct copies {
     struct rmap_thin_film_layer *layer;
     struct kept_step *step;
     struct kept_scintillation *scintillation;
-    size_t n_list, n_cdf, n_knot, n_layer, n_step, n_scintillation, n_portal;
+    size_t n_list, n_cdf, n_knot, n_layer, n_step, n_scintillation, n_portal, n_sag;
     struct kept_portal *portal;
+    struct rmap_kept_sag *sag;
 };
 
 static size_t n_triangle_of(const struct rmap_scene *scene, const struct rmap_source *source)
@@ -280,6 +282,7 @@ static void copies_fini(struct copies *copies)
     rmap_free(copies->step);
     rmap_free(copies->scintillation);
     rmap_free(copies->portal);
+    rmap_free(copies->sag);
 }
 
 /* Into the copies, or back into the scene. */
@@ -331,6 +334,8 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
         copies->n_scintillation += scene->medium[m].scintillation != NULL;
     for (size_t f = 0; f < scene->n_film; f++)
         copies->n_layer += n_layer_of(scene, &scene->film[f]);
+    copies->n_sag = rmap_kept_sag_count(scene);
+    copies->sag = rmap_alloc(copies->n_sag, sizeof *copies->sag);
     copies->layer = rmap_alloc(copies->n_layer, sizeof *copies->layer);
     copies->portal = rmap_alloc(copies->n_portal, sizeof *copies->portal);
     copies->list = rmap_alloc(copies->n_list, sizeof *copies->list);
@@ -340,11 +345,12 @@ static enum rmap_status copies_init(const struct rmap_scene *scene, struct copie
     copies->scintillation = rmap_alloc(copies->n_scintillation, sizeof *copies->scintillation);
     copies->turn = rmap_alloc(scene->schedule_len, sizeof *copies->turn);
     if (!copies->list || !copies->cdf || !copies->knot || !copies->turn || !copies->layer ||
-        !copies->step || !copies->scintillation || !copies->portal) {
+        !copies->step || !copies->scintillation || !copies->portal || !copies->sag) {
         copies_fini(copies);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's numbers");
     }
     copy_steps((struct rmap_scene *)(uintptr_t)scene, copies, false);
+    rmap_kept_sag_copy(scene, copies->sag);
     size_t list = 0, cdf = 0, knot = 0, layer = 0, portal = 0;
     for (size_t f = 0; f < scene->n_film; f++) {
         const size_t n = n_layer_of(scene, &scene->film[f]);
@@ -436,6 +442,8 @@ static void list_tables(struct rmap_scene *scene, const struct copies *copies,
          .optional = true},
         {"portal", portal_field, RMAP_COUNT(portal_field), copies->portal, copies->n_portal,
          sizeof *copies->portal, .optional = true},
+        {"sag", rmap_kept_sag_field, RMAP_KEPT_SAG_FIELDS, copies->sag, copies->n_sag,
+         sizeof *copies->sag, .optional = true, .late = true},
     };
 #undef ROWS
     memcpy(table, all, sizeof all);
@@ -541,6 +549,9 @@ enum rmap_status rmap_scene_numbers_read(struct rmap_h5 *h5, struct rmap_scene *
         RMAP_TRY(read_table(h5, &table[k], &fields, err));
     }
     copies_back(&copies, scene);
+    const char *wrong = rmap_kept_sag_back(copies.sag, scene);
+    if (wrong)
+        st = rmap_error_set(err, RMAP_FORMAT, "%s: /model/%zu/sag: %s", h5->path, space, wrong);
 out:
     copies_fini(&copies);
     return st;

@@ -7,8 +7,10 @@ decimal trace within 1e-12 relative (double precision through a dozen surfaces).
 """
 import math
 
+import numpy
+
 from exact_trace import Surface, trace as exact_rays
-from raymap import Checks, report
+from raymap import Checks, columns, report, trace
 
 checks = Checks()
 REL = 1e-12
@@ -378,10 +380,60 @@ objects:
         checks.close(f"hyperbolic lens h={h}", focus - 20, 100, abs=1e-10)
 
 
+def landed(name, second, media="  glass: {index: 1.5}\n"):
+    """Where 400 rays along z, over a square of 34 mm, meet the plane 100 mm behind a plano lens: (from, to) in x and y."""
+    body = f"""geometries:
+  singlet:
+    type: lens
+    surface: clear
+    edge: black
+    surfaces:
+      - {{radius: 0, thickness: 20, medium: glass, aperture: {{rectangle: [50, 50]}}}}
+      - {{{second}, medium: air, aperture: {{rectangle: [50, 50]}}}}
+  screen: {{type: disc, radius: 500}}
+objects:
+  - {{name: singlet, geometry: singlet, outside: air}}
+  - {{name: behind, geometry: screen, at: [0, 0, 120], surface: black, front: air, back: air}}
+"""
+    side = [-17 + 34 * (k + 0.3) / 20 for k in range(20)]
+    rays = [((x, y, -10), (0, 0, 1), 587.6) for x in side for y in side]
+    target = trace(name, scene(body, rays, media=media), len(rays))
+    start, n, position = columns(target, "/ray/start", "/ray/segment_count", "/segment/position")
+    checks.true(f"{name}: all rays have three legs", len(n) == len(rays) and numpy.all(n == 3))
+    return start[:, :2].astype(float), position[numpy.cumsum(n) - 1].astype(float)
+
+
+def check_lines_and_facets():
+    """Places of 400 rays as far as a map has them, in single precision. An acylinder of k = -n^2 has one line of focus (the
+    hyperbola of Descartes). Facets that send all light to one point: n (0, 1) - (-sin u, cos u) is along their normal by
+    Snell's law, sin u = r / w, w = sqrt(r^2 + f^2), so that the profile's slope is -r / (n w - f)."""
+    start, end = landed("acylinder", "radius: -50, conic: -2.25, toroid: inf")
+    checks.close("acylinder: along the line of focus", numpy.max(abs(end[:, 0] - start[:, 0])), 0, abs=2e-6)
+    checks.close("acylinder: across it", numpy.max(abs(end[:, 1])), 0, abs=2e-6)
+    checks.close("acylinder: at its distance", numpy.max(abs(end[:, 2] - 120)), 0, abs=0)
+
+    r = 25 * numpy.sin(numpy.linspace(0, math.pi / 2, 200))[1:]
+    slope = -r / (1.5 * numpy.hypot(r, 100) - 100)
+    powers = range(2, 25, 2)
+    factor = numpy.linalg.lstsq(numpy.stack([p * (r / 25) ** (p - 1) / 25 for p in powers], 1), slope, rcond=None)[0]
+    terms = ", ".join(f"{p}: {float(a) / 25.0 ** p!r}" for p, a in zip(powers, factor))
+    _, end = landed("fresnel", f"asphere: {{{terms}}}, fresnel: true")
+    checks.close("Fresnel lens: one focus", numpy.max(numpy.hypot(end[:, 0], end[:, 1])), 0, abs=2e-6)
+    # Of a sphere: each ray by Snell's law at the plane, with the normal of the sphere.
+    start, end = landed("fresnel-sphere", "radius: -50, fresnel: true")
+    h = numpy.hypot(start[:, 0], start[:, 1])
+    tilt = numpy.arcsin(h / 50)
+    turned = numpy.arcsin(1.5 * numpy.sin(tilt)) - tilt
+    want = start * (1 - 100 * numpy.tan(turned) / h)[:, None]
+    checks.close("Fresnel lens of a sphere", numpy.max(abs(end[:, :2] - want)), 0, abs=1e-5)
+    checks.true("its aberration is seen", numpy.max(abs(want)) > 0.1)
+
+
 check_marginal_ray()
 check_first_order()
 check_all_zemax()
 check_hubble()
 check_indices()
 check_stigmatic()
+check_lines_and_facets()
 checks.finish()
