@@ -50,6 +50,15 @@ static const char *const seed_text =
     "  pipe: {type: cone, radius: 3, radius2: 2, length: 7}\n"
     "  plate: {type: rectangle, size: [20, 10]}\n"
     "  ball: {type: sphere, radius: 4}\n"
+    "  form: {type: conic, radius: [50, 40], conic: [0, -1], aperture: {ellipse: [9, 7], at: [0, "
+    "1]}, inner: 1, xy: {norm: 9, terms: {x2y0: 0.1}}}\n"
+    "  wave: {type: conic, radius: 50, aperture: {rectangle: [8, 6]}, zernike: {norm: 9, order: "
+    "noll, terms: {4: 0.1 um}}, qcon: {norm: 9, terms: [0.1]}}\n"
+    "  echelon: {type: conic, radius: 50, aperture: 9, fresnel: true, asphere: {3: 1.0e-5}, qbfs: "
+    "{norm: 9, terms: [0.1]}}\n"
+    "  block: {type: box, size: [4, 4, 2]}\n"
+    "  rod2: {type: lens, surfaces: [{radius: 50, toroid: inf, thickness: 5, medium: bk7, "
+    "aperture: 9}, {medium: air, aperture: 9}]}\n"
     "  doublet:\n"
     "    type: lens\n"
     "    surface: clear\n"
@@ -66,6 +75,14 @@ static const char *const seed_text =
     "  - {name: drop, geometry: ball, surface: clear, outside: air, inside: fog}\n"
     "  - {name: bead, geometry: ball, surface: clear, outside: air, inside: hot, at: [9, 0, 0]}\n"
     "  - {name: pill, geometry: ball, surface: clear, outside: air, inside: rod, at: [0, 9, 0]}\n"
+    "  - {name: e, geometry: form, surface: fresnel, front: air, back: air, at: [0, 30, 0]}\n"
+    "  - {name: w, geometry: wave, surface: silver, front: air, back: air, at: [0, 60, 0]}\n"
+    "  - {name: h, geometry: echelon, surface: fresnel, front: air, back: bk7, at: [0, 90, 0]}\n"
+    "  - {name: y, geometry: rod2, outside: air, at: [0, 120, 0]}\n"
+    "  - {name: brick, geometry: block, surface: clear, inside: bk7, outside: air, material: PMMA, "
+    "faces: [{faces: [0, 3..5], surface: white}, {faces: top, outside: own}], at: [0, 150, 0]}\n"
+    "attributes:\n"
+    "  - {match: {name: 'b*', material: [PMMA, acrylic]}, set: {surface: clear, outside: air}}\n"
     "sources:\n"
     "  - {name: s, type: collimated, shape: {disc: 3}, flux: 1 W, spectrum: {lines: {486: 1}}}\n"
     "  - {name: t, type: point, distribution: {cone: 20}, flux: 5 lm, spectrum: D65, at: [9, 0, "
@@ -78,24 +95,31 @@ static const char *const seed_text =
     "simulations:\n"
     "  - {name: q, rays: 7, time_limit: 5 min, without: [r], detectors: [d]}\n";
 
-static const char *const words[] = {"-1",       "0",
-                                    "1e308",    ".nan",
-                                    "inf",      "99999999999999999999",
-                                    "[]",       "{}",
-                                    "*l",       "~",
-                                    "\"",       "'",
-                                    "&l ",      "- {name: s}\n",
-                                    "D65",      "!!binary ",
-                                    "[[[[[[[[", "]",
-                                    "}",        "\n",
-                                    "\t",       "{a: ",
-                                    "air",      "lens.1",
-                                    ": ",       "- ",
-                                    "lens",     "mesh",
-                                    "world",    "formula",
-                                    "x ? 1 : ", "((((((((((",
-                                    "%",        "\xff",
-                                    "#",        "\xc3\xa9"};
+static const char *const words[] = {"-1",        "0",
+                                    "1e308",     ".nan",
+                                    "inf",       "99999999999999999999",
+                                    "[]",        "{}",
+                                    "*l",        "~",
+                                    "\"",        "'",
+                                    "&l ",       "- {name: s}\n",
+                                    "D65",       "!!binary ",
+                                    "[[[[[[[[",  "]",
+                                    "}",         "\n",
+                                    "\t",        "{a: ",
+                                    "air",       "lens.1",
+                                    ": ",        "- ",
+                                    "lens",      "mesh",
+                                    "world",     "formula",
+                                    "x ? 1 : ",  "((((((((((",
+                                    "%",         "\xff",
+                                    "#",         "\xc3\xa9",
+                                    "zernike",   "xy",
+                                    "qcon",      "qbfs",
+                                    "toroid",    "fresnel",
+                                    "rectangle", "ellipse",
+                                    "at",        "norm",
+                                    "order",     "terms",
+                                    "faces",     "match"};
 
 struct dice {
     uint64_t ray;
