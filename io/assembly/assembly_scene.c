@@ -467,6 +467,14 @@ static void put_camera(FILE *out, struct rmap_vec3 lower, struct rmap_vec3 upper
                   at.x, at.y, at.z, middle.x, middle.y, middle.z);
 }
 
+/* Sums of places are off by rounding where the model says 0. */
+static struct rmap_vec3 without_rounding(struct rmap_vec3 v, double size)
+{
+    const double least = 1e-12 * size;
+    return rmap_vec3(fabs(v.x) < least ? 0 : v.x, fabs(v.y) < least ? 0 : v.y,
+                     fabs(v.z) < least ? 0 : v.z);
+}
+
 enum rmap_status rmap_assembly_put_scene(const void *context, FILE *out, struct rmap_error *err)
 {
     const struct rmap_assembly *a = context;
@@ -474,6 +482,9 @@ enum rmap_status rmap_assembly_put_scene(const void *context, FILE *out, struct 
     size_t n = 0;
     (void)err;
     (void)rmap_assembly_bounds(a, &lower, &upper);
+    const double size = rmap_length(rmap_sub(upper, lower));
+    lower = without_rounding(lower, size);
+    upper = without_rounding(upper, size);
     for (size_t i = 0; i < a->n_part; i++)
         n += a->part[i].shape >= 0;
     (void)fputs("# Imported from ", out);
@@ -497,7 +508,6 @@ enum rmap_status rmap_assembly_put_scene(const void *context, FILE *out, struct 
                 "]\nmedia:\n  air: {index: 1}\n\n"
                 "# Light, and what is to see it, as in:\n",
                 out);
-    const double size = rmap_length(rmap_sub(upper, lower));
     (void)fprintf(out,
                   "# sources:\n#   - {name: lamp, type: point, at: [%.4g, %.4g, %.4g], "
                   "direction: [0, 0, -1], distribution: {cone: 20}, flux: 1 W}\n"

@@ -89,6 +89,8 @@ std::string file_name(const std::string &name, std::set<std::string> &taken)
     std::string stem;
     for (const char c : name) {
         const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
+        if (stem.empty() && c == '-') /* an option, to other programs */
+            continue;
         if (stem.size() < 60 && (plain || (!stem.empty() && stem.back() != '_')))
             stem += plain ? static_cast<char>(std::tolower(c)) : '_';
     }

@@ -270,9 +270,11 @@ enum rmap_status rmap_lens_read_oslo(char *text, struct rmap_prescription *lens,
             end_surface(&o);
             if (!rmap_lens_add(lens, o.lines.number, err))
                 return err->status;
-        } else if (!read_of_lens(&o, word[0], word, n) &&
-                   !read_of_surface(&o, word[0], word, n, &st)) {
-            tell_unknown(&o, word[0]);
+        } else {
+            rmap_lens_expect_number(lens, o.lines.number, current(&o), "RD CV CC TH EBR", word[0],
+                                    word, n);
+            if (!read_of_lens(&o, word[0], word, n) && !read_of_surface(&o, word[0], word, n, &st))
+                tell_unknown(&o, word[0]);
         }
         if (st != RMAP_OK)
             return st;

@@ -157,6 +157,10 @@ static enum rmap_status read_surface(struct seq *s, char **word, size_t n)
     if (!surface)
         return s->err->status;
     s->at = s->lens->n_surface;
+    for (size_t k = 0; k < 2 && k + 1 < n; k++) /* radius, thickness */
+        if (!rmap_lens_is(word[k + 1], "inf"))
+            rmap_lens_expect_number(s->lens, s->lines.number, surface, word[0], word[0], word + k,
+                                    n - k);
     set_shape(s, surface, rmap_lens_value(word, n, 1, 0));
     surface->thickness = read_thickness(word, n, 2);
     for (size_t i = 3; i < n; i++)
@@ -236,6 +240,7 @@ static bool read_of_surface(struct seq *s, const char *key, char **word, size_t 
     const double value = rmap_lens_value(word, n, 1, 0);
     if (!surface)
         return false;
+    rmap_lens_expect_number(s->lens, s->lines.number, surface, "RDY CUY K A B C D", key, word, n);
     if (strcmp(key, "STO") == 0)
         surface->is_stop = true;
     else if (strcmp(key, "RDY") == 0 || strcmp(key, "CUY") == 0)
@@ -331,6 +336,7 @@ static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
                   {"NA", RMAP_PUPIL_IMAGE_NA}};
     struct rmap_prescription *lens = s->lens;
     const double value = rmap_lens_value(word, n, 1, 0);
+    rmap_lens_expect_number(lens, s->lines.number, NULL, "EPD FNO NAO NA", key, word, n);
     for (size_t i = 0; i < RMAP_COUNT(pupils); i++)
         if (strcmp(key, pupils[i].key) == 0) {
             lens->pupil = pupils[i].pupil;

@@ -178,6 +178,22 @@ double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other)
     return value;
 }
 
+void rmap_lens_expect_number(struct rmap_prescription *lens, size_t line,
+                             struct rmap_lens_surface *surface, const char *keys, const char *key,
+                             char *const *word, size_t n_word)
+{
+    double value = 0;
+    const size_t n = strlen(key);
+    for (const char *at = keys; *at; at += strspn(at, " ")) {
+        const size_t length = strcspn(at, " ");
+        if (n_word > 1 && length == n && strncasecmp(at, key, n) == 0 &&
+            !rmap_lens_number(word[1], &value))
+            rmap_lens_lost(lens, line, surface, "%.8s %.40s is no number and is left out", key,
+                           word[1]);
+        at += length;
+    }
+}
+
 double rmap_lens_nm(double um)
 {
     const double digits = 1e7; /* of a nm */

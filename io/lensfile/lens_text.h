@@ -35,6 +35,11 @@ bool rmap_lens_number(const char *word, double *value);
 /* The k-th word as a number, or `other` where it is none. */
 double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other);
 
+/* Tells of a first word that is no number, after one of `keys` ("CURV CONI"), in any case. */
+void rmap_lens_expect_number(struct rmap_prescription *lens, size_t line,
+                             struct rmap_lens_surface *surface, const char *keys, const char *key,
+                             char *const *word, size_t n_word);
+
 /* Of um, without what binary fractions add behind the digits of the file. */
 double rmap_lens_nm(double um);
 

@@ -400,6 +400,8 @@ static enum rmap_status read_line(struct zmx *z)
                                solves[i].text);
             return RMAP_OK;
         }
+    rmap_lens_expect_number(z->lens, z->lines.number, z->surface,
+                            z->surface ? "CURV CONI DIAM" : "ENPD FNUM OBNA", key, word, n);
     if (!(z->surface && read_of_surface(z, key, word, n)) && !read_of_lens(z, key, word, n))
         tell_unknown(z, key);
     return RMAP_OK;

@@ -309,7 +309,6 @@ static bool check_match(struct rmap_reader *reader, const struct rmap_yaml_node 
 
 static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
-    static const struct rmap_yaml_node none = {.kind = RMAP_YAML_MAP};
     const struct rmap_yaml_node *match = rmap_yaml_get(node, "match"),
                                 *set = rmap_yaml_get(node, "set");
     if (!rmap_reader_known(reader, node, &rmap_attribute_keys, 0))
@@ -320,8 +319,12 @@ static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *n
                           "{surface: fresnel, inside: N-BK7}}");
         return;
     }
-    if (!check_match(reader, match ? match : &none) ||
-        !rmap_reader_known(reader, set, &rmap_set_keys, 0))
+    if (!match || match->n_item == 0) {
+        rmap_reader_error(reader, match ? match : node,
+                          "'match' says of no part what it is: for all of them {name: '*'}");
+        return;
+    }
+    if (!check_match(reader, match) || !rmap_reader_known(reader, set, &rmap_set_keys, 0))
         return;
     struct rmap_attribute_rule *rule =
         RMAP_READER_NEW(reader, reader->rule, reader->n_rule, reader->cap_rule);

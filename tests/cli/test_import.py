@@ -5,6 +5,7 @@ scene traces at once to a table of ghosts; what is no lens is refused with a sen
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import time
@@ -353,6 +354,18 @@ def check_openings():
     check("curvatures up to 50: they are taken to be radii" in said and "diffraction (DIF DOE) is not understood" in said, said)
 
 
+def check_numbers():
+    """What should be a number and is none is told, and is a mistake for --strict."""
+    seq = "RDM;LEN\nEPD abc\nWL 587.6\nSO 0 1e20\nS x 4 NBK7_SCHOTT\nSTO\nS -50 y\nK nan\nSI 0 0\n"
+    told = json.loads(bring(write("n.seq", seq), "--json"))
+    said = [f["text"] for f in told["findings"]]
+    for wrong, line in (("EPD abc", 2), ("S x", 5), ("S y", 7), ("K nan", 8)):
+        check(any(f["line"] == line and wrong + " is no number" in f["text"] for f in told["findings"]), f"{wrong}: {said}")
+    run("import", "here/n.seq", "-o", "here/strict", "--strict", status=3)
+    bad = re.sub(r"CURV \S+", "CURV abc", ZMX, count=1)
+    check("CURV abc is no number" in bring(write("n.zmx", bad), "--json"), "a curvature of .zmx")
+
+
 def check_ghosts():
     """From a lens file to a table of ghosts."""
     begun = time.monotonic()
@@ -381,5 +394,6 @@ check_oslo()
 check_archive()
 check_configurations()
 check_openings()
+check_numbers()
 check_ghosts()
 asking.finish()

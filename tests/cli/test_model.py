@@ -127,7 +127,7 @@ def check_rules():
     check(objects["stop"]["surface_front"] == "Acktar Metal Velvet", "a rule by colour")
     check(objects["plate.body"]["surface_front"] == "Acktar Metal Velvet" and objects["plate.1"]["surface_front"].startswith("metal_"),
           f"the face of another colour keeps its surface: {objects.keys()}")
-    for wrong, words in (("{match: {nam: a}, set: {omit: true}}", "did you mean 'name'"), ("{match: {name: a}}", "'set' is missing"),
+    for wrong, words in (("{match: {nam: a}, set: {omit: true}}", "did you mean 'name'"), ("{match: {name: a}}", "'set' is missing"), ("{match: {}, set: {omit: true}}", "says of no part"),
                          ("{match: {color: red}, set: {omit: true}}", "#cc3300"), ("{match: {name: nobody}, set: {omit: true}}", "fits no object"),
                          ("{match: {name: '*', face: lid}, set: {omit: true}}", "fits no face"),
                          ("{match: {name: plate, face: 7..2}, set: {omit: true}}", "runs backwards")):

@@ -96,7 +96,8 @@ static inline real sag_reference(const struct rmap_sag *sag, real x, real y)
         z += sag->qcon[m] * radial(2 * m + 4, 4, sqrtl(s) / sag->qcon_norm);
     for (int m = 0; m < sag->n_qbfs; m++) {
         real t = s / ((real)sag->qbfs_norm * sag->qbfs_norm), c = sag->curvature[0];
-        z += sag->qbfs[m] * t * (1 - t) * q_bfs(m, t) / sqrtl(1 - c * c * s);
+        real k = sag->conic[0], slope2 = c * c * s / (1 - (1 + k) * c * c * s); /* of the conic */
+        z += sag->qbfs[m] * t * (1 - t) * q_bfs(m, t) * sqrtl(1 + slope2);
     }
     return sag->fresnel ? 0 : z;
 }

@@ -242,8 +242,7 @@ static void test_wrong_numbers(void **state)
         {.base = RMAP_SAG_TOROID, .curvature = {0, 0.1}},
         {.xy = {1}, .n_xy = 1},
         {.zernike = {(double)INFINITY}, .zernike_norm = 1, .n_zernike = 1},
-        {.base = RMAP_SAG_BICONIC, .qbfs_norm = 1, .n_qbfs = 1},
-        {.curvature = {0.1, 0.1}, .conic = {-2, -2}, .qbfs_norm = 1, .qbfs = {1}, .n_qbfs = 1}};
+        {.base = RMAP_SAG_BICONIC, .qbfs_norm = 1, .n_qbfs = 1}};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct rmap_sag sag = bad[i];
         if (!rmap_sag_finish(&sag, &circle))
