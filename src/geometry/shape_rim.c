@@ -99,7 +99,9 @@ static struct rmap_rim_point curve_point(const struct rmap_rim *rim, struct rmap
     return (struct rmap_rim_point){q, along, inward};
 }
 
-static bool is_near_curve(const struct rmap_rim *rim, struct rmap_vec3 p, double near)
+__attribute__((noinline)) /* rmap_rim_is_near stays short for circles */
+static bool
+is_near_curve(const struct rmap_rim *rim, struct rmap_vec3 p, double near)
 {
     /* a wall's points lie on its outline: those of its other sides are not near */
     const bool wall = rim->curve->type == RMAP_SHAPE_WALL;

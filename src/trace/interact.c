@@ -555,24 +555,32 @@ static bool meets_step(const struct rmap_object *object, const struct rmap_ray *
     return (decision->turned ? -in : in) * rmap_dot(decision->direction, up) <= 0.0;
 }
 
-void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
-                   const struct rmap_hit *hit, const struct rmap_colour *colour,
-                   const struct rmap_draw *draw, struct rmap_decision *decision)
+static void decide_at_facets(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                             const struct rmap_hit *hit, const struct rmap_colour *colour,
+                             const struct rmap_draw *draw, struct rmap_decision *decision)
 {
     const struct rmap_object *object = &scene->object[hit->object];
-    const bool stopped = object->faceted && meets_step(object, ray, hit, NULL);
-    if (!stopped)
-        decide(scene, ray, hit, colour, draw, decision);
-    if (!object->faceted)
-        return;
-    if (stopped)
+    if (meets_step(object, ray, hit, NULL)) {
         *decision = (struct rmap_decision){.medium = ray->medium,
                                            .gradient = ray->gradient,
                                            .collapse = -1,
                                            .events = RMAP_EVENT_ABSORB};
-    else if (!(decision->events & (RMAP_EVENT_ABSORB | RMAP_EVENT_ERROR)) &&
-             meets_step(object, ray, hit, decision))
+        return;
+    }
+    decide(scene, ray, hit, colour, draw, decision);
+    if (!(decision->events & (RMAP_EVENT_ABSORB | RMAP_EVENT_ERROR)) &&
+        meets_step(object, ray, hit, decision))
         decision->events = RMAP_EVENT_ABSORB;
+}
+
+void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                   const struct rmap_hit *hit, const struct rmap_colour *colour,
+                   const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    if (scene->object[hit->object].faceted)
+        decide_at_facets(scene, ray, hit, colour, draw, decision);
+    else
+        decide(scene, ray, hit, colour, draw, decision);
 }
 
 void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colour *colour)
