@@ -144,16 +144,16 @@ static void join_by_path(struct matching *m, const struct run *run)
 }
 
 /* Of many alike (screws) each takes the nearest that is left; of very many in their order. */
-static void join_by_shape(struct matching *m, const struct run *run)
+static void join_nearest(struct matching *m, const struct run *run, double most)
 {
     enum { MANY = 4000000 };
-    if (m->before->part[m->key[0][run->first[0]].part].shape < 0)
-        return;
     const size_t n[2] = {run->end[0] - run->first[0], run->end[1] - run->first[1]};
     const bool many = n[0] > MANY / n[1];
     for (size_t k = run->first[1]; k < run->end[1]; k++) {
         const int32_t to = m->key[1][k].part;
-        double least = HUGE_VAL;
+        if (m->match->from[to] >= 0)
+            continue;
+        double least = most;
         int32_t nearest = -1;
         const size_t only = run->first[0] + (k - run->first[1]);
         for (size_t i = many ? only : run->first[0];
@@ -168,6 +168,16 @@ static void join_by_shape(struct matching *m, const struct run *run)
         if (nearest >= 0)
             join(m, nearest, to);
     }
+}
+
+/* Those that stand where they stood first: a new part does not take their place. */
+static void join_by_shape(struct matching *m, const struct run *run)
+{
+    const double at_one_place = 1e-6;
+    if (m->before->part[m->key[0][run->first[0]].part].shape < 0)
+        return;
+    join_nearest(m, run, at_one_place);
+    join_nearest(m, run, HUGE_VAL);
 }
 
 /* ---- what became of a part ---- */

@@ -78,6 +78,22 @@ enum rmap_status rmap_model_check_edits(const char *folder, bool with_user, bool
     return st;
 }
 
+/* A mesh that somebody took away is of no shape, so that an update brings it again. */
+static enum rmap_status forget_missing(const char *folder, struct rmap_assembly *assembly,
+                                       struct rmap_error *err)
+{
+    for (size_t i = 0; i < assembly->n_shape; i++) {
+        char *path =
+            rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, assembly->shape[i].file);
+        if (!path)
+            return no_memory(err);
+        if (access(path, R_OK) != 0)
+            memset(assembly->shape[i].hash, '0', sizeof assembly->shape[i].hash - 1);
+        rmap_free(path);
+    }
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_model_read_stored(const char *folder, struct rmap_assembly *assembly,
                                         struct rmap_error *err)
 {
@@ -98,6 +114,8 @@ enum rmap_status rmap_model_read_stored(const char *folder, struct rmap_assembly
         st = rmap_assembly_read_json((const char *)bytes, nbytes, assembly, err);
     if (st == RMAP_OK)
         st = rmap_assembly_settle_labels(assembly, err);
+    if (st == RMAP_OK)
+        st = forget_missing(folder, assembly, err);
     if (st != RMAP_OK)
         rmap_error_context(err, "%s", path);
 out:

@@ -163,6 +163,9 @@ def check_update():
     check(text("here/bench/scene.yaml") == before["scene.yaml"] and text("here/bench/attributes.yaml") == RULES, "the user's files are")
     says = run("update", "here/bench", revised)
     check("6 kept, 0 moved" in says, f"the same again: {says}")
+    pathlib.Path("here/bench/meshes/plate.ply").unlink()
+    run("update", "here/bench", revised)
+    check(pathlib.Path("here/bench/meshes/plate.ply").exists(), "a mesh that was taken away is made again")
     # A renamed part of the same shape is found by it, and keeps its name in the scene.
     renamed = bench("c.gltf", (0.01, 0.021, 0.03), 0.005, "front lens", with_stop=False, with_cover=True)
     told = json.loads(run("update", "here/bench", renamed, "--json"))
