@@ -172,14 +172,21 @@ static void warn_incomplete(const struct rmap_context *context, const char *path
                 held.text);
 }
 
+enum rmap_status rmap_common_isa(const struct rmap_context *context, int *level_ret,
+                                 struct rmap_error *err)
+{
+    *level_ret = rmap_accel_isa_level();
+    return RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, level_ret, 1, MPI_INT, MPI_MIN, context->comm));
+}
+
 enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,
                                  const char *isa, struct rmap_accel **accel_ret,
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const int wanted = isa ? rmap_accel_isa_level_of(isa) : -1;
-    int level = rmap_accel_isa_level();
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &level, 1, MPI_INT, MPI_MIN, context->comm)));
+    int level = -1;
+    RMAP_TRY(rmap_common_isa(context, &level, err));
     level = wanted >= 0 && wanted < level ? wanted : level;
     st = rmap_accel_create_isa(scene, context->n_thread, level, accel_ret, err);
     RMAP_TRY(rmap_agree(context, st, err));

@@ -34,6 +34,10 @@ enum rmap_status rmap_load_scene(const struct rmap_context *context, const char 
                                  struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* Collective. The best of Embree's instruction sets that all ranks have. */
+enum rmap_status rmap_common_isa(const struct rmap_context *context, int *level_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
 /* Collective. The structure of the scene, on every rank with the same of Embree's instruction sets:
  * the best that all have, or a lesser one, where `isa` ("AVX2"; NULL or unknown: any) is such. */
 enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,

@@ -11,7 +11,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "accel/accel.h"
 #include "base/alloc.h"
 #include "io/file/directory.h"
 #include "io/file/publish.h"
@@ -164,9 +163,7 @@ static enum rmap_status begin(struct rmap_sweep_run *run, struct group *group,
         MPI_Comm_split(context->comm, group->number, context->rank, &group->context.comm)));
     (void)MPI_Comm_rank(group->context.comm, &group->context.rank);
     (void)MPI_Comm_size(group->context.comm, &group->context.size);
-    group->isa_level = rmap_accel_isa_level();
-    RMAP_TRY(RMAP_MPI(
-        MPI_Allreduce(MPI_IN_PLACE, &group->isa_level, 1, MPI_INT, MPI_MIN, context->comm)));
+    RMAP_TRY(rmap_common_isa(context, &group->isa_level, err));
     group->shares_files = rmap_sweep_shares_files(run->sweep, run->bundle);
     if (group->context.rank == 0) {
         char *path = rmap_path_format("%s/rows-%05d.jsonl", run->folder, group->number);

@@ -4,7 +4,6 @@
  */
 #include "mpi/trace/scene_as_map.h"
 
-#include "accel/accel.h"
 #include "analysis/query/map_light.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/load.h"
@@ -19,10 +18,10 @@ static enum rmap_status trace(const struct rmap_context *context, const char *pa
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     double seconds = 0.0;
-    int level = rmap_accel_isa_level();
+    int level = -1;
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_load_scene(context, path, &options, &bundle, &scene, err));
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &level, 1, MPI_INT, MPI_MIN, context->comm)));
+    RMAP_TRY(rmap_common_isa(context, &level, err));
     RMAP_TRY(rmap_trace_held(context, scene, 1, scene->n_source > 0 ? n_ray : 0, level, map_ret,
                              &seconds, err));
     scene = NULL; /* the map's */
