@@ -45,10 +45,10 @@ suffer() { # MAP RAYS SAVED CALLS PATH ERROR POINTS COMMAND...: 0 and RAYS, or 5
 
 for call in 'read:pread *piece-*.h5' 'read:open *piece-*.h5' 'read:open *map.h5' 'read:pread *map.h5' \
     'read:pread *map-start.h5'; do
-    suffer one.raymap "$saved" "$saved" "${call%% *}" "${call#* }" EIO 4 repair m.raymap
+    suffer one.raymap "$saved" "$saved" "${call%% *}" "${call#* }" EIO 3 repair m.raymap
 done
-suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 6 repair m.raymap
-suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 4 repair m.raymap
+suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 4 repair m.raymap
+suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 3 repair m.raymap
 
 # What cannot be looked at just now is neither missing, nor damaged, nor under its own name: a piece that is replaced, one
 # that nobody lists, one that stands under another's name, the folder that is to take the new piece.

@@ -31,7 +31,7 @@
 #include "io/write/index_writer.h"
 #include "tests/format/map_fixture.h"
 
-enum { FLIPS = 1200, BLOCK = 20, N_SHARD = 2, BLOCKS = 2, FILES = 3, MAPS = RMAP_ENCODING_COUNT };
+enum { FLIPS = 800, BLOCK = 20, N_SHARD = 2, BLOCKS = 2, FILES = 3, MAPS = RMAP_ENCODING_COUNT };
 
 struct made {
     struct fixture fixture;

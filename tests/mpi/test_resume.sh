@@ -12,7 +12,7 @@ export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 RANDOM=${RAYMAP_TEST_SEED:-7}
 rm -rf ./*
 write_scene scene.yaml
-rays=450001
+rays=300001
 portions=2 # of a commit
 
 balance() { # MAP: everything that is said of its light
@@ -117,9 +117,9 @@ same hurt.raymap 'damage'
 
 # The index is made of what ranks say, wherever their shards are; collected, they are the map.
 mkdir disk
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap -n 300000 --quiet --shard-dir disk
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap -n 200000 --quiet --shard-dir disk
 expect 4 'missing' "$RAYMAP" info apart.raymap
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 300000)) --quiet --shard-dir disk
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 200000)) --quiet --shard-dir disk
 mv disk/shard-* apart.raymap
 same apart.raymap 'shards on other disks'
 

@@ -42,7 +42,7 @@ want=$(digest alone.raymap)
 # Each number of ranks, of threads and each encoding with the others of its kind.
 for ranks in 1 2 3 4; do
     for threads in 1 2; do
-        [[ " 12 22 31 32 41 " == *" $ranks$threads "* ]] || continue
+        [[ " 12 22 32 41 " == *" $ranks$threads "* ]] || continue
         map=map-$ranks-$threads.raymap
         trace $ranks $threads $map
         got=$(digest $map)
@@ -65,7 +65,7 @@ done
 
 # Paths that many rays of a compact map share are read by every rank, and counted once.
 expect 0 '' "$RAYMAP" convert alone.raymap -o compact.raymap --encoding compact --quiet
-for ranks in 1 2 3; do
+for ranks in 1 3; do
     answer $ranks 2 compact.raymap compact-$ranks
     for file in compact-1.*; do
         cmp "$file" "compact-$ranks.${file#compact-1.}" || { echo "FAILED: compact, $ranks ranks"; failures=1; }

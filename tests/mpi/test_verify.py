@@ -23,12 +23,12 @@ if not shutil.which("mpirun"):
 PROGRAM = os.environ["RAYMAP"]
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
 RANDOM = random.Random(20260721)
-RAYS = 60000
+RAYS = 30000
 INDEX = "map.h5"
 TABLES = {  # stored tables of a piece, in order, and how small pieces are to be here
-    "plain": (["ray", "segment", "registration"], "3Mi"),
+    "plain": (["ray", "segment", "registration"], "1Mi"),
     "compact": (["ray", "own", "own_segment", "own_registration", "path", "path_segment",
-                 "path_registration", "triangle", "patch", "pool16", "pool32", "pool64"], "80k")}
+                 "path_registration", "triangle", "patch", "pool16", "pool32", "pool64"], "40k")}
 
 
 def run(*arguments, ranks=1, status=0):
