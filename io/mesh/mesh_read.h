@@ -24,7 +24,4 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
 enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rmap_mesh **mesh_ret,
                                       char ***material_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
-                                struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -155,6 +155,7 @@ static void add_part(struct rmap_reader *reader, const struct rmap_object_plan *
     part.parent = group;
     part.geometry = geometry;
     part.to_world = rmap_affine_compose(&plan->to_world, placement);
+    part.placement = placement;
     part.element_back = &plan->to_world;
     rmap_reader_add_object(reader, &part);
 }
@@ -168,8 +169,8 @@ void rmap_reader_expand_closed(struct rmap_reader *reader, const struct rmap_geo
     const struct rmap_affine down = rmap_affine_placement(rmap_vec3(1, -1, -1), none, none);
     const struct rmap_affine up = rmap_affine_placement(rmap_vec3(1, 1, 1), none, end);
     int32_t group = -1;
-    rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world, false,
-                          &group);
+    rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world,
+                          plan->placement, false, &group);
     add_part(reader, plan, group, "side", entry->geometry, &here);
     add_part(reader, plan, group, "bottom", entry->bottom, &down);
     add_part(reader, plan, group, "top", entry->top, &up);

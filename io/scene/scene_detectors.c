@@ -136,7 +136,7 @@ static void reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yam
     bool directed = rmap_yaml_get(node, "direction") != NULL;
     struct rmap_vec3 axis[3], lower, upper;
     if (detector->on_object < 0) {
-        const struct rmap_affine *place = &reader->group_to_world[detector->on_group];
+        const struct rmap_affine *place = &reader->scene->group[detector->on_group].to_world;
         rmap_placement_axes(place, axis);
         detector->origin = place->t;
     } else {

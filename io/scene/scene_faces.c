@@ -132,6 +132,7 @@ static void add_part(struct rmap_reader *reader, const struct rmap_object_plan *
     part.name = full;
     part.derived = true;
     part.parent = group;
+    part.placement = NULL;
     rmap_reader_add_object(reader, &part);
 }
 
@@ -225,7 +226,7 @@ void rmap_reader_expand_faces(struct rmap_reader *reader, const struct rmap_yaml
             rmap_reader_add_object(reader, plan);
         } else {
             rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world,
-                                  plan->derived, &group);
+                                  plan->placement, plan->derived, &group);
             for (size_t i = 1; i <= list->n_item; i++)
                 if (mark_of(owner, mesh->n_face, i, mark))
                     add_item(reader, list->item[i - 1].value, plan, group, i - 1, mark);

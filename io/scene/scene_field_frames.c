@@ -70,7 +70,7 @@ static bool frame_of_member(struct rmap_reader *reader, const struct rmap_name *
         (member->kind != RMAP_MEMBER_OBJECT && member->kind != RMAP_MEMBER_GROUP))
         return false;
     *to_world = member->kind == RMAP_MEMBER_OBJECT ? reader->scene->object[member->index].to_world
-                                                   : reader->group_to_world[member->index];
+                                                   : reader->scene->group[member->index].to_world;
     return true;
 }
 

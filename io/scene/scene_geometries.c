@@ -283,7 +283,7 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
                       struct rmap_geometry_entry *entry)
 {
     const struct rmap_name *bundled = rmap_names_find(&reader->meshes, name);
-    const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
+    struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
     const struct rmap_yaml_node *at = kind == MESH ? rmap_yaml_get(node, "file") : node;
     double scale = 1;
     bool exact = true, uv = false;
@@ -308,8 +308,8 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
     if (!geometry)
         return;
     geometry->kind = RMAP_GEOMETRY_MESH;
-    rmap_reader_made(reader, at, rmap_mesh_copy(mesh, &geometry->mesh, &reader->failure));
-    entry->broken = !geometry->mesh;
+    geometry->mesh = rmap_mesh_hold(mesh);
+    entry->broken = false;
 }
 
 /* ---- the section ---- */

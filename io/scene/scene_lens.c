@@ -195,10 +195,14 @@ static char *compose(struct rmap_reader *reader, const char *format, ...)
 
 /* The lens's frame, shifted along its axis: of a part, and of the index of an element, whose origin
  * is the vertex of the surface before it. */
+static struct rmap_affine shift_to(double z)
+{
+    return rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), rmap_vec3(0, 0, z));
+}
+
 static struct rmap_affine frame_at(const struct expansion *e, double z)
 {
-    const struct rmap_affine shift =
-        rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), rmap_vec3(0, 0, z));
+    const struct rmap_affine shift = shift_to(z);
     return rmap_affine_compose(&e->plan->to_world, &shift);
 }
 
@@ -211,7 +215,9 @@ static void add_part(struct expansion *e, const char *name, int32_t parent, int3
     part.node = e->plan->node;
     part.parent = parent;
     part.geometry = geometry;
+    const struct rmap_affine shift = shift_to(z);
     part.to_world = frame_at(e, z);
+    part.placement = &shift;
     part.derived = true;
     part.in_lens = true;
     part.outside = e->outside;
@@ -304,8 +310,8 @@ static void add_row(struct expansion *e, size_t k)
         char *name = compose(e->reader, "%s.%zu", e->plan->name, k + 1);
         if (!name)
             return;
-        rmap_reader_add_group(e->reader, name, e->plan->node, e->group, &e->plan->to_world, true,
-                              &parent);
+        rmap_reader_add_group(e->reader, name, e->plan->node, e->group, &e->plan->to_world, NULL,
+                              true, &parent);
     } else {
         add_cap(e, k);
     }
@@ -419,8 +425,8 @@ void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geome
                           .edge_front = lens->edge_front,
                           .edge_back = lens->edge_back};
     rmap_reader_surface_pair(reader, plan->node, "edge", &e.edge_front, &e.edge_back);
-    rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world, false,
-                          &e.group);
+    rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world,
+                          plan->placement, false, &e.group);
     for (size_t k = 0; k < lens->n_row; k++)
         add_row(&e, k);
     for (size_t k = 0, next; k + 1 < lens->n_row; k = next) {

@@ -203,6 +203,11 @@ static void place_sides(struct rmap_reader *reader, const struct rmap_object_pla
     reader->scene->object[index].gradient_back = back;
 }
 
+static struct rmap_standing standing_of(const struct rmap_affine *placement)
+{
+    return (struct rmap_standing){!placement, placement ? *placement : rmap_affine_identity()};
+}
+
 void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan)
 {
     struct rmap_scene *scene = reader->scene;
@@ -218,6 +223,7 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
         .geometry = plan->geometry,
         .to_world = plan->to_world,
         .to_local = rmap_affine_identity(),
+        .standing = standing_of(plan->placement),
         .surface_front = plan->surface_front,
         .surface_back = plan->surface_back,
         .medium_front = plan->medium_front,
@@ -239,15 +245,10 @@ void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object
 
 void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
                            const struct rmap_yaml_node *node, int32_t parent,
-                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret)
+                           const struct rmap_affine *to_world, const struct rmap_affine *placement,
+                           bool derived, int32_t *group_ret)
 {
     struct rmap_scene *scene = reader->scene;
-    size_t n = scene->n_group;
-    struct rmap_affine *place =
-        RMAP_READER_NEW(reader, reader->group_to_world, n, reader->cap_group_to_world);
-    if (!place)
-        return;
-    *place = *to_world;
     struct rmap_group *group =
         RMAP_READER_NEW(reader, scene->group, scene->n_group, reader->cap_group);
     if (!group)
@@ -255,6 +256,8 @@ void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
     group->name = rmap_reader_strdup(reader, name);
     group->id = derived ? XXH3_64bits(name, strlen(name)) : read_id(reader, node, name);
     group->parent = parent;
+    group->to_world = *to_world;
+    group->standing = standing_of(placement);
     *group_ret = (int32_t)(scene->n_group - 1);
     if (!group->name)
         return;
@@ -410,8 +413,8 @@ static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *
 {
     struct place inside = {prefix, -1, plan->to_world};
     (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
-    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, plan->derived,
-                          &inside.parent);
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, plan->placement,
+                          plan->derived, &inside.parent);
     if (rmap_yaml_get(node, "objects"))
         read_list(reader, rmap_yaml_get(node, "objects"), &inside);
     note_sources(reader, rmap_yaml_get(node, "sources"), &inside);
@@ -479,7 +482,8 @@ static void read_all_copies(struct rmap_reader *reader, const struct rmap_yaml_n
         rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
         return;
     }
-    rmap_reader_add_group(reader, plan->name, node, plan->parent, &place->to_world, true, &group);
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &place->to_world, NULL, true,
+                          &group);
     size_t nx = (size_t)copies.count[0], ny = (size_t)copies.count[1];
     for (size_t i = 0; i < copies.n && reader->diagnostics->n_error == before; i++) {
         const struct rmap_vec3 shift =
@@ -494,6 +498,7 @@ static void read_all_copies(struct rmap_reader *reader, const struct rmap_yaml_n
         (void)rmap_reader_placement(reader, node, &own);
         own = rmap_affine_compose(&move, &own);
         copy.to_world = rmap_affine_compose(&place->to_world, &own);
+        copy.placement = &own;
         copy.name = full_name(reader, node, "", plan->name, end);
         copy.parent = group;
         copy.derived = true;
@@ -525,6 +530,7 @@ static void read_item(struct rmap_reader *reader, const struct rmap_yaml_node *n
     }
     (void)rmap_reader_placement(reader, node, &placement);
     plan.to_world = rmap_affine_compose(&place->to_world, &placement);
+    plan.placement = &placement;
     read_one(reader, node, &plan, place->prefix);
 }
 

@@ -31,6 +31,7 @@ void rmap_reader_sides(struct rmap_reader *reader, const struct rmap_yaml_node *
 
 void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
                            const struct rmap_yaml_node *node, int32_t parent,
-                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret);
+                           const struct rmap_affine *to_world, const struct rmap_affine *placement,
+                           bool derived, int32_t *group_ret);
 
 #endif

@@ -109,7 +109,6 @@ static void fini(struct rmap_reader *reader)
     rmap_names_fini(&reader->meshes);
     rmap_names_fini(&reader->grids);
     rmap_free(reader->entry);
-    rmap_free(reader->group_to_world);
     rmap_free(reader->placed);
     rmap_free(reader->mesh_part);
     rmap_free(reader->rule);

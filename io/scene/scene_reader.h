@@ -145,8 +145,6 @@ struct rmap_reader {
     size_t n_mesh_part, cap_mesh_part;
     struct rmap_attribute_rule *rule;
     size_t n_rule, cap_rule;
-    struct rmap_affine *group_to_world; /* [n_group] */
-    size_t cap_group_to_world;
     struct rmap_placed_source *placed;
     size_t n_placed, cap_placed;
     struct rmap_sky_plan *sky;
@@ -270,6 +268,7 @@ struct rmap_object_plan {
     bool derived; /* part of a lens: its id comes from its name, not from the node */
     int32_t parent, geometry;
     struct rmap_affine to_world;
+    const struct rmap_affine *placement; /* in the group; NULL: as the group stands */
     int32_t surface_front, surface_back, medium_front, medium_back;
     bool in_lens; /* around which is: */
     int32_t outside;

@@ -94,6 +94,7 @@ bool rmap_reader_aim_source(struct rmap_reader *reader, const struct rmap_yaml_n
                           "give 'fills', the name of a lens or an object, too");
     if (!fills)
         return field != NULL;
+    source->fills = true;
     for (size_t i = 0; i < RMAP_COUNT(other); i++)
         if (rmap_yaml_get(node, other[i]))
             rmap_reader_error(reader, rmap_yaml_get(node, other[i]),

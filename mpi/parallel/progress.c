@@ -18,13 +18,6 @@ enum { LOG_FIRST_S = 10, LOG_MOST_S = 900 };
 /* Goes past standard error's guard (terminal.h), which shows it instead. */
 #define CLEAR_LINE "\r\033[K"
 
-double rmap_clock_seconds(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 void rmap_progress_init(struct rmap_progress *progress, const struct rmap_context *context,
                         const char *what, uint64_t total)
 {

@@ -11,6 +11,7 @@
 
 #include <stdint.h>
 
+#include "base/clock.h"
 #include "base/grouped.h"
 #include "base/status.h"
 #include "mpi/parallel/context.h"
@@ -23,8 +24,6 @@ struct rmap_progress {
     bool terminal;
     bool shown;
 };
-
-double rmap_clock_seconds(void); /* monotonic */
 
 void rmap_progress_init(struct rmap_progress *progress, const struct rmap_context *context,
                         const char *what, uint64_t total);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "accel/accel.h"
+#include "accel/accel_bottom.h"
 #include "accel/accel_build.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
@@ -55,12 +56,12 @@ int rmap_accel_isa_level_of(const char *name)
 
 const char *rmap_accel_isa(const struct rmap_accel *accel)
 {
-    return isa_name[accel->level];
+    return isa_name[accel->device->level];
 }
 
 bool rmap_accel_is_wide(const struct rmap_accel *accel)
 {
-    return accel->level >= WIDE_ISA;
+    return accel->device->level >= WIDE_ISA;
 }
 
 const char *rmap_accel_embree_version(void)
@@ -81,10 +82,11 @@ static void on_error(void *user, enum RTCError code, const char *text)
 enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
                                    struct rmap_error *err)
 {
-    if (accel->failure.code == RTC_ERROR_NONE)
+    const struct rmap_accel_failure *failure = &accel->device->failure;
+    if (failure->code == RTC_ERROR_NONE)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_SYSTEM, "Embree failed while %s: %s (error %d)", doing,
-                          accel->failure.text, (int)accel->failure.code);
+                          failure->text, (int)failure->code);
 }
 
 static enum rmap_status accel_open(struct rmap_accel *accel, int n_threads, int level,
@@ -95,12 +97,17 @@ static enum rmap_status accel_open(struct rmap_accel *accel, int n_threads, int 
             err, RMAP_SYSTEM,
             "Embree has no memory for a device, or knows no instruction set of this "
             "machine");
-    accel->device = open_device(n_threads, level);
-    if (!accel->device)
+    struct rmap_accel_device *device = rmap_alloc(1, sizeof(*device));
+    if (!device)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for the structure of the scene");
+    accel->device = device;
+    device->level = level;
+    device->embree = open_device(n_threads, level);
+    if (!device->embree)
         return rmap_error_set(err, RMAP_SYSTEM, "Embree gives no device for %s (error %d)",
                               isa_name[level], (int)rtcGetDeviceError(NULL));
-    accel->level = level;
-    rtcSetDeviceErrorFunction(accel->device, on_error, &accel->failure);
+    atomic_flag_clear(&device->failure.taken);
+    rtcSetDeviceErrorFunction(device->embree, on_error, &device->failure);
     return RMAP_OK;
 }
 
@@ -124,10 +131,9 @@ enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_thr
     struct rmap_accel *accel = rmap_alloc(1, sizeof(*accel));
     if (!accel)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for the structure of the scene");
-    atomic_flag_clear(&accel->failure.taken);
     RMAP_TRY(try_threads(n_threads, err));
     RMAP_TRY(accel_open(accel, n_threads, level, err));
-    RMAP_TRY(rmap_accel_build(accel, scene, err));
+    RMAP_TRY(rmap_accel_build(accel, scene, NULL, err));
     *accel_ret = accel;
     return RMAP_OK;
 out:
@@ -141,27 +147,62 @@ enum rmap_status rmap_accel_create(const struct rmap_scene *scene, int n_threads
     return rmap_accel_create_isa(scene, n_threads, rmap_accel_isa_level(), accel_ret, err);
 }
 
+/* A failure of before is nobody's. */
+static void forget_failure(struct rmap_accel_device *device)
+{
+    device->failure.code = RTC_ERROR_NONE;
+    atomic_flag_clear(&device->failure.taken);
+}
+
+enum rmap_status rmap_accel_create_like(const struct rmap_accel *like,
+                                        const struct rmap_scene *scene,
+                                        struct rmap_accel **accel_ret, struct rmap_error *err)
+{
+    struct rmap_accel *accel = rmap_alloc(1, sizeof(*accel));
+    if (!accel)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for the structure of the scene");
+    accel->device = like->device;
+    accel->device->n_more++;
+    forget_failure(accel->device);
+    const enum rmap_status st = rmap_accel_build(accel, scene, like, err);
+    if (st != RMAP_OK)
+        rmap_accel_destroy(accel);
+    else
+        *accel_ret = accel;
+    return st;
+}
+
+enum rmap_status rmap_accel_move(struct rmap_accel *accel, const int32_t *object, size_t n_object,
+                                 struct rmap_error *err)
+{
+    forget_failure(accel->device);
+    return rmap_accel_rebuild(accel, object, n_object, err);
+}
+
+const struct rmap_accel_build *rmap_accel_last_build(const struct rmap_accel *accel)
+{
+    return &accel->build;
+}
+
+static void device_drop(struct rmap_accel_device *device)
+{
+    if (!device || device->n_more-- > 0)
+        return;
+    if (device->embree)
+        rtcReleaseDevice(device->embree);
+    rmap_free(device);
+}
+
 void rmap_accel_destroy(struct rmap_accel *accel)
 {
     if (!accel)
         return;
-    if (accel->whole)
-        rtcReleaseScene(accel->whole);
-    if (accel->rest)
-        rtcReleaseScene(accel->rest);
-    for (size_t i = 0; i < accel->n_bottom; i++) {
-        rmap_facets_release(&accel->facets[i]);
-        if (accel->bottom[i])
-            rtcReleaseScene(accel->bottom[i]);
-    }
-    if (accel->device)
-        rtcReleaseDevice(accel->device);
-    rmap_free(accel->meshes.part);
-    rmap_free(accel->shapes.part);
+    rmap_accel_release_top(accel);
+    rmap_bottoms_release(accel);
+    device_drop(accel->device);
     rmap_joints_release(accel);
     rmap_free(accel->object);
-    rmap_free(accel->facets);
-    rmap_free(accel->bottom);
+    rmap_free(accel->box);
     rmap_free(accel);
 }
 

@@ -20,6 +20,13 @@
 struct rmap_scene;
 struct rmap_accel;
 
+/* What the last building of a structure took. */
+struct rmap_accel_build {
+    size_t n_built, n_kept; /* meshes */
+    size_t n_object;        /* of the top level */
+    double meshes_s, top_s; /* meshes; all the rest */
+};
+
 /* Surfaces that coincide at one point, in the order in which the ray met them. A ray that turns
  * back at one of them meets the ones before it again, in reverse order, and none twice: this is
  * how touching faces are crossed exactly once each. Zero-initialised: the ray starts in space. */
@@ -64,6 +71,22 @@ struct rmap_hit {
 enum rmap_status rmap_accel_create(const struct rmap_scene *scene, int n_threads,
                                    struct rmap_accel **accel_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same with the device of another structure, and the meshes that both scenes have: only those
+ * that are new are built. The other one, whose scene may be gone, stays as it is; either may be
+ * destroyed first. Not while another thread builds or destroys one of those that share. */
+enum rmap_status rmap_accel_create_like(const struct rmap_accel *like,
+                                        const struct rmap_scene *scene,
+                                        struct rmap_accel **accel_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* The structure follows its scene, of which these objects stand elsewhere now (rmap_scene_move): as
+ * if made anew. RMAP_SYSTEM: it is to be destroyed. */
+enum rmap_status rmap_accel_move(struct rmap_accel *accel, const int32_t *object, size_t n_object,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+const struct rmap_accel_build *rmap_accel_last_build(const struct rmap_accel *accel);
+
 void rmap_accel_destroy(struct rmap_accel *accel);
 
 /* Instruction set that picks among triangles at an edge ("AVX2"); ranks of a run must agree. */

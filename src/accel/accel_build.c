@@ -7,16 +7,16 @@
  */
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "accel/accel_bottom.h"
 #include "accel/accel_build.h"
-#include "accel/accel_cell.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_joint.h"
 #include "accel/accel_prefilter.h"
 #include "accel/accel_triangle.h"
 #include "base/alloc.h"
+#include "base/clock.h"
 
 /* Boxes for shapes. A tube or a ring in one box would be looked at by every ray that runs through
  * its middle, as light in a lens barrel does; in sectors it is not. */
@@ -86,124 +86,11 @@ void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct r
     }
 }
 
-/* The triangles around each vertex of a mesh. Vertices at the same place are one, whether or not
- * the file shared them. */
-
-/* A ray begins this share of the float error that it may be off behind its start: see
- * RMAP_REACH_ERRORS. */
-#define LEAST_COSINE (4.0 / RMAP_REACH_ERRORS)
-
-struct placed {
-    float at[3];
-    uint32_t vertex;
-};
-
-static int compare(const void *left, const void *right)
-{
-    const struct placed *a = left, *b = right;
-    for (int k = 0; k < 3; k++)
-        if (a->at[k] != b->at[k])
-            return a->at[k] < b->at[k] ? -1 : 1;
-    return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
-}
-
-static bool same_place(const struct placed *a, const struct placed *b)
-{
-    return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
-}
-
-static bool join_vertices(const struct rmap_mesh *mesh, uint32_t *same)
-{
-    struct placed *sorted = rmap_alloc(mesh->n_vertex, sizeof(*sorted));
-    if (!sorted)
-        return false;
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        memcpy(sorted[i].at, mesh->vertex[i], sizeof(sorted[i].at));
-        sorted[i].vertex = (uint32_t)i;
-    }
-    qsort(sorted, mesh->n_vertex, sizeof(*sorted), compare);
-    size_t leader = 0;
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        if (!same_place(&sorted[leader], &sorted[i]))
-            leader = i;
-        same[sorted[i].vertex] = sorted[leader].vertex;
-    }
-    rmap_free(sorted);
-    return true;
-}
-
-/* At RMAP_NEEDLE_SINE a triangle is not wide enough to be safe from any side. */
-static void set_sight(const struct rmap_facets *facets, size_t i, double wider, float sight[4])
-{
-    struct rmap_vec3 corner[3];
-    rmap_facets_corners(facets, (int32_t)i, corner);
-    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
-    struct rmap_vec3 e0 = rmap_sub(e2, e1), n = rmap_cross(e1, e2);
-    double area = rmap_length(n), cosine = HUGE_VAL;
-    double longest = rmap_max(rmap_dot(e0, e0), rmap_max(rmap_dot(e1, e1), rmap_dot(e2, e2)));
-    if (area > RMAP_NEEDLE_SINE * longest) {
-        cosine = rmap_max(wider / rmap_facet_margin(e1, e2, wider), LEAST_COSINE) * (1 + 1e-5);
-        n = rmap_scale(n, 1 / area);
-    }
-    sight[0] = (float)n.x;
-    sight[1] = (float)n.y;
-    sight[2] = (float)n.z;
-    sight[3] = (float)cosine;
-}
-
-static enum rmap_status facets_build(const struct rmap_mesh *mesh, double wider,
-                                     struct rmap_facets *facets, struct rmap_error *err)
-{
-    facets->same = rmap_alloc(mesh->n_vertex, sizeof(*facets->same));
-    facets->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*facets->first));
-    facets->fan = rmap_alloc(3 * mesh->n_triangle, sizeof(*facets->fan));
-    facets->corner = rmap_alloc(mesh->n_triangle, sizeof(*facets->corner));
-    facets->sight = rmap_alloc(mesh->n_triangle, sizeof(*facets->sight));
-    if (!facets->corner || !facets->sight || !facets->same || !facets->first || !facets->fan ||
-        !join_vertices(mesh, facets->same)) {
-        rmap_facets_release(facets);
-        return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles",
-                              mesh->n_triangle);
-    }
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        for (int k = 0; k < 3; k++)
-            memcpy(&facets->corner[i][3 * k], mesh->vertex[mesh->triangle[i][k]],
-                   sizeof(*mesh->vertex));
-    /* counts two places on, so that filling them leaves the starts where they belong */
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        for (int k = 0; k < 3; k++)
-            facets->first[facets->same[mesh->triangle[i][k]] + 2]++;
-    for (size_t v = 2; v < mesh->n_vertex + 2; v++)
-        facets->first[v] += facets->first[v - 1];
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        for (int k = 0; k < 3; k++)
-            facets->fan[facets->first[facets->same[mesh->triangle[i][k]] + 1]++] = (uint32_t)i;
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        set_sight(facets, i, wider, facets->sight[i]);
-    return RMAP_OK;
-}
-
-void rmap_facets_release(struct rmap_facets *facets)
-{
-    rmap_free(facets->corner);
-    rmap_free(facets->sight);
-    rmap_free(facets->same);
-    rmap_free(facets->first);
-    rmap_free(facets->fan);
-    rmap_cells_destroy(facets->cells);
-    memset(facets, 0, sizeof(*facets));
-}
-
 /* Meshes of more vertices are put into the world by the corners of their box. */
 #define EXACT_BOUNDS_MAX 16384
 
-/* Between a ray's start at the sphere about a mesh's box and Embree's decision, in roundings of
- * the farthest coordinate, at most: 6 of the start and the direction, 12 of a triangle's edges, 8
- * of boxes. */
-#define LOCAL_ERRORS 32
-
-/* The same in the top level, of 4 roundings of the radius each: 3 of the start and the direction, 8
- * of boxes, which lie up to twice the radius away. */
+/* As RMAP_LOCAL_ERRORS in the top level, of 4 roundings of the radius each: 3 of the start and the
+ * direction, 8 of boxes, which lie up to twice the radius away. */
 #define BOX_ERRORS 4
 
 static bool keeps_lengths(const struct rmap_affine *a)
@@ -273,6 +160,11 @@ static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
     return rmap_length(far);
 }
 
+double rmap_mesh_rounding(struct rmap_vec3 lower, struct rmap_vec3 upper)
+{
+    return RMAP_FLOAT_EPS * reach_of(lower, upper);
+}
+
 /* Of the size: bodies of a CAD model that touch agree to so much. */
 #define MODEL_ERROR 1e-9
 
@@ -320,18 +212,22 @@ void rmap_accel_set_object(struct rmap_accel *accel, const struct rmap_scene *sc
         object->mesh = geometry->mesh;
         rmap_mesh_bounds(geometry->mesh, &object->lower, &object->upper);
         set_mesh_bounds(object);
+        object->middle = rmap_scale(rmap_add(object->lower, object->upper), 0.5);
+        object->half = 0.5 * rmap_length(rmap_sub(object->upper, object->lower));
+        object->local_error = RMAP_LOCAL_ERRORS * rmap_mesh_rounding(object->lower, object->upper);
     }
     set_tolerances(object);
+    if (accel->box)
+        rmap_accel_bounds(object, &accel->box[i].lower, &accel->box[i].upper);
 }
 
 static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *err)
 {
     struct rmap_vec3 lower = {0}, upper = {0};
     for (size_t i = 0; i < accel->n_object; i++) {
-        struct rmap_vec3 low = {0}, high = {0};
-        rmap_accel_bounds(&accel->object[i], &low, &high);
-        lower = i == 0 ? low : rmap_least(lower, low);
-        upper = i == 0 ? high : rmap_greatest(upper, high);
+        const struct rmap_accel_box *box = &accel->box[i];
+        lower = i == 0 ? box->lower : rmap_least(lower, box->lower);
+        upper = i == 0 ? box->upper : rmap_greatest(upper, box->upper);
     }
     accel->centre = rmap_scale(rmap_add(lower, upper), 0.5);
     accel->radius = 0.5 * rmap_length(rmap_sub(upper, lower));
@@ -381,7 +277,7 @@ static void attach_callbacks(struct rmap_accel *accel, struct rmap_accel_parts *
 {
     if (parts->n == 0)
         return;
-    RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
+    RTCGeometry user = rtcNewGeometry(accel->device->embree, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(user, (unsigned)parts->n);
     rtcSetGeometryUserData(user, parts);
     rtcSetGeometryBoundsFunction(user, bounds_callback, NULL);
@@ -410,7 +306,7 @@ static enum rmap_status reserve_parts(struct rmap_accel *accel, size_t *n_shape,
 
 static RTCScene new_scene(const struct rmap_accel *accel)
 {
-    RTCScene scene = rtcNewScene(accel->device);
+    RTCScene scene = rtcNewScene(accel->device->embree);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_NONE);
     return scene;
 }
@@ -429,12 +325,10 @@ static bool shapes_surround(const struct rmap_accel *accel, const struct RTCBoun
     struct rmap_vec3 lower = rmap_vec3(INFINITY, INFINITY, INFINITY);
     struct rmap_vec3 upper = rmap_vec3(-INFINITY, -INFINITY, -INFINITY);
     for (size_t i = 0; i < accel->n_object; i++) {
-        struct rmap_vec3 from, to;
         if (!accel->object[i].shape)
             continue;
-        rmap_accel_bounds(&accel->object[i], &from, &to);
-        lower = rmap_least(lower, rmap_sub(from, accel->centre));
-        upper = rmap_greatest(upper, rmap_sub(to, accel->centre));
+        lower = rmap_least(lower, rmap_sub(accel->box[i].lower, accel->centre));
+        upper = rmap_greatest(upper, rmap_sub(accel->box[i].upper, accel->centre));
     }
     double slack = 0.01 * rmap_length(rmap_sub(high, low));
     return lower.x - slack <= low.x && high.x <= upper.x + slack && lower.y - slack <= low.y &&
@@ -523,68 +417,104 @@ enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel, struct rmap_er
     return rmap_accel_failed(accel, "building the scene", err);
 }
 
-/* Triangles are widened by the float error and the rounding of the widened corners. */
-static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rmap_scene *scene,
-                                      struct rmap_error *err)
+static const struct rmap_facets no_facets;
+
+static void set_bottom(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
+{
+    const struct rmap_bottom *bottom = accel->bottom[scene->object[i].geometry];
+    struct rmap_accel_object *object = &accel->object[i];
+    object->bottom = bottom ? bottom->scene : NULL;
+    object->facets = bottom ? &bottom->facets : &no_facets;
+    object->cells = object->facets->cells;
+}
+
+/* Meshes that stand where they stood need no new look at their vertices. */
+static bool take_object(struct rmap_accel *accel, const struct rmap_scene *scene,
+                        const struct rmap_accel *like, size_t i)
+{
+    const struct rmap_object *from = &scene->object[i];
+    const struct rmap_bottom *bottom = accel->bottom[from->geometry];
+    if (!like || i >= like->n_object || !bottom || like->object[i].facets != &bottom->facets ||
+        memcmp(&like->object[i].to_world, &from->to_world, sizeof(from->to_world)) != 0 ||
+        memcmp(&like->object[i].to_local, &from->to_local, sizeof(from->to_local)) != 0)
+        return false;
+    accel->object[i] = like->object[i];
+    accel->box[i] = like->box[i];
+    accel->object[i].mesh = scene->geometry[from->geometry].mesh;
+    accel->object[i].medium_front = from->medium_front;
+    accel->object[i].medium_back = from->medium_back;
+    accel->object[i].soon = &from->surface_front;
+    return true;
+}
+
+/* What depends on where all objects stand. */
+static enum rmap_status build_around(struct rmap_accel *accel, bool joints, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    double *wider = rmap_alloc(scene->n_geometry, sizeof(*wider));
-    if (!wider)
-        return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu geometries", scene->n_geometry);
-    for (size_t i = 0; i < accel->n_object; i++) {
-        struct rmap_accel_object *object = &accel->object[i];
-        if (!object->mesh)
-            continue;
-        double reach = RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
-        object->middle = rmap_scale(rmap_add(object->lower, object->upper), 0.5);
-        object->half = 0.5 * rmap_length(rmap_sub(object->upper, object->lower));
-        object->local_error = LOCAL_ERRORS * reach;
-        wider[scene->object[i].geometry] = object->local_error + 2 * reach;
-    }
+    accel->behind = -1e-11 * accel->scene->radius;
+    if (joints)
+        RMAP_TRY(rmap_joints_build(accel, err));
+    RMAP_TRY(set_world(accel, err));
     accel->reach = RMAP_REACH_ERRORS * accel->error;
-    accel->n_bottom = scene->n_geometry;
-    for (size_t i = 0; i < scene->n_geometry; i++) {
-        const struct rmap_geometry *geometry = &scene->geometry[i];
-        if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
-            continue;
-        if (geometry->mesh->surface) {
-            const struct rmap_mesh whole = rmap_mesh_with_beyond(geometry->mesh);
-            RMAP_TRY(facets_build(&whole, wider[i], &accel->facets[i], err));
-            RMAP_TRY(rmap_cells_build(geometry->mesh, &accel->facets[i], wider[i],
-                                      &accel->facets[i].cells, err));
-            RMAP_TRY(rmap_accel_cells(accel, accel->facets[i].cells, &accel->bottom[i], err));
-            continue;
-        }
-        RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
-        RMAP_TRY(facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
-    }
-    for (size_t i = 0; i < accel->n_object; i++) {
-        accel->object[i].bottom = accel->bottom[scene->object[i].geometry];
-        accel->object[i].facets = &accel->facets[scene->object[i].geometry];
-        accel->object[i].cells = accel->object[i].facets->cells;
-    }
+    RMAP_TRY(build_top(accel, err));
 out:
-    rmap_free(wider);
     return st;
 }
 
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
-                                  struct rmap_error *err)
+                                  const struct rmap_accel *like, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    accel->n_object = scene->n_object;
-    accel->behind = -1e-11 * scene->radius;
+    const double begun = rmap_clock_seconds();
+    accel->scene = scene;
+    accel->n_object = accel->build.n_object = scene->n_object;
     accel->object = rmap_alloc(scene->n_object, sizeof(*accel->object));
-    accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
-    accel->facets = rmap_alloc(scene->n_geometry, sizeof(*accel->facets));
-    if (!accel->facets || !accel->object || !accel->bottom)
+    accel->box = rmap_alloc(scene->n_object, sizeof(*accel->box));
+    if (!accel->object || !accel->box)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
-    for (size_t i = 0; i < scene->n_object; i++)
-        rmap_accel_set_object(accel, scene, i);
-    RMAP_TRY(rmap_joints_build(accel, err));
-    RMAP_TRY(set_world(accel, err));
-    RMAP_TRY(build_bottoms(accel, scene, err));
-    RMAP_TRY(build_top(accel, err));
+    RMAP_TRY(rmap_bottoms_build(accel, scene, like, err));
+    accel->build.meshes_s = rmap_clock_seconds() - begun;
+    for (size_t i = 0; i < scene->n_object; i++) {
+        if (!take_object(accel, scene, like, i))
+            rmap_accel_set_object(accel, scene, i);
+        set_bottom(accel, scene, i);
+    }
+    RMAP_TRY(build_around(accel, true, err));
+    accel->build.top_s = rmap_clock_seconds() - begun - accel->build.meshes_s;
 out:
     return st;
+}
+
+enum rmap_status rmap_accel_rebuild(struct rmap_accel *accel, const int32_t *object,
+                                    size_t n_object, struct rmap_error *err)
+{
+    const double begun = rmap_clock_seconds();
+    bool joints = false; /* rims are of shapes alone */
+    for (size_t i = 0; i < n_object; i++) {
+        rmap_accel_set_object(accel, accel->scene, (size_t)object[i]);
+        joints = joints || accel->object[object[i]].shape;
+    }
+    if (joints)
+        rmap_joints_release(accel);
+    rmap_accel_release_top(accel);
+    const enum rmap_status st = build_around(accel, joints, err);
+    accel->build = (struct rmap_accel_build){.n_kept = accel->build.n_built + accel->build.n_kept,
+                                             .n_object = accel->n_object,
+                                             .top_s = rmap_clock_seconds() - begun};
+    return st;
+}
+
+void rmap_accel_release_top(struct rmap_accel *accel)
+{
+    if (accel->whole)
+        rtcReleaseScene(accel->whole);
+    if (accel->rest)
+        rtcReleaseScene(accel->rest);
+    accel->whole = accel->rest = NULL;
+    rmap_free(accel->meshes.part);
+    rmap_free(accel->shapes.part);
+    accel->meshes = accel->shapes = (struct rmap_accel_parts){.n = 0};
+    accel->rest_apart = accel->rest_inside = false;
+    accel->spheres.n = 0;
+    accel->prefilter = (struct rmap_prefilter){.n_slot = 0};
 }

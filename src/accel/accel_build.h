@@ -10,8 +10,13 @@
 
 #include "accel/accel_internal.h"
 
+/* like: what it may take over; NULL: nothing. rmap_accel_rebuild: as rmap_accel_move. */
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                  const struct rmap_accel *like,
                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_accel_rebuild(struct rmap_accel *accel, const int32_t *object,
+                                    size_t n_object, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_accel_release_top(struct rmap_accel *accel);
 /* `whole`, unless it is there. */
 enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
                                         struct rmap_error *err) RMAP_MUST_USE;
@@ -35,7 +40,7 @@ void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 
 /* Radii of the shell about a shape, from its axis. */
 void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]);
 
-/* wider: as for rmap_accel_mesh. */
-void rmap_facets_release(struct rmap_facets *facets);
+/* Float error of a mesh in its own frame: a rounding of its farthest coordinate. */
+double rmap_mesh_rounding(struct rmap_vec3 lower, struct rmap_vec3 upper);
 
 #endif

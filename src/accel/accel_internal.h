@@ -35,6 +35,11 @@
 #define RMAP_REACH_ERRORS 128
 #define RMAP_SLACK_ERRORS 64
 
+/* Between a ray's start at the sphere about a mesh's box and Embree's decision, in roundings of
+ * the farthest coordinate, at most: 6 of the start and the direction, 12 of a triangle's edges, 8
+ * of boxes. */
+#define RMAP_LOCAL_ERRORS 32
+
 /* A mesh as queries need it: the corners of each triangle side by side, to be had with one cache
  * miss, and the triangles that meet at each vertex: those of vertex v are fan[first[k]] ...
  * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. `sight`: a triangle's unit
@@ -158,8 +163,23 @@ struct rmap_accel_failure {
     char text[256];
 };
 
+/* What structures share that share meshes. */
+struct rmap_accel_device {
+    RTCDevice embree;
+    int level;
+    int n_more; /* holders beside the first */
+    struct rmap_accel_failure failure;
+};
+
+struct rmap_accel_box {
+    struct rmap_vec3 lower, upper;
+};
+
+struct rmap_bottom; /* accel_bottom.h */
+
 struct rmap_accel {
-    RTCDevice device;
+    struct rmap_accel_device *device;
+    const struct rmap_scene *scene;
     RTCScene rest;                      /* what the prefilter does not hold; NULL: nothing */
     RTCScene whole;                     /* everything, for replays; NULL: not built */
     float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
@@ -168,10 +188,10 @@ struct rmap_accel {
     struct rmap_clearance clearance;    /* where they do */
     struct rmap_spheres spheres;
     struct rmap_prefilter prefilter;
-    RTCScene *bottom;           /* [n_geometry], NULL for shapes */
-    struct rmap_facets *facets; /* [n_geometry] */
+    struct rmap_bottom **bottom; /* [n_bottom], by geometry; NULL for shapes */
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
+    struct rmap_accel_box *box;       /* [n_object] in the world, as rmap_accel_bounds has them */
     size_t n_object;
     struct rmap_joint *joint; /* [n_joint] */
     size_t n_joint;
@@ -182,8 +202,7 @@ struct rmap_accel {
     double error;  /* of float rays there */
     double reach;  /* how far behind its start a ray enters Embree */
     double behind; /* as in struct rmap_shape_query: beyond the slack that src/compact allows */
-    int level;
-    struct rmap_accel_failure failure;
+    struct rmap_accel_build build;
     void (*watch)(void *context, const struct rmap_ray *ray, double length); /* or NULL */
     void *watcher;
 };

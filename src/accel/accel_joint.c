@@ -387,6 +387,11 @@ out:
 
 void rmap_joints_release(struct rmap_accel *accel)
 {
+    for (size_t i = 0; accel->rims && i < accel->n_object; i++)
+        accel->object[i].rims = NULL;
     rmap_free(accel->rims);
     rmap_free(accel->joint);
+    accel->rims = NULL;
+    accel->joint = NULL;
+    accel->n_joint = 0;
 }

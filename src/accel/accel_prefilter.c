@@ -358,6 +358,7 @@ void rmap_spheres_build(struct rmap_accel *accel)
     double tolerance = 0; /* any surface may be the one that a ray starts from */
     int n = 0;
     for (size_t i = 0; i < accel->n_object; i++) {
+        accel->object[i].ball = false;
         n += is_ball(&accel->object[i]);
         tolerance = rmap_greater(tolerance, accel->object[i].tolerance);
     }

@@ -85,14 +85,14 @@ static void cell_bounds(const struct RTCBoundsFunctionArguments *args)
 enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *cells,
                                   RTCScene *scene_ret, struct rmap_error *err)
 {
-    RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
+    RTCGeometry user = rtcNewGeometry(accel->device->embree, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(
         user, (unsigned)(cells->whole.n_triangle - cells->whole.n_triangle_beyond));
     rtcSetGeometryUserData(user, cells);
     rtcSetGeometryBoundsFunction(user, cell_bounds, NULL);
     rtcSetGeometryIntersectFunction(user, rmap_accel_cell);
     rtcCommitGeometry(user);
-    *scene_ret = rtcNewScene(accel->device);
+    *scene_ret = rtcNewScene(accel->device->embree);
     rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_NONE);
     rtcAttachGeometry(*scene_ret, user);
     rtcReleaseGeometry(user);
@@ -107,7 +107,7 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
     const struct rmap_mesh *mesh = geometry->mesh;
     RTCGeometry triangles = NULL;
     RMAP_TRY(check(geometry, err));
-    triangles = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    triangles = rtcNewGeometry(accel->device->embree, RTC_GEOMETRY_TYPE_TRIANGLE);
     float *vertex = rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                             12, 3 * mesh->n_triangle);
     uint32_t *index = rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -119,7 +119,7 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
         index[i] = (uint32_t)i;
     rtcSetGeometryIntersectFilterFunction(triangles, rmap_accel_triangle);
     rtcCommitGeometry(triangles);
-    *scene_ret = rtcNewScene(accel->device);
+    *scene_ret = rtcNewScene(accel->device->embree);
     rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_NONE);
     rtcAttachGeometry(*scene_ret, triangles);
     rtcCommitScene(*scene_ret);

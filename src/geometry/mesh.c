@@ -29,9 +29,15 @@ fail:
                           n_vertex, n_triangle);
 }
 
+struct rmap_mesh *rmap_mesh_hold(struct rmap_mesh *mesh)
+{
+    mesh->n_more++;
+    return mesh;
+}
+
 void rmap_mesh_destroy(struct rmap_mesh *mesh)
 {
-    if (!mesh)
+    if (!mesh || mesh->n_more-- > 0)
         return;
     if (mesh->face_name)
         for (size_t i = 0; i < mesh->n_face; i++)

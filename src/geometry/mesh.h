@@ -31,13 +31,16 @@ struct rmap_mesh {
     /* Of a part of a mesh with true surfaces: so many more stand behind the arrays, of what lies
      * beyond its rim, as surfaces end at each other. They are not of the part. */
     size_t n_vertex_beyond, n_triangle_beyond, n_face_beyond;
+    int n_more; /* holders beside the first */
 };
 
 /* Room for so many; contents zero. */
 enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_face,
                                   struct rmap_mesh **mesh_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;
-void rmap_mesh_destroy(struct rmap_mesh *mesh); /* NULL is fine */
+/* One more holder, of a mesh that nobody changes any more; not for threads at once. */
+struct rmap_mesh *rmap_mesh_hold(struct rmap_mesh *mesh);
+void rmap_mesh_destroy(struct rmap_mesh *mesh); /* the last holder's frees it; NULL is fine */
 
 /* Sets its frame from its axis, which is of length 1. NULL when the numbers make a surface, else
  * what is wrong with them. rmap_mesh_share_surfaces: faces that lie on one surface get the same

@@ -27,4 +27,14 @@ void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geo
 /* Of one that lies somewhere. */
 void rmap_bounds_include_detector(struct rmap_bounds *box, const struct rmap_detector *detector);
 
+/* Parts of rmap_scene_finish. The inverse of an object's transform; RMAP_INPUT: there is none. */
+enum rmap_status rmap_object_invert(struct rmap_object *object,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+/* scene->object_bounds of all; of one, which they have room for. */
+enum rmap_status rmap_scene_bound_objects(struct rmap_scene *scene,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_scene_bound_object(struct rmap_scene *scene, size_t i);
+/* The bounding sphere about these, sources and detectors. */
+enum rmap_status rmap_scene_bound(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

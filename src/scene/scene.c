@@ -111,6 +111,7 @@ static void destroy_bodies(struct rmap_scene *scene)
 static void destroy_derived(struct rmap_scene *scene)
 {
     rmap_free(scene->gradient);
+    rmap_free(scene->object_bounds);
     rmap_free(scene->schedule);
     rmap_free(scene->schedule_rank);
     rmap_free(scene->schedule_quota);

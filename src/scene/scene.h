@@ -67,6 +67,12 @@ struct rmap_geometry {
     struct rmap_mesh *mesh;  /* MESH; owned by the scene */
 };
 
+/* Where something stands in its group, or in the world, as it was read: for who moves it. */
+struct rmap_standing {
+    bool as_group; /* `placement` does not count */
+    struct rmap_affine placement;
+};
+
 #define RMAP_MEDIUM_ANY (-1) /* opaque side without a stated medium: matches every medium */
 
 /* An instance of a geometry. front: the side to which the surface's normal points (local +z of
@@ -77,6 +83,7 @@ struct rmap_object {
     int32_t parent; /* group, or -1 */
     int32_t geometry;
     struct rmap_affine to_world, to_local;
+    struct rmap_standing standing;
     int32_t surface_front, surface_back;
     int32_t medium_front, medium_back;     /* or RMAP_MEDIUM_ANY */
     int32_t medium_outside;                /* what is around it, or around the lens it is of */
@@ -90,6 +97,8 @@ struct rmap_group {
     char *name;
     uint64_t id;
     int32_t parent; /* group, or -1; parents come before children */
+    struct rmap_affine to_world;
+    struct rmap_standing standing;
 };
 
 enum rmap_source_type {
@@ -152,6 +161,7 @@ struct rmap_source {
     struct rmap_sky *sky;        /* SKY, SUN; owned */
     double flux;                 /* in the scene's flux_unit; STEPS: photons */
     double colour[RMAP_CHANNEL_MAX];
+    bool fills;          /* an object, at which it was aimed when it was read */
     bool spectrum_given; /* the scene says how the flux is spread over the channels */
     double share;        /* rays_share, > 0 */
     int32_t medium;
@@ -259,6 +269,7 @@ struct rmap_scene {
     double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
     double radius;
+    struct rmap_bounds *object_bounds; /* [n_object] in the world */
     int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
     uint64_t *schedule_rank; /* [schedule_len]: how many earlier entries have the same source */
     size_t schedule_len;

@@ -3,153 +3,17 @@
  * What a scene says implicitly: inverse transforms, areas, the bounding sphere, which ray id
  * belongs to which source, which detectors lie where.
  */
-#include <math.h>
-#include <stdio.h>
-
 #include "base/alloc.h"
 #include "scene/bounds.h"
 #include "scene/scene_gradient.h"
 #include "scene/schedule.h"
 
-static void include_source(struct rmap_bounds *box, const struct rmap_scene *scene,
-                           const struct rmap_source *source)
-{
-    if (source->type == RMAP_SOURCE_RAYS) {
-        for (size_t i = 0; i < source->n_list; i++)
-            rmap_bounds_include(box, source->list[i].origin);
-        if (source->rays)
-            rmap_bounds_include_box(box, &source->frame, source->rays->lower, source->rays->upper);
-        return;
-    }
-    if (source->type == RMAP_SOURCE_STEPS) {
-        for (size_t i = 0; source->steps && i < source->steps->n; i++) {
-            const struct rmap_track_step *step = &source->steps->step[i];
-            rmap_bounds_include(box, step->position);
-            rmap_bounds_include(box, rmap_axpy(step->length, step->direction, step->position));
-        }
-        return;
-    }
-    if (source->volume && source->volume->grid) {
-        const struct rmap_grid *grid = source->volume->grid;
-        const struct rmap_vec3 half = rmap_scale(grid->spacing, 0.5);
-        rmap_bounds_include_box(
-            box, &source->frame, rmap_sub(grid->origin, half),
-            rmap_add(grid->origin, rmap_vec3(((double)grid->n[0] - 0.5) * grid->spacing.x,
-                                             ((double)grid->n[1] - 0.5) * grid->spacing.y,
-                                             ((double)grid->n[2] - 0.5) * grid->spacing.z)));
-        return;
-    }
-    if (source->volume) { /* a body is bounded with the objects */
-        for (int k = 0; source->volume->kind == RMAP_VOLUME_TRACK && k < 2; k++)
-            rmap_bounds_include(box, rmap_affine_point(&source->frame, rmap_vec3(0, 0, k)));
-        return;
-    }
-    if (source->shape == RMAP_EMITTER_MESH) {
-        rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
-        return;
-    }
-    if (source->sky) /* its sphere is about all the rest */
-        return;
-    const struct rmap_vec3 half = rmap_source_half_size(source);
-    rmap_bounds_include_box(box, &source->frame, rmap_scale(half, -1.0), half);
-}
-
-static double box_radius(const struct rmap_bounds *box)
-{
-    return 0.5 * rmap_length(rmap_sub(box->upper, box->lower));
-}
-
-/* How far from the origin a box reaches along an axis. */
-static double box_reach(const struct rmap_bounds *box)
-{
-    struct rmap_vec3 far = rmap_greatest(box->upper, rmap_scale(box->lower, -1.0));
-    return box->infinite ? HUGE_VAL : fmax(far.x, fmax(far.y, far.z));
-}
-
-static const char *object_place(const struct rmap_object *object, char text[32])
-{
-    text[0] = 0;
-    if (object->line > 0)
-        (void)snprintf(text, 32, " (line %d)", (int)object->line);
-    return text;
-}
-
-/* The box about all objects; of those too large together the one that reaches farthest is named. */
-static enum rmap_status bound_objects(const struct rmap_scene *scene, struct rmap_bounds *box,
-                                      struct rmap_error *err)
-{
-    const struct rmap_object *farthest = NULL;
-    double reach = 0.0;
-    for (size_t i = 0; i < scene->n_object; i++) {
-        const struct rmap_object *object = &scene->object[i];
-        struct rmap_bounds own = rmap_bounds_empty();
-        rmap_bounds_include_geometry(&own, &scene->geometry[object->geometry], &object->to_world);
-        if (own.lower.x > own.upper.x)
-            continue; /* nothing at all */
-        rmap_bounds_include(box, own.lower);
-        rmap_bounds_include(box, own.upper);
-        box->infinite |= own.infinite;
-        if (!farthest || box_reach(&own) > reach) {
-            farthest = object;
-            reach = box_reach(&own);
-        }
-    }
-    char place[32];
-    if (farthest && (box->infinite || !(box_radius(box) < RMAP_OBJECTS_RADIUS_MAX)))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "object '%s'%s reaches %.3g %s from the origin: all objects must fit "
-                              "in a sphere of %g %s; check its scale, its place and its size",
-                              farthest->name ? farthest->name : "", object_place(farthest, place),
-                              reach, scene->unit, RMAP_OBJECTS_RADIUS_MAX, scene->unit);
-    return RMAP_OK;
-}
-
-static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error *err)
-{
-    struct rmap_bounds box = rmap_bounds_empty();
-    enum rmap_status st = bound_objects(scene, &box, err);
-    if (st != RMAP_OK)
-        return st;
-    for (size_t i = 0; i < scene->n_source; i++)
-        include_source(&box, scene, &scene->source[i]);
-    for (size_t i = 0; i < scene->n_detector; i++)
-        rmap_bounds_include_detector(&box, &scene->detector[i]);
-    if (box.lower.x > box.upper.x) /* nothing at all */
-        box.lower = box.upper = rmap_vec3(0.0, 0.0, 0.0);
-    if (box.infinite)
-        return rmap_error_set(err, RMAP_INPUT,
-                              "the scene reaches to infinity: a position or size is not finite");
-    if (!(box_reach(&box) < RMAP_SCENE_REACH_MAX))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "a source or detector reaches %.3g %s from the origin: positions are "
-                              "stored up to %g; check its place and its size",
-                              box_reach(&box), scene->unit, RMAP_SCENE_REACH_MAX);
-    struct rmap_vec3 half = rmap_scale(rmap_sub(box.upper, box.lower), 0.5);
-    scene->centre = rmap_add(box.lower, half);
-    /* Margin: leaving rays end clear of the outermost surface; 1 for a scene that is a point. */
-    double radius = 1.001 * rmap_length(half);
-    scene->radius = radius > 0.0 ? radius : 1.0;
-    for (size_t i = 0; i < scene->n_source; i++)
-        if (scene->source[i].sky) /* the edge of a disc that touches the sphere */
-            scene->radius =
-                fmax(scene->radius,
-                     1.001 * (rmap_length(rmap_sub(scene->source[i].frame.t, scene->centre)) +
-                              sqrt(2.0) * scene->source[i].shape_size[0]));
-    return RMAP_OK;
-}
-
 static enum rmap_status invert_transforms(struct rmap_scene *scene, struct rmap_error *err)
 {
-    for (size_t i = 0; i < scene->n_object; i++) {
-        struct rmap_object *object = &scene->object[i];
-        char place[32];
-        if (!rmap_affine_invert(&object->to_world, &object->to_local))
-            return rmap_error_set(err, RMAP_INPUT,
-                                  "object '%s'%s: its transform, with its groups', has no inverse: "
-                                  "no scale may be 0, very small or very large",
-                                  object->name ? object->name : "", object_place(object, place));
-    }
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < scene->n_object && st == RMAP_OK; i++)
+        st = rmap_object_invert(&scene->object[i], err);
+    return st;
 }
 
 /* Cumulative world areas of the triangles of a mesh source, divided by their sum. */
@@ -310,7 +174,8 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
     for (size_t i = 0; i < scene->n_source; i++)
         if (scene->source[i].volume)
             RMAP_TRY(rmap_volume_finish(scene, &scene->source[i], err));
-    RMAP_TRY(bound_scene(scene, err));
+    RMAP_TRY(rmap_scene_bound_objects(scene, err));
+    RMAP_TRY(rmap_scene_bound(scene, err));
     RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(tabulate_scatter(scene, err));
     RMAP_TRY(list_detectors(scene, err));

@@ -168,24 +168,25 @@ static bool same_surfaces(const struct rmap_mesh *a, const struct rmap_mesh *b, 
 }
 
 /* Of parts with what lies beyond them. */
-static bool same_mesh(const struct rmap_mesh *part_a, const struct rmap_mesh *part_b)
+bool rmap_same_mesh(const struct rmap_mesh *part_a, const struct rmap_mesh *part_b)
 {
     const struct rmap_mesh whole_a = rmap_mesh_with_beyond(part_a),
                            whole_b = rmap_mesh_with_beyond(part_b);
     const struct rmap_mesh *a = &whole_a, *b = &whole_b;
-    return part_a->n_triangle == part_b->n_triangle && SAME(n_vertex) && SAME(n_triangle) &&
-           SAME(n_face) && same_surfaces(a, b, a->n_face) &&
-           same_bytes(a->vertex, b->vertex, a->n_vertex * sizeof *a->vertex) &&
-           same_bytes(a->triangle, b->triangle, a->n_triangle * sizeof *a->triangle) &&
-           same_bytes(a->face, b->face, a->n_triangle * sizeof *a->face) &&
-           same_optional(a->tangent, b->tangent, part_a->n_triangle * sizeof *a->tangent);
+    return part_a == part_b ||
+           (part_a->n_triangle == part_b->n_triangle && SAME(n_vertex) && SAME(n_triangle) &&
+            SAME(n_face) && same_surfaces(a, b, a->n_face) &&
+            same_bytes(a->vertex, b->vertex, a->n_vertex * sizeof *a->vertex) &&
+            same_bytes(a->triangle, b->triangle, a->n_triangle * sizeof *a->triangle) &&
+            same_bytes(a->face, b->face, a->n_triangle * sizeof *a->face) &&
+            same_optional(a->tangent, b->tangent, part_a->n_triangle * sizeof *a->tangent));
 }
 
 bool rmap_same_geometry(const struct rmap_scene_pair *pair, int32_t old, int32_t new)
 {
     const struct rmap_geometry *a = &pair->old->geometry[old], *b = &pair->new->geometry[new];
     return SAME(kind) && (a->kind == RMAP_GEOMETRY_SHAPE ? same_shape(&a->shape, &b->shape)
-                                                         : same_mesh(a->mesh, b->mesh));
+                                                         : rmap_same_mesh(a->mesh, b->mesh));
 }
 
 static bool same_lamp(const struct rmap_lamp *a, const struct rmap_lamp *b)

@@ -20,6 +20,9 @@ bool rmap_same_medium(const struct rmap_scene_pair *pair, int32_t old, int32_t n
 bool rmap_same_surface(const struct rmap_scene_pair *pair, int32_t old, int32_t new);
 bool rmap_same_geometry(const struct rmap_scene_pair *pair, int32_t old, int32_t new);
 
+/* Texture coordinates are not looked at. */
+bool rmap_same_mesh(const struct rmap_mesh *a, const struct rmap_mesh *b);
+
 /* Emits the same rays, its medium's numbers aside; whatever its flux is. */
 bool rmap_same_source(const struct rmap_scene_pair *pair, size_t old, size_t new);
 
