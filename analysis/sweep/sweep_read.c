@@ -35,19 +35,30 @@ static bool check_items(struct reading *self, const struct rmap_yaml_node *node,
     return true;
 }
 
+static bool ends_in(const char *name, const char *end)
+{
+    const size_t len = strlen(name), n = strlen(end);
+    return len >= n && strcmp(name + len - n, end) == 0;
+}
+
 /* Names head columns of tables and stand in `require`. */
 static bool check_name(struct reading *self, const struct rmap_yaml_item *item)
 {
     const struct rmap_yaml_node at = {.line = item->line, .column = item->column};
     if (!rmap_reader_check_name(&self->reader, &at, item->key))
         return false;
-    if (!strpbrk(item->key, "/,;<>= ") && strcmp(item->key, "variant") != 0 &&
-        strcmp(item->key, "met") != 0)
+    if (strcmp(item->key, "variant") == 0 || strcmp(item->key, "met") == 0 ||
+        ends_in(item->key, "_error") || ends_in(item->key, "_difference"))
+        rmap_reader_error(&self->reader, &at,
+                          "'%s': the table has columns 'variant', 'met', and NAME_error and "
+                          "NAME_difference of every answer: choose another name",
+                          item->key);
+    else if (strpbrk(item->key, "/,;<>= "))
+        rmap_reader_error(&self->reader, &at,
+                          "'%s' heads columns of the table: a name without / , ; < > = and blanks",
+                          item->key);
+    else
         return true;
-    rmap_reader_error(&self->reader, &at,
-                      "'%s' heads columns of the table: a name without / , ; < > = and blanks, and "
-                      "neither 'variant' nor 'met'",
-                      item->key);
     return false;
 }
 

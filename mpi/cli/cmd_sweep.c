@@ -126,6 +126,9 @@ static json_t *document_of(const struct rmap_sweep_run *run)
                                   json_pack("{s:f, s:f, s:f, s:f, s:f}", "all", times->all,
                                             "scenes", times->scenes, "trees", times->trees,
                                             "tracing", times->tracing, "answers", times->answers));
+    if (document)
+        (void)json_object_set_new(document, "rays_taken_over",
+                                  json_integer((json_int_t)run->n_reused));
     return document;
 }
 

@@ -27,6 +27,7 @@
 
 static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
                                                  (size_t)1 << 26};
+enum { ROW_NBYTES = 128 }; /* about */
 static const double sync_s =
     5.0; /* what a crash of the machine loses; a killed program loses none */
 
@@ -37,6 +38,8 @@ struct group {
     int number, n_group;
     int isa_level;
     bool shares_files;
+    struct rmap_map *last; /* of the variant before, whose rays are taken over; NULL: none */
+    struct rmap_bundle *last_bundle;
     int journal; /* descriptor, on its rank 0; -1 */
     double synced;
 };
@@ -289,6 +292,14 @@ static enum rmap_status read_again(const struct group *group,
     return rmap_agree(&group->context, st, err);
 }
 
+static void drop_last(struct group *group)
+{
+    rmap_map_close(group->last);
+    rmap_bundle_destroy(group->last_bundle);
+    group->last = NULL;
+    group->last_bundle = NULL;
+}
+
 /* Collective. */
 static enum rmap_status split(struct group *group, struct rmap_error *err)
 {
@@ -296,6 +307,8 @@ static enum rmap_status split(struct group *group, struct rmap_error *err)
     const struct rmap_context *context = group->run->context;
     const uint64_t n = group->run->sweep->n_variant, size = (uint64_t)context->size;
     MPI_Comm comm = MPI_COMM_NULL;
+    if (context->size > 1)
+        drop_last(group); /* its rays are dealt to all ranks */
     group->n_group = (int)(n < size ? n : size);
     group->number = (int)((uint64_t)context->rank * (uint64_t)group->n_group / size);
     RMAP_TRY(RMAP_MPI(MPI_Comm_split(context->comm, group->number, context->rank, &comm)));
@@ -375,6 +388,22 @@ static void pass(double *since, double *spent)
     *since = now;
 }
 
+/* The rays of a variant, for the next one, unless two of them may be too many. */
+static void keep_last(struct group *group, struct rmap_map **map, struct rmap_bundle **bundle)
+{
+    const uint64_t *n_row = rmap_map_contents(*map)->n_row;
+    double nbytes = 0.0;
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        nbytes += (double)ROW_NBYTES * (double)n_row[t] / (double)group->context.size;
+    if (group->run->sweep->keeps_maps || nbytes > 0.5 * (double)RMAP_HELD_NBYTES_MAX)
+        return;
+    drop_last(group);
+    group->last = *map;
+    group->last_bundle = *bundle;
+    *map = NULL;
+    *bundle = NULL;
+}
+
 /* Collective in the group. */
 static enum rmap_status run_variant(struct group *group, uint64_t variant, struct rmap_error *err)
 {
@@ -400,8 +429,9 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
                                      : load(group, &options, &own, &scene, err));
         pass(&begun, &run->times.scenes);
         const double before = run->times.tracing;
-        RMAP_TRY(rmap_trace_held(&group->context, scene, run->sweep->seed, run->sweep->n_ray,
-                                 group->isa_level, &map, &run->times.tracing, err));
+        RMAP_TRY(rmap_trace_held_from(&group->context, group->last, scene, run->sweep->seed,
+                                      run->sweep->n_ray, group->isa_level, &map,
+                                      &run->times.tracing, &run->n_reused, err));
         scene = NULL; /* the map's */
         pass(&begun, &run->times.trees);
         run->times.trees -= run->times.tracing - before;
@@ -414,6 +444,7 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
         st = commit(group, variant, err);
     }
     pass(&begun, &run->times.answers);
+    keep_last(group, &map, &own);
     st = rmap_agree(&group->context, st, err);
 out:
     if (st != RMAP_OK)
@@ -490,10 +521,13 @@ enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *e
     group.journal = -1;
     run->times.all = rmap_clock_seconds() - begun;
     RMAP_TRY(rmap_agree_patiently(run->context, st, err));
+    RMAP_TRY(RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, &run->n_reused, 1, MPI_UINT64_T, MPI_SUM, run->context->comm)));
     if (run->context->rank == 0)
         st = rmap_directory_visit(run->folder, read_journal, &journals, err);
     st = rmap_agree(run->context, st, err);
 out:
+    drop_last(&group);
     if (group.journal >= 0)
         (void)close(group.journal);
     if (group.own != MPI_COMM_NULL)

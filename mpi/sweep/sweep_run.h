@@ -23,6 +23,7 @@ struct rmap_sweep_run {
     bool is_resumed, is_forced;
     struct rmap_sweep_table table; /* complete on rank 0 after the run */
     struct rmap_sweep_times times; /* of this rank's group */
+    uint64_t n_reused;             /* rays that were taken over from the variant before */
 };
 
 /* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_STOPPED after

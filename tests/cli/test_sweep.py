@@ -42,7 +42,7 @@ def rows(folder):
         return list(csv.DictReader(line for line in table if line[0] != "#"))
 
 
-for old in ("one", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
+for old in ("one", "box", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
     shutil.rmtree(old, ignore_errors=True)
 write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "one", "--quiet")
@@ -98,6 +98,21 @@ with h5py.File("one/table.h5") as h5:
     check([float(row["defocus"]) for row in table] == list(h5["parameter/defocus"]), "a parameter in HDF5")
 with open("one/plot.svg", encoding="utf-8") as picture:
     check("defocus" in picture.read(), "the picture names its axis")
+
+# Rays that the variant before has, too, are taken over from it: with the same answers.
+write("box.yaml", f"""scene: {os.path.join(SOURCE, "examples/room/scene.yaml")}
+rays: 5000
+parameters:
+  ball: {{key: objects.ball_1.at.3, plus: true, values: [0.01, 0.02]}}
+  wall: {{key: surfaces.white.reflectance, values: [0.8, 0.8]}}
+answers: {{seen: {{rays: hit(ball_1)}}, long: {{statistic: path_length}}}}
+""")
+told = json.loads(run("sweep", "box.yaml", "-o", "box", "--json", "--quiet", "--force"))
+check(told["rays_taken_over"] > 12000, f"taken over: {told['rays_taken_over']} of 25000")
+run("trace", os.path.join(SOURCE, "examples/room/scene.yaml"), "-n", "5000", "-o", "box.raymap", "--quiet", "--force", "--set", "surfaces.white.reflectance=0.8",
+    "--set", f"objects.ball_1.at.3={0.331 + 0.02!r}")
+path = json.loads(run("stats", "box.raymap", "--of", "path_length", "--json"))
+check(float(rows("box")[4]["long"]) == path["mean"]["value"], f"{rows('box')[4]} {path['mean']}")
 
 error = run("sweep", "s.yaml", "-o", "one", status=2)
 check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
