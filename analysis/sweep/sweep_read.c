@@ -118,7 +118,7 @@ static void read_values(struct reading *self, const struct rmap_yaml_node *list,
         parameter->text[i] = is_text ? one->text : "0";
         if (!is_text)
             rmap_reader_error(&self->reader, one, "a number or a word must stand here");
-        else if (one->quoted ||
+        else if (parameter->of_simulation || one->quoted ||
                  !rmap_reader_parse_number(one->text, strlen(one->text), &parameter->value[i])) {
             parameter->value[i] = (double)NAN;
             if (parameter->change != RMAP_SWEEP_REPLACE)
@@ -213,6 +213,8 @@ static void read_parameter(struct reading *self, const struct rmap_yaml_item *it
     parameter->unit = unit ? unit : "";
     read_change(self, node, parameter);
     read_keys(self, node, item->key, parameter);
+    parameter->of_simulation =
+        parameter->n_key == 1 && strcmp(parameter->key[0], "simulation") == 0;
     const struct rmap_yaml_node *values = rmap_yaml_get(node, "values");
     const struct rmap_yaml_node *range = rmap_yaml_get(node, "range");
     const struct rmap_yaml_node *spread = rmap_yaml_get(node, "distribution");
@@ -226,6 +228,9 @@ static void read_parameter(struct reading *self, const struct rmap_yaml_item *it
         read_range(self, range, parameter);
     else
         read_distribution(self, spread, parameter);
+    if (parameter->of_simulation && (!values || parameter->change != RMAP_SWEEP_REPLACE))
+        rmap_reader_error(reader, node,
+                          "'simulation' takes 'values: [NAME, ...]' of the scene's simulations");
     if (!spread && parameter->n_value == 0 && reader->diagnostics->n_error == 0)
         rmap_reader_no_memory(reader);
 }

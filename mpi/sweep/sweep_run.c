@@ -227,10 +227,12 @@ out:
 
 /* The options of the nominal scene with a variant's edits behind its own; its texts are borrowed.
  */
-static enum rmap_status edit(const struct rmap_scene_options *nominal, char *const *set, size_t n,
-                             struct rmap_scene_options *options, struct rmap_error *err)
+static enum rmap_status edit(const struct rmap_scene_options *nominal, char *simulation,
+                             char *const *set, size_t n, struct rmap_scene_options *options,
+                             struct rmap_error *err)
 {
     *options = *nominal;
+    options->simulation = simulation;
     options->set = rmap_alloc(nominal->n_set + n + 1, sizeof(char *));
     if (!options->set)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a variant");
@@ -414,13 +416,14 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
     struct rmap_map *map = NULL;
     char **set = NULL;
     size_t n_set = 0;
+    char *simulation = rmap_strdup(rmap_sweep_simulation(run->sweep, variant));
     double *part = rmap_alloc(run->sweep->n_answer * RMAP_SWEEP_PARTS, sizeof *part);
     double begun = rmap_clock_seconds();
     enum rmap_status st = part ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     if (st == RMAP_OK)
         st = rmap_sweep_settings(run->sweep, variant, &set, &n_set, err);
     if (st == RMAP_OK)
-        st = edit(&run->bundle->options, set, n_set, &options, err);
+        st = edit(&run->bundle->options, simulation, set, n_set, &options, err);
     RMAP_TRY(rmap_agree(&group->context, st, err));
     if (run->sweep->keeps_maps) {
         RMAP_TRY(trace_map(group, variant, &options, &map, err));
@@ -454,6 +457,7 @@ out:
     rmap_scene_destroy(scene);
     rmap_bundle_destroy(own);
     rmap_free(part);
+    rmap_free(simulation);
     rmap_free(options.set);
     rmap_sweep_settings_free(set, n_set);
     return st;

@@ -183,7 +183,7 @@ out:
 enum rmap_status rmap_reuse_estimate(const struct rmap_reuse *reuse, double *share_ret,
                                      struct rmap_error *err)
 {
-    enum { LOOKS = 16 };
+    enum { LOOKS = 4 }; /* of thousands of rays each */
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor = NULL;
     uint8_t *touched = NULL;

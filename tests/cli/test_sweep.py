@@ -114,6 +114,18 @@ run("trace", os.path.join(SOURCE, "examples/room/scene.yaml"), "-n", "5000", "-o
 path = json.loads(run("stats", "box.raymap", "--of", "path_length", "--json"))
 check(float(rows("box")[4]["long"]) == path["mean"]["value"], f"{rows('box')[4]} {path['mean']}")
 
+# The scene's simulations as values.
+write("sims.yaml", f"""scene: {SCENE}
+rays: 2000
+parameters: {{light: {{key: simulation, values: [quick, star_only]}}, black: {{key: surfaces.black.reflectance, values: [0.05, 0.5]}}}}
+answers: {{star: {{rays: source(star)}}, all: {{flux: registered(sensor)}}}}
+""")
+run("sweep", "sims.yaml", "-o", "sims", "--quiet", "--force")
+check([(row["light"], row["star"]) for row in rows("sims")] == [("", "500"), ("quick", "500"), ("quick", "500"), ("star_only", "2000"), ("star_only", "2000")], f"{rows('sims')}")
+write("sims.yaml", open("sims.yaml", encoding="utf-8").read().replace("star_only]", "star_onyl]"))
+error = run("sweep", "sims.yaml", "-o", "sims", "--force", status=3)
+check("sims.yaml:3:" in error and "did you mean 'star_only'" in error, error)
+
 error = run("sweep", "s.yaml", "-o", "one", status=2)
 check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
 told = json.loads(run("sweep", "s.yaml", "-o", "one", "--force", "--json", "--quiet", "--plot", "p.png", "--force"))
