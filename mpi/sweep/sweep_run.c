@@ -27,7 +27,7 @@
 
 static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
                                                  (size_t)1 << 26};
-enum { ROW_NBYTES = 128 }; /* about */
+enum { ROW_NBYTES = 128, UNPAID_MAX = 3 }; /* about; tries, before it is given up */
 static const double sync_s =
     5.0; /* what a crash of the machine loses; a killed program loses none */
 
@@ -40,7 +40,9 @@ struct group {
     bool shares_files;
     struct rmap_map *last; /* of the variant before, whose rays are taken over; NULL: none */
     struct rmap_bundle *last_bundle;
-    int journal; /* descriptor, on its rank 0; -1 */
+    char *last_path; /* of the map before; NULL: none */
+    int n_unpaid;    /* maps in a row that had to trace all anew */
+    int journal;     /* descriptor, on its rank 0; -1 */
     double synced;
 };
 
@@ -298,8 +300,10 @@ static void drop_last(struct group *group)
 {
     rmap_map_close(group->last);
     rmap_bundle_destroy(group->last_bundle);
+    rmap_free(group->last_path);
     group->last = NULL;
     group->last_bundle = NULL;
+    group->last_path = NULL;
 }
 
 /* Collective. */
@@ -333,9 +337,11 @@ static enum rmap_status trace_map(struct group *group, uint64_t variant,
     struct rmap_sweep_run *run = group->run;
     char *path =
         rmap_path_format("%s/variant-%06llu.raymap", run->folder, (unsigned long long)variant);
+    const char *from_path = group->n_unpaid < UNPAID_MAX ? group->last_path : NULL;
     struct rmap_trace_session session = {.context = &group->context,
                                          .begun = rmap_clock_seconds(),
                                          .request = {.map_path = path,
+                                                     .from_path = from_path,
                                                      .mode = RMAP_TRACE_NEW,
                                                      .n_ray = run->sweep->n_ray,
                                                      .has_n_ray = true,
@@ -348,13 +354,21 @@ static enum rmap_status trace_map(struct group *group, uint64_t variant,
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a map");
     RMAP_TRY(rmap_agree(&group->context, st, err));
     RMAP_TRY(load(group, options, &session.bundle, &session.scene, err));
+    RMAP_TRY(rmap_trace_from_open(&group->context, &session.request, &session.from, err));
     const double begun = rmap_clock_seconds();
     run->times.scenes += begun - session.begun;
     RMAP_TRY(rmap_trace_session_begin(&session, err));
     RMAP_TRY(rmap_trace_session_run(&session, err));
     RMAP_TRY(rmap_trace_session_conclude(&session, err));
     run->times.tracing += rmap_clock_seconds() - begun;
+    if (group->context.rank == 0)
+        run->n_reused += session.outcome.n_reused;
+    if (from_path)
+        group->n_unpaid = session.from.in_use ? 0 : group->n_unpaid + 1;
     st = rmap_load_map(&group->context, path, map, err);
+    rmap_free(group->last_path);
+    group->last_path = path;
+    path = NULL;
 out:
     rmap_trace_session_fini(&session);
     rmap_free(path);

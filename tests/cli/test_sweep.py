@@ -42,7 +42,7 @@ def rows(folder):
         return list(csv.DictReader(line for line in table if line[0] != "#"))
 
 
-for old in ("one", "box", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
+for old in ("one", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
     shutil.rmtree(old, ignore_errors=True)
 write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "one", "--quiet")
@@ -113,6 +113,12 @@ run("trace", os.path.join(SOURCE, "examples/room/scene.yaml"), "-n", "5000", "-o
     "--set", f"objects.ball_1.at.3={0.331 + 0.02!r}")
 path = json.loads(run("stats", "box.raymap", "--of", "path_length", "--json"))
 check(float(rows("box")[4]["long"]) == path["mean"]["value"], f"{rows('box')[4]} {path['mean']}")
+
+write("box.yaml", open("box.yaml", encoding="utf-8").read() + "keep: maps\n")
+told = json.loads(run("sweep", "box.yaml", "-o", "box-maps", "--json", "--quiet", "--force"))
+check(told["rays_taken_over"] > 12000 and rows("box-maps") == rows("box"), f"maps, taken over: {told['rays_taken_over']}")
+digests = [json.loads(run("info", name, "--json"))["digest"] for name in ("box.raymap", "box-maps/variant-000004.raymap")]
+check(digests[0] == digests[1], f"a map made from another: {digests}")
 
 # The scene's simulations as values.
 write("sims.yaml", f"""scene: {SCENE}
