@@ -281,7 +281,8 @@ enum rmap_status rmap_spot_create(const struct rmap_spot_sums *sums, struct rmap
             totals.v[k] += totals.flux[s] * moment(&totals, s, k);
     if (totals.v[0] > 0.0) {
         fill_moments(&totals, spot);
-        RMAP_TRY(fill_rings(&totals, spot, err));
+        if (!ask->moments_alone)
+            RMAP_TRY(fill_rings(&totals, spot, err));
         for (size_t k = 0; k < 2 * ask->n_frequency; k++)
             spot->mtf[k] = modulation(&totals, k);
         for (size_t d = 0; d < 2; d++)

@@ -47,16 +47,16 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     self->n_source = rmap_map_scene(ask->map)->n_source;
     const double *size = ask->bins.detector->size;
     self->radius_max = ldexp(1.0, ilogb(2.0 * hypot(size[0], size[1])) + 1);
-    const size_t n_ring = 3 * self->n_source * RMAP_SPOT_RINGS;
+    self->n_ring = ask->moments_alone ? 0 : 3 * self->n_source * RMAP_SPOT_RINGS;
     enum rmap_status st = RMAP_OK;
-    if (8 * (n_ring + n_wave(self)) > (size_t)1 << 30)
+    if (8 * (self->n_ring + n_wave(self)) > (size_t)1 << 30)
         st = rmap_error_set(err, RMAP_USAGE,
                             "a spot of %zu sources takes more than 1 GB on every thread: choose "
                             "some with --where 'source(NAME)' in a map of their own",
                             self->n_source);
     if (st == RMAP_OK) {
         self->sum = rmap_alloc(self->n_source * SUMS, sizeof *self->sum);
-        self->ring = rmap_alloc(n_ring, sizeof *self->ring);
+        self->ring = rmap_alloc(self->n_ring + 1, sizeof *self->ring);
         self->wave = rmap_alloc(n_wave(self) + 1, sizeof *self->wave);
         self->phase = rmap_alloc(2 * ask->n_frequency + 1, sizeof *self->phase);
         if (!self->sum || !self->ring || !self->wave || !self->phase)
@@ -198,14 +198,16 @@ static enum rmap_status add_ray(struct rmap_spot_sums *self, const struct rmap_m
         rmap_detector_bins_place(&self->ask.bins, portion, row, &point->x, &point->y);
         point->x -= self->ask.centre[0];
         point->y -= self->ask.centre[1];
-        point->ring = ring_of(self, hypot(point->x, point->y));
+        if (self->n_ring)
+            point->ring = ring_of(self, hypot(point->x, point->y));
     }
     if (n == 0)
         return RMAP_OK;
     add_moments(self, source, weight, n);
     if (self->ask.n_frequency)
         add_waves(self, source, weight, n);
-    add_rings(self, source, weight, n);
+    if (self->n_ring)
+        add_rings(self, source, weight, n);
 out:
     return st;
 }
@@ -231,7 +233,7 @@ static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
     (void)err;
     for (size_t i = 0; i < self->n_source * SUMS; i++)
         rmap_exact_sum_merge(&self->sum[i], &other->sum[i]);
-    for (size_t i = 0; i < 3 * self->n_source * RMAP_SPOT_RINGS; i++)
+    for (size_t i = 0; i < self->n_ring; i++)
         self->ring[i] += other->ring[i];
     for (size_t i = 0; i < n_wave(self); i++)
         self->wave[i] += other->wave[i];
@@ -244,8 +246,7 @@ static size_t blocks(const void *state, struct rmap_fold_block block[RMAP_FOLD_B
 {
     const struct rmap_spot_sums *self = state;
     block[0] = (struct rmap_fold_block){self->sum, self->n_source * SUMS * sizeof *self->sum};
-    block[1] = (struct rmap_fold_block){self->ring,
-                                        3 * self->n_source * RMAP_SPOT_RINGS * sizeof *self->ring};
+    block[1] = (struct rmap_fold_block){self->ring, self->n_ring * sizeof *self->ring};
     block[2] = (struct rmap_fold_block){self->wave, n_wave(self) * sizeof *self->wave};
     return 3;
 }

@@ -21,6 +21,7 @@ struct rmap_spot_ask {
     size_t n_frequency;             /* from 0; 0: no transform */
     double frequency_step;          /* cycles per unit of length */
     double tangential_rad;          /* direction of tangential frequencies, from x towards y */
+    bool moments_alone;             /* no rings: radii within which light lies are not defined */
 };
 
 /* What a ray adds in all: weight, weight times x, y, x x, y y, from the centre. */
@@ -43,7 +44,7 @@ struct rmap_spot_point;
 
 struct rmap_spot_sums {
     struct rmap_spot_ask ask;
-    size_t n_source;
+    size_t n_source, n_ring;    /* n_ring: of all numbers of `ring` */
     double radius_max;          /* upper edge of the last ring */
     struct rmap_exact_sum *sum; /* [n_source][RMAP_SPOT_VECTOR + RMAP_SPOT_GRAM]: v, then v v^T,
                                    row by row from the diagonal on */

@@ -43,6 +43,7 @@ struct rmap_sweep_parameter {
     const struct rmap_yaml_node *node; /* for complaints */
     enum rmap_sweep_change change;
     enum rmap_sweep_spread spread;
+    bool of_simulation;      /* key `simulation`: the values are names of the scene's simulations */
     size_t n_value;          /* of VALUES */
     double *value;           /* [n_value]; NaN where it is no number, and: */
     const char **text;       /* [n_value] as it is written */
@@ -145,6 +146,9 @@ enum rmap_status rmap_sweep_find_nominal(struct rmap_sweep *sweep, const struct 
  * that is none. */
 double rmap_sweep_value(const struct rmap_sweep *sweep, uint64_t variant, size_t parameter,
                         const char **text_ret);
+
+/* Name of the simulation that a variant is of; NULL: none is said. */
+const char *rmap_sweep_simulation(const struct rmap_sweep *sweep, uint64_t variant);
 
 /* "key=value" of --set, in order, n of them; none of the nominal variant. *set_ret:
  * rmap_sweep_settings_free. */

@@ -27,7 +27,8 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
         rmap_csv_put_text(sweep->parameter[i].name, out);
     for (size_t i = 0; i < sweep->n_answer; i++) {
         rmap_csv_put_text(sweep->answer[i].name, out);
-        fprintf(out, ",%s_error", sweep->answer[i].name);
+        fprintf(out, ",%s_error,%s_difference,%s_difference_error", sweep->answer[i].name,
+                sweep->answer[i].name, sweep->answer[i].name);
     }
     fputs(sweep->n_require ? ",met\n" : "\n", out);
     for (uint64_t v = 0; v < sweep->n_variant; v++) {
@@ -45,6 +46,8 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
         for (size_t i = 0; i < sweep->n_answer; i++) {
             rmap_csv_put_number(rmap_sweep_table_row(table, v)[i].value, out);
             rmap_csv_put_number(rmap_sweep_table_row(table, v)[i].standard_error, out);
+            rmap_csv_put_number(rmap_sweep_difference(table, v, i), out);
+            rmap_csv_put_number(rmap_sweep_table_row(table, v)[i].difference_error, out);
         }
         if (sweep->n_require)
             fprintf(out, ",%d", rmap_sweep_row_meets(table, v));
@@ -79,6 +82,12 @@ static enum rmap_status add_rows(const struct rmap_sweep_table *table, struct rm
             RMAP_TRY(rmap_table_h5_add(file, c++, &row[i].value, err));
         for (size_t i = 0; i < sweep->n_answer; i++)
             RMAP_TRY(rmap_table_h5_add(file, c++, &row[i].standard_error, err));
+        for (size_t i = 0; i < sweep->n_answer; i++) {
+            const double difference = rmap_sweep_difference(table, v, i);
+            RMAP_TRY(rmap_table_h5_add(file, c++, &difference, err));
+        }
+        for (size_t i = 0; i < sweep->n_answer; i++)
+            RMAP_TRY(rmap_table_h5_add(file, c++, &row[i].difference_error, err));
     }
 out:
     return st;
@@ -89,7 +98,7 @@ enum rmap_status rmap_sweep_table_h5(const struct rmap_sweep_table *table, const
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_sweep *sweep = table->sweep;
-    const size_t n = 1 + sweep->n_parameter + 2 * sweep->n_answer;
+    const size_t n = 1 + sweep->n_parameter + 4 * sweep->n_answer;
     struct rmap_table_h5 *file = NULL;
     struct rmap_table_h5_column *column = rmap_alloc(n, sizeof *column);
     size_t c = 0;
@@ -101,11 +110,16 @@ enum rmap_status rmap_sweep_table_h5(const struct rmap_sweep_table *table, const
         column[c++] =
             (struct rmap_table_h5_column){"parameter", sweep->parameter[i].name, RMAP_F64,
                                           sweep->parameter[i].unit, sweep->parameter[i].key[0]};
-    for (int error = 0; error < 2; error++)
+    static const char *const group[][2] = {
+        {"answer", "answer"},
+        {"standard_error", "its standard error"},
+        {"difference", "the answer less that of the scene as it is"},
+        {"difference_error", "standard error of the difference, both having the same rays"}};
+    for (size_t g = 0; g < sizeof group / sizeof *group; g++)
         for (size_t i = 0; i < sweep->n_answer; i++)
-            column[c++] = (struct rmap_table_h5_column){
-                error ? "standard_error" : "answer", sweep->answer[i].name, RMAP_F64,
-                rmap_sweep_table_row(table, 0)[i].unit, error ? "its standard error" : "answer"};
+            column[c++] =
+                (struct rmap_table_h5_column){group[g][0], sweep->answer[i].name, RMAP_F64,
+                                              rmap_sweep_table_row(table, 0)[i].unit, group[g][1]};
     RMAP_TRY(rmap_table_h5_begin(path, column, n, &file, err));
     RMAP_TRY(rmap_table_h5_put_text(file, "sweep", sweep->text, err));
     RMAP_TRY(add_rows(table, file, err));
@@ -202,11 +216,17 @@ static json_t *row_json(const struct rmap_sweep_table *table, uint64_t variant)
         (void)json_object_set_new(parameters, sweep->parameter[i].name,
                                   text ? json_string(text) : rmap_json_number(value));
     }
-    for (size_t i = 0; i < sweep->n_answer; i++)
-        (void)json_object_set_new(answers, sweep->answer[i].name,
-                                  json_pack("{s:o, s:o}", "value", rmap_json_number(row[i].value),
-                                            "standard_error",
-                                            rmap_json_number(row[i].standard_error)));
+    for (size_t i = 0; i < sweep->n_answer; i++) {
+        json_t *answer = json_pack("{s:o, s:o}", "value", rmap_json_number(row[i].value),
+                                   "standard_error", rmap_json_number(row[i].standard_error));
+        if (variant > 0)
+            (void)json_object_set_new(
+                answer, "difference",
+                json_pack("{s:o, s:o}", "value",
+                          rmap_json_number(rmap_sweep_difference(table, variant, i)),
+                          "standard_error", rmap_json_number(row[i].difference_error)));
+        (void)json_object_set_new(answers, sweep->answer[i].name, answer);
+    }
     json_t *document = json_pack("{s:I, s:o, s:o}", "variant", (json_int_t)variant, "parameters",
                                  parameters, "answers", answers);
     if (document && sweep->n_require)

@@ -35,19 +35,30 @@ static bool check_items(struct reading *self, const struct rmap_yaml_node *node,
     return true;
 }
 
+static bool ends_in(const char *name, const char *end)
+{
+    const size_t len = strlen(name), n = strlen(end);
+    return len >= n && strcmp(name + len - n, end) == 0;
+}
+
 /* Names head columns of tables and stand in `require`. */
 static bool check_name(struct reading *self, const struct rmap_yaml_item *item)
 {
     const struct rmap_yaml_node at = {.line = item->line, .column = item->column};
     if (!rmap_reader_check_name(&self->reader, &at, item->key))
         return false;
-    if (!strpbrk(item->key, "/,;<>= ") && strcmp(item->key, "variant") != 0 &&
-        strcmp(item->key, "met") != 0)
+    if (strcmp(item->key, "variant") == 0 || strcmp(item->key, "met") == 0 ||
+        ends_in(item->key, "_error") || ends_in(item->key, "_difference"))
+        rmap_reader_error(&self->reader, &at,
+                          "'%s': the table has columns 'variant', 'met', and NAME_error and "
+                          "NAME_difference of every answer: choose another name",
+                          item->key);
+    else if (strpbrk(item->key, "/,;<>= "))
+        rmap_reader_error(&self->reader, &at,
+                          "'%s' heads columns of the table: a name without / , ; < > = and blanks",
+                          item->key);
+    else
         return true;
-    rmap_reader_error(&self->reader, &at,
-                      "'%s' heads columns of the table: a name without / , ; < > = and blanks, and "
-                      "neither 'variant' nor 'met'",
-                      item->key);
     return false;
 }
 
@@ -107,7 +118,7 @@ static void read_values(struct reading *self, const struct rmap_yaml_node *list,
         parameter->text[i] = is_text ? one->text : "0";
         if (!is_text)
             rmap_reader_error(&self->reader, one, "a number or a word must stand here");
-        else if (one->quoted ||
+        else if (parameter->of_simulation || one->quoted ||
                  !rmap_reader_parse_number(one->text, strlen(one->text), &parameter->value[i])) {
             parameter->value[i] = (double)NAN;
             if (parameter->change != RMAP_SWEEP_REPLACE)
@@ -202,6 +213,8 @@ static void read_parameter(struct reading *self, const struct rmap_yaml_item *it
     parameter->unit = unit ? unit : "";
     read_change(self, node, parameter);
     read_keys(self, node, item->key, parameter);
+    parameter->of_simulation =
+        parameter->n_key == 1 && strcmp(parameter->key[0], "simulation") == 0;
     const struct rmap_yaml_node *values = rmap_yaml_get(node, "values");
     const struct rmap_yaml_node *range = rmap_yaml_get(node, "range");
     const struct rmap_yaml_node *spread = rmap_yaml_get(node, "distribution");
@@ -215,6 +228,9 @@ static void read_parameter(struct reading *self, const struct rmap_yaml_item *it
         read_range(self, range, parameter);
     else
         read_distribution(self, spread, parameter);
+    if (parameter->of_simulation && (!values || parameter->change != RMAP_SWEEP_REPLACE))
+        rmap_reader_error(reader, node,
+                          "'simulation' takes 'values: [NAME, ...]' of the scene's simulations");
     if (!spread && parameter->n_value == 0 && reader->diagnostics->n_error == 0)
         rmap_reader_no_memory(reader);
 }

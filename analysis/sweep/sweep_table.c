@@ -16,8 +16,10 @@ enum rmap_status rmap_sweep_table_init(struct rmap_sweep_table *table,
     *table = (struct rmap_sweep_table){
         .sweep = sweep,
         .is_known = rmap_alloc(sweep->n_variant, sizeof *table->is_known),
-        .result = rmap_alloc(sweep->n_variant * sweep->n_answer, sizeof *table->result)};
-    if (table->is_known && table->result)
+        .result = rmap_alloc(sweep->n_variant * sweep->n_answer, sizeof *table->result),
+        .nominal_part =
+            rmap_alloc(sweep->n_answer * RMAP_SWEEP_PARTS, sizeof *table->nominal_part)};
+    if (table->is_known && table->result && table->nominal_part)
         return RMAP_OK;
     rmap_sweep_table_fini(table);
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table of %llu variants",
@@ -28,6 +30,7 @@ void rmap_sweep_table_fini(struct rmap_sweep_table *table)
 {
     rmap_free(table->is_known);
     rmap_free(table->result);
+    rmap_free(table->nominal_part);
     *table = (struct rmap_sweep_table){.sweep = NULL};
 }
 
@@ -42,15 +45,41 @@ const struct rmap_sweep_result *rmap_sweep_table_row(const struct rmap_sweep_tab
     return row_of(table, variant);
 }
 
+double rmap_sweep_difference(const struct rmap_sweep_table *table, uint64_t variant, size_t answer)
+{
+    return table->is_known[0]
+               ? row_of(table, variant)[answer].value - row_of(table, 0)[answer].value
+               : (double)NAN;
+}
+
+void rmap_sweep_row_differ(struct rmap_sweep_table *table, uint64_t variant, const double *part)
+{
+    struct rmap_sweep_result *row = row_of(table, variant);
+    for (size_t i = 0; i < table->sweep->n_answer; i++) {
+        double *nominal = table->nominal_part + i * RMAP_SWEEP_PARTS;
+        if (variant == 0)
+            memcpy(nominal, part + i * RMAP_SWEEP_PARTS, RMAP_SWEEP_PARTS * sizeof *nominal);
+        row[i].difference_error =
+            rmap_sweep_parts_error(&table->sweep->answer[i], part + i * RMAP_SWEEP_PARTS, nominal);
+    }
+}
+
 char *rmap_sweep_row_line(const struct rmap_sweep_table *table, uint64_t variant)
 {
     const struct rmap_sweep_result *row = row_of(table, variant);
     json_t *answers = json_array();
     for (size_t i = 0; i < table->sweep->n_answer; i++)
-        (void)json_array_append_new(answers, json_pack("[o, o, s]", rmap_json_number(row[i].value),
-                                                       rmap_json_number(row[i].standard_error),
-                                                       row[i].unit));
+        (void)json_array_append_new(answers,
+                                    json_pack("[o, o, s, o]", rmap_json_number(row[i].value),
+                                              rmap_json_number(row[i].standard_error), row[i].unit,
+                                              rmap_json_number(row[i].difference_error)));
     json_t *line = json_pack("{s:I, s:o}", "variant", (json_int_t)variant, "answers", answers);
+    if (line && variant == 0) {
+        json_t *parts = json_array();
+        for (size_t k = 0; k < table->sweep->n_answer * RMAP_SWEEP_PARTS; k++)
+            (void)json_array_append_new(parts, rmap_json_number(table->nominal_part[k]));
+        (void)json_object_set_new(line, "parts", parts);
+    }
     char *dumped = line ? json_dumps(line, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     char *text = rmap_strdup(dumped);
     free(dumped);
@@ -77,8 +106,12 @@ void rmap_sweep_row_take(struct rmap_sweep_table *table, const char *line, size_
             const char *unit = json_string_value(json_array_get(one, 2));
             row[i].value = number_of(json_array_get(one, 0));
             row[i].standard_error = number_of(json_array_get(one, 1));
+            row[i].difference_error = number_of(json_array_get(one, 3));
             (void)snprintf(row[i].unit, sizeof row[i].unit, "%s", unit ? unit : "");
         }
+        const json_t *parts = json_object_get(document, "parts");
+        for (size_t k = 0; variant == 0 && k < n * RMAP_SWEEP_PARTS; k++)
+            table->nominal_part[k] = number_of(json_array_get(parts, k));
         table->is_known[variant] = true;
     }
     json_decref(document);

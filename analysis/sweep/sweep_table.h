@@ -10,10 +10,11 @@
 #include <jansson.h>
 #include <stdio.h>
 
-#include "analysis/sweep/sweep.h"
+#include "analysis/sweep/sweep_parts.h"
 
 struct rmap_sweep_result {
     double value, standard_error; /* NaN: not defined */
+    double difference_error;      /* of the difference to variant 0, which has the same rays */
     char unit[24];
 };
 
@@ -21,6 +22,7 @@ struct rmap_sweep_table {
     const struct rmap_sweep *sweep;
     bool *is_known;                   /* [n_variant] */
     struct rmap_sweep_result *result; /* [n_variant][n_answer]; units: of the nominal variant */
+    double *nominal_part;             /* [n_answer][RMAP_SWEEP_PARTS] of variant 0 */
 };
 
 enum rmap_status rmap_sweep_table_init(struct rmap_sweep_table *table,
@@ -30,6 +32,13 @@ void rmap_sweep_table_fini(struct rmap_sweep_table *table); /* zeroed: fine */
 
 const struct rmap_sweep_result *rmap_sweep_table_row(const struct rmap_sweep_table *table,
                                                      uint64_t variant);
+
+/* An answer less that of the scene as it is; NaN where one of them is not known. */
+double rmap_sweep_difference(const struct rmap_sweep_table *table, uint64_t variant, size_t answer);
+
+/* Fills in the differences' errors of a variant whose answers have these parts; those of variant 0
+ * are kept. */
+void rmap_sweep_row_differ(struct rmap_sweep_table *table, uint64_t variant, const double *part);
 
 /* A row as one line of a journal, and from it: what is no whole line of this sweep changes nothing.
  * The line: rmap_free; NULL when memory is short. */

@@ -25,6 +25,27 @@ static void complain(const struct rmap_sweep_parameter *parameter, const char *k
                          nearest ? "'?)" : "");
 }
 
+static void find_simulations(const struct rmap_sweep *sweep,
+                             const struct rmap_sweep_parameter *parameter,
+                             struct rmap_diagnostics *diagnostics)
+{
+    const struct rmap_yaml_node *all = rmap_yaml_get(sweep->scene, "simulations");
+    for (size_t i = 0; i < parameter->n_value; i++) {
+        bool known = false;
+        for (size_t k = 0; all && k < all->n_item && !known; k++) {
+            const struct rmap_yaml_node *name = rmap_yaml_get(all->item[k].value, "name");
+            known = name && name->kind == RMAP_YAML_SCALAR &&
+                    strcmp(name->text, parameter->text[i]) == 0;
+        }
+        const char *nearest = all ? rmap_yaml_nearest(all, parameter->text[i]) : NULL;
+        if (!known)
+            rmap_diagnostics_add(
+                diagnostics, RMAP_SEVERITY_ERROR, parameter->node->line, parameter->node->column,
+                "the scene has no simulation '%.60s'%s%s%s", parameter->text[i],
+                nearest ? " (did you mean '" : "", nearest ? nearest : "", nearest ? "'?)" : "");
+    }
+}
+
 /* A key of a mapping that is there may be new; whatever is changed must have been there. */
 static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *parameter, size_t k,
                      struct rmap_diagnostics *diagnostics)
@@ -61,7 +82,10 @@ enum rmap_status rmap_sweep_find_nominal(struct rmap_sweep *sweep, const struct 
         RMAP_TRY(rmap_yaml_edit(sweep->scene, bundle->options.set[i], -(int)(i + 1), &told, err));
     for (size_t i = 0; i < sweep->n_parameter; i++)
         for (size_t k = 0; k < sweep->parameter[i].n_key; k++)
-            find_one(sweep, &sweep->parameter[i], k, diagnostics);
+            if (sweep->parameter[i].of_simulation)
+                find_simulations(sweep, &sweep->parameter[i], diagnostics);
+            else
+                find_one(sweep, &sweep->parameter[i], k, diagnostics);
     if (diagnostics->n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s in %s",
                             rmap_counted(diagnostics->n_error, "mistake").text, sweep->path);
@@ -113,6 +137,8 @@ double rmap_sweep_value(const struct rmap_sweep *sweep, uint64_t variant, size_t
     const struct rmap_sweep_parameter *p = &sweep->parameter[parameter];
     double u[4];
     *text_ret = NULL;
+    if (variant == 0 && p->of_simulation)
+        *text_ret = sweep->simulation ? sweep->simulation : "";
     if (variant == 0)
         return p->change == RMAP_SWEEP_PLUS    ? 0.0
                : p->change == RMAP_SWEEP_TIMES ? 1.0
@@ -131,6 +157,15 @@ double rmap_sweep_value(const struct rmap_sweep *sweep, uint64_t variant, size_t
     if (isnan(p->value[i]))
         *text_ret = p->text[i];
     return p->value[i];
+}
+
+const char *rmap_sweep_simulation(const struct rmap_sweep *sweep, uint64_t variant)
+{
+    const char *text = sweep->simulation;
+    for (size_t i = 0; variant > 0 && i < sweep->n_parameter; i++)
+        if (sweep->parameter[i].of_simulation)
+            (void)rmap_sweep_value(sweep, variant, i, &text);
+    return text;
 }
 
 /* "key=value" */
@@ -167,7 +202,8 @@ enum rmap_status rmap_sweep_settings(const struct rmap_sweep *sweep, uint64_t va
     for (size_t i = 0; set && cap > 0 && i < sweep->n_parameter; i++) {
         const char *text;
         const double value = rmap_sweep_value(sweep, variant, i, &text);
-        for (size_t k = 0; k < sweep->parameter[i].n_key; k++) {
+        for (size_t k = 0; k < sweep->parameter[i].n_key && !sweep->parameter[i].of_simulation;
+             k++) {
             set[n] = setting(&sweep->parameter[i], k, value, text);
             failed |= !set[n++];
         }

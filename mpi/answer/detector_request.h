@@ -21,7 +21,7 @@ struct rmap_detector_request {
     bool tally, channels, force, by_source, world, auto_cells, lamp_file, xyz;
     bool grid, table, daylight;     /* EN 12464-1's cells; values as a table; against the sky */
     struct rmap_image_unit percent; /* of the horizontal illuminance by the sky */
-    bool spot, mtf;
+    bool spot, mtf, moments_alone;  /* moments_alone: of a spot, as in struct rmap_spot_ask */
     struct rmap_until until;
     double frequency;      /* 0: by the size of the spot */
     const char *plot_path; /* of the curves */

@@ -98,7 +98,8 @@ enum rmap_status rmap_detector_spot_find(const struct rmap_context *context,
                                 .detector = image_ask->detector,
                                 .bins = image_ask->bins,
                                 .n_frequency = request->mtf ? FREQUENCIES : 0,
-                                .tangential_rad = 0.5 * RMAP_PI};
+                                .tangential_rad = 0.5 * RMAP_PI,
+                                .moments_alone = request->moments_alone};
     double first[4] = {0.0, 0.0, 0.0, 0.0};
     struct rmap_spot *own = NULL;
     if (context->rank == 0 && isfinite(image->rms_radius)) {

@@ -6,17 +6,23 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/figure/figure_detector.h"
+#include "analysis/sweep/sweep_figure.h"
 #include "base/alloc.h"
+#include "io/export/raster.h"
 #include "io/file/publish.h"
 #include "io/file/text_file.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
+#include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/sweep/sweep_run.h"
 
 static const struct rmap_option options[] = {
     {"output", 'o', "FOLDER", "of the results (default: SWEEP without its suffix, and .sweep)"},
     {"resume", 0, NULL, "go on with the variants that FOLDER lacks"},
+    {"plot", 0, "PLOT", "the picture of the answers, .svg or .png (plot.svg is in FOLDER)"},
+    {"force", 'f', NULL, "begin anew where FOLDER holds a sweep; replace PLOT"},
     {"set", 0, "KEY=VALUE", "another value for a key of the scene, in all variants"},
     {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},
     {NULL}};
@@ -99,24 +105,57 @@ out:
     return st;
 }
 
+static enum rmap_status draw(const struct rmap_sweep_run *run, const char *path,
+                             struct rmap_error *err)
+{
+    struct rmap_svg *svg = NULL;
+    enum rmap_status st = rmap_figure_sweep(&run->table, &svg, err);
+    if (st == RMAP_OK)
+        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+/* New reference; NULL when memory is short. */
+static json_t *document_of(const struct rmap_sweep_run *run)
+{
+    json_t *document = rmap_sweep_table_json(&run->table);
+    const struct rmap_sweep_times *times = &run->times;
+    if (document)
+        (void)json_object_set_new(document, "seconds",
+                                  json_pack("{s:f, s:f, s:f, s:f, s:f}", "all", times->all,
+                                            "scenes", times->scenes, "trees", times->trees,
+                                            "tracing", times->tracing, "answers", times->answers));
+    if (document)
+        (void)json_object_set_new(document, "rays_taken_over",
+                                  json_integer((json_int_t)run->n_reused));
+    return document;
+}
+
 /* Rank 0. */
-static enum rmap_status show(const struct rmap_sweep_run *run, struct rmap_error *err)
+static enum rmap_status show(const struct rmap_sweep_run *run, const char *plot,
+                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     char *csv = rmap_path_format("%s/table.csv", run->folder);
     char *h5 = rmap_path_format("%s/table.h5", run->folder);
-    if (!csv || !h5)
+    char *picture = rmap_path_format("%s/plot.svg", run->folder);
+    if (!csv || !h5 || !picture)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a path"));
     RMAP_TRY(rmap_sweep_table_csv(&run->table, csv, err));
     RMAP_TRY(rmap_sweep_table_h5(&run->table, h5, err));
+    RMAP_TRY(draw(run, picture, err));
+    if (plot)
+        RMAP_TRY(draw(run, plot, err));
     if (run->context->json)
-        st = rmap_json_print(rmap_sweep_table_json(&run->table), stdout, err);
+        st = rmap_json_print(document_of(run), stdout, err);
     else
         st = rmap_sweep_table_print(&run->table, stdout, err);
     if (!run->context->quiet)
-        fprintf(stderr, "%s: %.1f s, %.1f %% of them in tracing\n", run->folder, run->seconds,
-                run->seconds > 0.0 ? 100.0 * run->tracing / run->seconds : 0.0);
+        fprintf(stderr, "%s: %.1f s, %.1f %% of them in tracing\n", run->folder, run->times.all,
+                run->times.all > 0.0 ? 100.0 * run->times.tracing / run->times.all : 0.0);
 out:
+    rmap_free(picture);
     rmap_free(csv);
     rmap_free(h5);
     return st;
@@ -126,11 +165,20 @@ static enum rmap_status run_sweep(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct rmap_sweep_run run = {.context = context,
-                                 .is_resumed = rmap_argument(given, "resume") != NULL};
+                                 .is_resumed = rmap_argument(given, "resume") != NULL,
+                                 .is_forced = rmap_argument(given, "force") != NULL};
     const char *path = given->operand[0];
+    const char *plot = rmap_argument(given, "plot");
     char *folder = NULL, *scene_path = NULL;
-    enum rmap_status st = load_sweep(context, path, &run.sweep, err);
-    RMAP_TRY(st);
+    static const char *const suffixes[] = {".svg", ".png", NULL};
+    enum rmap_status st = RMAP_OK;
+    if (run.is_resumed && run.is_forced)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--resume goes on with what --force takes away: give one of them");
+    if (context->rank == 0 && plot)
+        st = rmap_output_check(plot, suffixes, run.is_forced || run.is_resumed, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(load_sweep(context, path, &run.sweep, err));
     run.folder = folder = folder_of(path, rmap_argument(given, "output"));
     run.scene_path = scene_path = scene_beside(path, run.sweep->scene_path);
     if (!folder || !scene_path)
@@ -139,7 +187,7 @@ static enum rmap_status run_sweep(const struct rmap_context *context,
     RMAP_TRY(load_nominal(context, given, &run, err));
     RMAP_TRY(rmap_sweep_run(&run, err));
     if (context->rank == 0)
-        st = show(&run, err);
+        st = show(&run, plot, err);
     st = rmap_agree(context, st, err);
 out:
     rmap_sweep_table_fini(&run.table);

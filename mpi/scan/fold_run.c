@@ -26,6 +26,7 @@ struct run {
     int n_thread;            /* as many as fit into a query's memory */
     _Atomic uint64_t n_done; /* portions, this rank's */
     struct rmap_progress progress;
+    bool quiet; /* no thread is needed to show it */
 };
 
 static enum rmap_status add_parts(void *context, int thread, size_t first, size_t last,
@@ -73,7 +74,7 @@ static enum rmap_status add_share(struct run *run, struct rmap_error *err)
                                .step = 1,
                                .context = run,
                                .work = add_parts,
-                               .meanwhile = show_progress};
+                               .meanwhile = run->quiet ? NULL : show_progress};
     for (int i = 0; i < run->n_thread; i++)
         RMAP_TRY(fold->kind->create(fold->context, &run->worker[i].state, err));
     RMAP_TRY(rmap_parts_run(&parts, run->n_thread, err));
@@ -184,7 +185,7 @@ enum rmap_status rmap_fold_run(const struct rmap_context *context, const struct 
                                void **state_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct run run = {.fold = fold, .rank = context->rank};
+    struct run run = {.fold = fold, .rank = context->rank, .quiet = context->quiet};
     *state_ret = NULL;
     run.n_thread = rmap_map_readers(fold->map, fold->columns, 2, context->n_thread);
     run.worker = rmap_alloc((size_t)run.n_thread, sizeof *run.worker);

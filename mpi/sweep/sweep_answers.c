@@ -14,8 +14,7 @@
 #include "mpi/answer/detector_request.h"
 #include "mpi/answer/detector_spot.h"
 #include "mpi/parallel/agree.h"
-#include "mpi/scan/image_scan.h"
-#include "mpi/scan/scan.h"
+#include "mpi/scan/fold_run.h"
 #include "mpi/scan/stats_run.h"
 
 static const size_t memory_nbytes = (size_t)1 << 30;
@@ -34,6 +33,24 @@ static enum rmap_status choose(const struct rmap_scene *scene,
 {
     enum rmap_status st = rmap_which_create(scene, detector, NULL, NULL, criterion, which, err);
     return st == RMAP_OK ? rmap_which_detect(*which, detector, err) : st;
+}
+
+/* Collective. *state_ret: on rank 0 the answer by blocks of rays, with what is summed up beside it.
+ */
+static enum rmap_status fold_parts(const struct rmap_context *context,
+                                   struct rmap_sweep_parts_ask *ask, rmap_column_set columns,
+                                   const struct rmap_choice *choice, void **state_ret,
+                                   struct rmap_error *err)
+{
+    ask->n_ray = rmap_map_contents(ask->map)->n_row[RMAP_TABLE_RAY];
+    const struct rmap_fold fold = {.kind = &rmap_sweep_parts_kind,
+                                   .context = ask,
+                                   .map = ask->map,
+                                   .criterion = choice->criterion,
+                                   .which = choice->which,
+                                   .columns = columns | rmap_sweep_parts_columns(ask),
+                                   .only_detector = ask->bins ? 1 + ask->detector : 0};
+    return rmap_fold_run(context, &fold, state_ret, err);
 }
 
 static void put_of_image(const struct rmap_sweep_answer *answer,
@@ -72,34 +89,40 @@ static void put_of_spot(const struct rmap_sweep_answer *answer, const struct rma
 }
 
 /* Collective. */
-static enum rmap_status ask_detector(const struct rmap_context *context,
-                                     const struct rmap_sweep_answer *answer,
-                                     const struct rmap_map *map,
-                                     const struct rmap_criterion *criterion,
-                                     struct rmap_sweep_result *result, struct rmap_error *err)
+static enum rmap_status
+ask_detector(const struct rmap_context *context, const struct rmap_sweep_answer *answer,
+             const struct rmap_map *map, const struct rmap_criterion *criterion,
+             struct rmap_sweep_result *result, double *part, struct rmap_error *err)
 {
     const bool is_spot = answer->of >= RMAP_SWEEP_OF_CENTROID_X;
     const struct rmap_detector_request request = {.detector = answer->detector,
                                                   .unit = answer->unit,
                                                   .bins = {.rotate_deg = (double)NAN},
-                                                  .spot = is_spot};
+                                                  .spot = is_spot,
+                                                  .moments_alone =
+                                                      answer->of < RMAP_SWEEP_OF_RADIUS_50};
     struct rmap_detector_ask ask = {.map = map};
-    struct rmap_detector_sums sums = {0};
     struct rmap_detector_image *image = NULL;
     struct rmap_spot *spot = NULL;
     struct rmap_which *which = NULL;
+    void *state = NULL;
     enum rmap_status st = rmap_detector_request_ask(context, &request, map, NULL, &ask, err);
     const struct rmap_index_set detector = {.low = ask.detector, .span = 1};
     if (st == RMAP_OK)
         st = choose(rmap_map_scene(map), &detector, criterion, &which, err);
-    if (st == RMAP_OK)
-        st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
     const struct rmap_choice choice = {criterion, which};
-    RMAP_TRY(rmap_image_scan(context, map, &choice, &sums, err));
-    if (context->rank == 0)
-        st = rmap_detector_image_create(map, &sums, &image, err);
-    if (st == RMAP_OK && image && !is_spot)
+    struct rmap_sweep_parts_ask parts = {.answer = answer,
+                                         .map = map,
+                                         .detector = ask.detector,
+                                         .bins = &ask.bins,
+                                         .with = &rmap_detector_sums_kind,
+                                         .with_context = &ask};
+    RMAP_TRY(fold_parts(context, &parts, rmap_detector_sums_columns(&ask), &choice, &state, err));
+    if (state)
+        st = rmap_detector_image_create(map, rmap_sweep_parts_with(state), &image, err);
+    if (st == RMAP_OK && image && answer->of >= RMAP_SWEEP_OF_LEAST &&
+        answer->of <= RMAP_SWEEP_OF_UD)
         st = rmap_detector_image_find_uniformity(image, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (is_spot)
@@ -108,10 +131,12 @@ static enum rmap_status ask_detector(const struct rmap_context *context,
         put_of_spot(answer, spot, result);
     else if (image)
         put_of_image(answer, image, result);
+    if (state)
+        rmap_sweep_parts_values(state, result->value, part);
 out:
+    rmap_sweep_parts_kind.destroy(state);
     rmap_spot_destroy(spot);
     rmap_detector_image_destroy(image);
-    rmap_detector_sums_fini(&sums);
     rmap_which_destroy(which);
     return st;
 }
@@ -134,16 +159,16 @@ static void put_statistic(const struct rmap_sweep_answer *answer,
 }
 
 /* Collective. */
-static enum rmap_status ask_statistic(const struct rmap_context *context,
-                                      const struct rmap_sweep_answer *answer,
-                                      const struct rmap_map *map,
-                                      const struct rmap_criterion *criterion,
-                                      struct rmap_sweep_result *result, struct rmap_error *err)
+static enum rmap_status
+ask_statistic(const struct rmap_context *context, const struct rmap_sweep_answer *answer,
+              const struct rmap_map *map, const struct rmap_criterion *criterion,
+              struct rmap_sweep_result *result, double *part, struct rmap_error *err)
 {
     struct rmap_quantities *quantities = NULL;
     struct rmap_which *which = NULL;
     struct rmap_stats_setup setup;
     struct rmap_stats_answer found = {.stats = NULL};
+    void *state = NULL;
     const struct rmap_scene *scene = rmap_map_scene(map);
     enum rmap_status st =
         rmap_quantities_create(map, &answer->number, 1, answer->detector, &quantities, err);
@@ -160,59 +185,51 @@ static enum rmap_status ask_statistic(const struct rmap_context *context,
     if (found.stats)
         put_statistic(answer, quantities, &found.stats->group[0], rmap_flux_unit_name(scene),
                       result);
+    const struct rmap_choice choice = {criterion, which};
+    struct rmap_sweep_parts_ask parts = {.answer = answer, .map = map, .quantities = quantities};
+    if (found.stats)
+        parts.about[0] = found.stats->group[0].of[0].moment.mean.value;
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(parts.about, 1, MPI_DOUBLE, 0, context->comm)));
+    parts.about[0] = isfinite(parts.about[0]) ? parts.about[0] : 0.0;
+    RMAP_TRY(fold_parts(context, &parts, 0, &choice, &state, err));
+    if (state)
+        rmap_sweep_parts_values(state, result->value, part);
 out:
+    rmap_sweep_parts_kind.destroy(state);
     rmap_stats_answer_fini(&found);
     rmap_which_destroy(which);
     rmap_quantities_destroy(quantities);
     return st;
 }
 
-/* Collective. All counts in one scan. */
-static enum rmap_status ask_counts(const struct rmap_context *context,
-                                   const struct rmap_sweep *sweep, const struct rmap_map *map,
-                                   struct rmap_criterion *const *criterion,
-                                   struct rmap_sweep_result *result, struct rmap_error *err)
+/* Collective. */
+static enum rmap_status
+ask_count(const struct rmap_context *context, const struct rmap_sweep_answer *answer,
+          const struct rmap_map *map, const struct rmap_criterion *criterion,
+          struct rmap_sweep_result *result, double *part, struct rmap_error *err)
 {
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    struct rmap_criterion **asked = rmap_alloc(sweep->n_answer, sizeof(void *));
-    struct rmap_count *count = rmap_alloc(sweep->n_answer, sizeof *count);
-    size_t n = 0, c = 0;
-    enum rmap_status st = RMAP_OK;
-    if (!asked || !count)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answers");
-    for (size_t i = 0; i < sweep->n_answer && st == RMAP_OK; i++)
-        if (sweep->answer[i].kind <= RMAP_SWEEP_RAYS) {
-            asked[n] = criterion[i];
-            st = rmap_count_init(&count[n++], scene->n_source, err);
-        }
-    RMAP_TRY(rmap_agree(context, st, err));
-    if (n > 0)
-        RMAP_TRY(rmap_scan_map(context, map, asked, n, RMAP_DEAL_SHARES, count, err));
-    for (size_t i = 0; i < sweep->n_answer; i++) {
-        double flux, error;
-        if (sweep->answer[i].kind > RMAP_SWEEP_RAYS)
-            continue;
-        rmap_count_flux(&count[c], map, &flux, &error);
-        if (sweep->answer[i].kind == RMAP_SWEEP_FLUX) {
-            put(&result[i], flux, error, rmap_flux_unit_name(scene));
-        } else { /* binomial */
-            const double k = (double)count[c].rays,
-                         all = (double)rmap_map_contents(map)->n_row[RMAP_TABLE_RAY];
-            put(&result[i], k, sqrt(k * (1.0 - k / all)), "");
-        }
-        c++;
+    struct rmap_sweep_parts_ask parts = {.answer = answer, .map = map};
+    const struct rmap_choice choice = {criterion, NULL};
+    double flux, error;
+    void *state = NULL;
+    enum rmap_status st = fold_parts(context, &parts, 0, &choice, &state, err);
+    if (state) {
+        const struct rmap_count *count = rmap_sweep_parts_count(state);
+        const double k = (double)count->rays;
+        rmap_count_flux(count, map, &flux, &error);
+        if (answer->kind == RMAP_SWEEP_FLUX)
+            put(result, flux, error, rmap_flux_unit_name(rmap_map_scene(map)));
+        else /* binomial */
+            put(result, k, sqrt(k * (1.0 - k / (double)parts.n_ray)), "");
+        rmap_sweep_parts_values(state, result->value, part);
     }
-out:
-    for (size_t i = 0; count && i < n; i++)
-        rmap_count_fini(&count[i]);
-    rmap_free(count);
-    rmap_free(asked);
+    rmap_sweep_parts_kind.destroy(state);
     return st;
 }
 
 enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct rmap_sweep *sweep,
                                 const struct rmap_map *map, struct rmap_sweep_result *result,
-                                struct rmap_error *err)
+                                double *part, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_criterion **criterion = rmap_alloc(sweep->n_answer, sizeof(void *));
@@ -229,13 +246,17 @@ enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct
             rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
     }
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(ask_counts(context, sweep, map, criterion, result, err));
     for (i = 0; i < sweep->n_answer && st == RMAP_OK; i++) {
         const struct rmap_sweep_answer *answer = &sweep->answer[i];
+        double *its = part + i * RMAP_SWEEP_PARTS;
+        for (size_t p = 0; p < RMAP_SWEEP_PARTS; p++)
+            its[p] = (double)NAN;
+        if (answer->kind <= RMAP_SWEEP_RAYS)
+            st = ask_count(context, answer, map, criterion[i], &result[i], its, err);
         if (answer->kind == RMAP_SWEEP_DETECTOR)
-            st = ask_detector(context, answer, map, criterion[i], &result[i], err);
+            st = ask_detector(context, answer, map, criterion[i], &result[i], its, err);
         if (answer->kind == RMAP_SWEEP_STATISTIC)
-            st = ask_statistic(context, answer, map, criterion[i], &result[i], err);
+            st = ask_statistic(context, answer, map, criterion[i], &result[i], its, err);
         if (st != RMAP_OK)
             rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
     }

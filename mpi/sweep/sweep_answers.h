@@ -9,9 +9,10 @@
 #include "io/map/map_reader.h"
 #include "mpi/parallel/context.h"
 
-/* Collective. result: [n_answer], complete on rank 0. RMAP_INPUT, RMAP_USAGE name the answer. */
+/* Collective. result: [n_answer], and part: [n_answer][RMAP_SWEEP_PARTS], NaN where an answer has
+ * none; complete on rank 0. RMAP_INPUT, RMAP_USAGE name the answer. */
 enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct rmap_sweep *sweep,
                                 const struct rmap_map *map, struct rmap_sweep_result *result,
-                                struct rmap_error *err) RMAP_MUST_USE;
+                                double *part, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

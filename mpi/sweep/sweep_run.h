@@ -9,15 +9,21 @@
 #include "analysis/sweep/sweep_table.h"
 #include "mpi/command/command.h"
 
+/* What took how many seconds by the clock. */
+struct rmap_sweep_times {
+    double all, scenes, trees, tracing, answers; /* trees: for the search of surfaces */
+};
+
 struct rmap_sweep_run {
     const struct rmap_context *context;
     struct rmap_sweep *sweep;
     struct rmap_bundle *bundle; /* of the nominal scene */
     const char *scene_path;     /* to read it again where variants cannot share files */
     const char *folder;         /* of the results */
-    bool is_resumed;
+    bool is_resumed, is_forced;
     struct rmap_sweep_table table; /* complete on rank 0 after the run */
-    double seconds, tracing;       /* of this rank's group, and what of it tracing took */
+    struct rmap_sweep_times times; /* of this rank's group */
+    uint64_t n_reused;             /* rays that were taken over from the variant before */
 };
 
 /* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_STOPPED after

@@ -19,4 +19,14 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap
                                  struct rmap_map **map_ret, double *seconds_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same; rays that `from`, of another version of the scene, has already are taken over from it
+ * (trace_reuse.h). It holds the same rays, of the same seed, and was traced by the same group of
+ * ranks with the same instruction set; borrowed. NULL: all are traced. reused_ret: grows by this
+ * rank's rays that were taken over. */
+enum rmap_status rmap_trace_held_from(const struct rmap_context *context,
+                                      const struct rmap_map *from, struct rmap_scene *scene,
+                                      uint64_t seed, uint64_t n_ray, int isa_level,
+                                      struct rmap_map **map_ret, double *seconds_ret,
+                                      uint64_t *reused_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

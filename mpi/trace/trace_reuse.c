@@ -183,13 +183,13 @@ out:
 enum rmap_status rmap_reuse_estimate(const struct rmap_reuse *reuse, double *share_ret,
                                      struct rmap_error *err)
 {
-    enum { LOOKS = 16 };
+    enum { LOOKS = 4, LEAST_STEP = 8 }; /* of thousands of rays each */
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor = NULL;
     uint8_t *touched = NULL;
     size_t cap = 0;
     double n = 0.0, n_touched = 0.0;
-    const size_t step = reuse->n / LOOKS + 1;
+    const size_t even = reuse->n / LOOKS + 1, step = even > LEAST_STEP ? even : LEAST_STEP;
     RMAP_TRY(rmap_cursor_create(reuse->map, RMAP_TOUCH_COLUMNS, &cursor, err));
     for (size_t i = 0; i < reuse->n; i += step) {
         const struct rmap_portion *rows;

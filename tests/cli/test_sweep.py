@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The promise: a variant of `raymap sweep` has the numbers, to the last bit, of a map that is traced with the same --set; for any number
-of ranks and threads, and after being killed; drawn values have the moments asked for; mistakes are told with their lines."""
+of ranks and threads, and after being cut off; drawn values have the moments asked for; mistakes are told with their lines."""
 import csv
 import json
+import math
 import os
 import shutil
 import statistics
 import sys
+
+import h5py
+import numpy
 
 sys.dont_write_bytecode = True
 from asking import SOURCE, check, finish, run  # noqa: E402
@@ -38,7 +42,7 @@ def rows(folder):
         return list(csv.DictReader(line for line in table if line[0] != "#"))
 
 
-for old in ("one", "maps", "random", "m.raymap", "ranks-2", "ranks-3"):
+for old in ("one", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
     shutil.rmtree(old, ignore_errors=True)
 write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "one", "--quiet")
@@ -64,6 +68,75 @@ with open("one/rows-00000.jsonl", "r+", encoding="utf-8") as journal:
     journal.truncate(500)
 run("sweep", "s.yaml", "-o", "one", "--resume", "--quiet")
 check(rows("one") == table, "resumed")
+# The error of a difference: by 32 blocks of rays, asked of two maps; smaller than the errors of both; and as large as it says.
+run("trace", SCENE, "--simulation", "star_only", "-n", "3000", "--seed", "5", "-o", "n.raymap", "--quiet")
+parts = [f"registered(sensor) and ray >= {3000 * k / 32} and ray < {3000 * (k + 1) / 32}" for k in range(32)]
+flux = [[one["flux"]["matched"] for one in json.loads(run("query", name, *parts, "--json"))] for name in ("m.raymap", "n.raymap")]
+blocks = numpy.subtract(*flux)
+difference = math.sqrt(32 * numpy.var(blocks, ddof=1))
+check(math.isclose(float(table[2]["light_difference"]), sum(blocks), rel_tol=1e-9), f"{table[2]['light_difference']}, by blocks {sum(blocks)}")
+check(math.isclose(float(table[2]["light_difference_error"]), difference, rel_tol=1e-9), f"{table[2]['light_difference_error']}, by blocks {difference}")
+for name in ("light", "path"):
+    check(float(table[2][name + "_difference_error"]) < 0.5 * float(table[2][name + "_error"]), f"{name}: {table[2]}")
+check(table[2]["peak_difference_error"] == "", "extremes have no parts")
+seen = []
+for seed in range(12):
+    write("seed.yaml", SWEEP.replace("seed: 5", f"seed: {100 + seed}").replace("[-0.3, 0.25]", "[-0.05]").replace("[0.05, 0.5]", "[0.5]"))
+    run("sweep", "seed.yaml", "-o", "one-seed", "--quiet", "--force")
+    seen.append(rows("one-seed")[1])
+for name in ("spot", "light", "path"):
+    scatter = statistics.stdev(float(row[name + "_difference"]) for row in seen)
+    told = statistics.mean(float(row[name + "_difference_error"]) for row in seen)
+    check(0.5 < scatter / told < 1.8, f"{name}: differences of 12 seeds scatter by {scatter}, and say {told}")
+
+with h5py.File("one/table.h5") as h5:
+    check(list(h5["sweep/variant"]) == list(range(5)), "variants in HDF5")
+    for group, suffix in (("answer", ""), ("standard_error", "_error"), ("difference", "_difference"), ("difference_error", "_difference_error")):
+        for name in ("spot", "light", "peak", "path"):
+            want = [float(row[name + suffix] or "nan") for row in table]
+            check(numpy.array_equal(h5[f"{group}/{name}"][:], want, equal_nan=True), f"{group}/{name}")
+    check([float(row["defocus"]) for row in table] == list(h5["parameter/defocus"]), "a parameter in HDF5")
+with open("one/plot.svg", encoding="utf-8") as picture:
+    check("defocus" in picture.read(), "the picture names its axis")
+
+# Rays that the variant before has, too, are taken over from it: with the same answers.
+write("box.yaml", f"""scene: {os.path.join(SOURCE, "examples/room/scene.yaml")}
+rays: 5000
+parameters:
+  ball: {{key: objects.ball_1.at.3, plus: true, values: [0.01, 0.02]}}
+  wall: {{key: surfaces.white.reflectance, values: [0.8, 0.8]}}
+answers: {{seen: {{rays: hit(ball_1)}}, long: {{statistic: path_length}}}}
+""")
+told = json.loads(run("sweep", "box.yaml", "-o", "box", "--json", "--quiet", "--force"))
+check(told["rays_taken_over"] > 12000, f"taken over: {told['rays_taken_over']} of 25000")
+run("trace", os.path.join(SOURCE, "examples/room/scene.yaml"), "-n", "5000", "-o", "box.raymap", "--quiet", "--force", "--set", "surfaces.white.reflectance=0.8",
+    "--set", f"objects.ball_1.at.3={0.331 + 0.02!r}")
+path = json.loads(run("stats", "box.raymap", "--of", "path_length", "--json"))
+check(float(rows("box")[4]["long"]) == path["mean"]["value"], f"{rows('box')[4]} {path['mean']}")
+
+write("box.yaml", open("box.yaml", encoding="utf-8").read() + "keep: maps\n")
+told = json.loads(run("sweep", "box.yaml", "-o", "box-maps", "--json", "--quiet", "--force"))
+check(told["rays_taken_over"] > 12000 and rows("box-maps") == rows("box"), f"maps, taken over: {told['rays_taken_over']}")
+digests = [json.loads(run("info", name, "--json"))["digest"] for name in ("box.raymap", "box-maps/variant-000004.raymap")]
+check(digests[0] == digests[1], f"a map made from another: {digests}")
+
+# The scene's simulations as values.
+write("sims.yaml", f"""scene: {SCENE}
+rays: 2000
+parameters: {{light: {{key: simulation, values: [quick, star_only]}}, black: {{key: surfaces.black.reflectance, values: [0.05, 0.5]}}}}
+answers: {{star: {{rays: source(star)}}, all: {{flux: registered(sensor)}}}}
+""")
+run("sweep", "sims.yaml", "-o", "sims", "--quiet", "--force")
+check([(row["light"], row["star"]) for row in rows("sims")] == [("", "500"), ("quick", "500"), ("quick", "500"), ("star_only", "2000"), ("star_only", "2000")], f"{rows('sims')}")
+write("sims.yaml", open("sims.yaml", encoding="utf-8").read().replace("star_only]", "star_onyl]"))
+error = run("sweep", "sims.yaml", "-o", "sims", "--force", status=3)
+check("sims.yaml:3:" in error and "did you mean 'star_only'" in error, error)
+
+error = run("sweep", "s.yaml", "-o", "one", status=2)
+check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
+told = json.loads(run("sweep", "s.yaml", "-o", "one", "--force", "--json", "--quiet", "--plot", "p.png", "--force"))
+check(rows("one") == table and 0 < told["seconds"]["tracing"] < told["seconds"]["all"], f"begun anew: {told['seconds']}")
+
 write("maps.yaml", SWEEP + "keep: maps\n")
 run("sweep", "maps.yaml", "-o", "maps", "--quiet")
 check(rows("maps") == table, "answers of maps are those of rays in memory")
