@@ -95,6 +95,13 @@ void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_sever
         .severity = severity, .line = line, .column = column, .text = copy};
 }
 
+void rmap_diagnostics_cut(struct rmap_diagnostics *diagnostics, size_t n)
+{
+    for (; diagnostics->n > n; rmap_free(diagnostics->item[--diagnostics->n].text))
+        diagnostics->n_error -=
+            diagnostics->item[diagnostics->n - 1].severity == RMAP_SEVERITY_ERROR;
+}
+
 bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics)
 {
     return diagnostics->n >= RMAP_DIAGNOSTICS_MAX;

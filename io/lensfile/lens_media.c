@@ -84,6 +84,11 @@ static const struct {
                    {"SILICON", "Si"},          {"C7980", "fused-silica"}, /* Corning's */
                    {"UVFS", "fused-silica"}};
 
+static size_t glass_line(const struct rmap_lens_surface *surface)
+{
+    return surface->glass_line ? surface->glass_line : surface->line;
+}
+
 static bool find_named(struct rmap_prescription *lens, struct rmap_lens_surface *surface,
                        struct rmap_lens_medium *medium)
 {
@@ -105,7 +110,7 @@ static bool find_named(struct rmap_prescription *lens, struct rmap_lens_surface 
     (void)snprintf(prefixed, sizeof prefixed, "N%s", name);
     if (!in_catalogue(lens, prefixed, "", medium))
         return false;
-    rmap_lens_lost(lens, surface->line, surface,
+    rmap_lens_lost(lens, glass_line(surface), surface,
                    "glass '%.40s' is not in the catalogue: %s, its successor, stands for it",
                    surface->glass, medium->name);
     return true;
@@ -170,13 +175,13 @@ static void find(struct rmap_prescription *lens, struct rmap_lens_surface *surfa
     if (surface->nd > 1 && rmap_model_glass(surface->nd, surface->vd, &medium->glass)) {
         set_model(medium, surface->nd, surface->vd);
         if (!surface->is_model)
-            rmap_lens_lost(lens, surface->line, surface,
+            rmap_lens_lost(lens, glass_line(surface), surface,
                            "glass '%.40s' is not in the catalogue: a model of the file's index "
                            "%.6g and Abbe number %.4g stands for it; --glass FILE.agf gives it",
                            surface->glass, surface->nd, surface->vd);
         return;
     }
-    rmap_lens_lost(lens, surface->line, surface,
+    rmap_lens_lost(lens, glass_line(surface), surface,
                    "glass '%.40s' is not known: index %.3g stands in its place; --glass FILE.agf "
                    "gives it",
                    surface->glass, unknown);

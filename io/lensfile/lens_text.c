@@ -184,13 +184,15 @@ void rmap_lens_expect_number(struct rmap_prescription *lens, size_t line,
 {
     double value = 0;
     const size_t n = strlen(key);
-    for (const char *at = keys; *at; at += strspn(at, " ")) {
-        const size_t length = strcspn(at, " ");
-        if (n_word > 1 && length == n && strncasecmp(at, key, n) == 0 &&
-            !rmap_lens_number(word[1], &value))
-            rmap_lens_lost(lens, line, surface, "%.8s %.40s is no number and is left out", key,
-                           word[1]);
-        at += length;
+    for (const char *at = keys; *at; at += strcspn(at, " "), at += strspn(at, " ")) {
+        if (strcspn(at, " :") != n || strncasecmp(at, key, n) != 0)
+            continue;
+        const bool last = at[n] == ':' && at[n + 1] == '$';
+        const unsigned long most = at[n] == ':' && !last ? strtoul(at + n + 1, NULL, 10) : 1;
+        for (size_t k = last && n_word > 1 ? n_word - 1 : 1; k < n_word && (last || k <= most); k++)
+            if (!rmap_lens_number(word[k], &value))
+                rmap_lens_lost(lens, line, surface, "%.8s %.40s is no number and is left out", key,
+                               word[k]);
     }
 }
 
