@@ -155,9 +155,18 @@ static void find(struct rmap_prescription *lens, struct rmap_lens_surface *surfa
     const double unknown = 1.5;
     *medium = (struct rmap_lens_medium){.kind = RMAP_LENS_MODEL};
     rmap_lens_copy(medium->word, sizeof medium->word, surface->glass);
+    const double n0 = surface->gradient_value[0], squared = 2; /* its model is of n^2 */
+    const double n = surface->gradient == squared ? sqrt(fmax(n0, 0)) : n0;
+    if (surface->gradient && !(n > 0)) {
+        rmap_lens_lost(lens, surface->line, surface,
+                       "its gradient's index %.6g is none: an index of %.3g stands in its place", n,
+                       unknown);
+        surface->gradient = 0;
+        surface->is_model = true;
+        surface->nd = unknown;
+        surface->vd = 0;
+    }
     if (surface->gradient) {
-        const double n0 = surface->gradient_value[0], squared = 2; /* its model is of n^2 */
-        const double n = surface->gradient == squared ? sqrt(fmax(n0, 0)) : n0;
         char name[NAME];
         (void)snprintf(name, sizeof name, "grin_%d", surface->number);
         set_name(medium, name);

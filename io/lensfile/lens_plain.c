@@ -22,8 +22,33 @@ static void limit(struct rmap_prescription *lens, struct rmap_lens_surface *surf
     *value = 0;
 }
 
+static bool is_straight(const struct rmap_affine *a)
+{
+    return hypot(a->m[0][2], a->m[1][2]) < 1e-9 && a->m[2][2] > 0 && a->t.z == 0;
+}
+
+/* Through glass no light goes back without a mirror. */
+static void limit_signs(struct rmap_prescription *lens)
+{
+    bool backwards = false, in_glass = false;
+    for (size_t i = 1; i + 1 < lens->n_surface; i++) {
+        struct rmap_lens_surface *s = &lens->surface[i], *next = s + 1;
+        backwards ^= s->is_mirror;
+        if (!s->is_break && !s->is_mirror)
+            in_glass = s->glass[0] && !rmap_lens_is(s->glass, "AIR");
+        if (!in_glass || (backwards ? s->thickness <= 0 : s->thickness >= 0) || s->is_break ||
+            next->is_break || !is_straight(&s->after) || !is_straight(&next->before))
+            continue;
+        rmap_lens_lost(lens, s->line, s,
+                       "its thickness %.6g leads back through the glass: %.6g stands there",
+                       s->thickness, -s->thickness);
+        s->thickness = -s->thickness;
+    }
+}
+
 void rmap_lens_limit(struct rmap_prescription *lens)
 {
+    limit_signs(lens);
     for (size_t i = 1; i < lens->n_surface; i++) {
         struct rmap_lens_surface *s = &lens->surface[i];
         limit(lens, s, "semi-diameter", &s->semi);

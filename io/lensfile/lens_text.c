@@ -202,6 +202,13 @@ double rmap_lens_nm(double um)
     return fabs(um) < 1e3 ? rint(1e3 * digits * um) / digits : 1e3 * um;
 }
 
+/* Marks of direction: what is read would be another text than what stands there (CVE-2021-42574). */
+static bool turns(unsigned c)
+{
+    return c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x202a && c <= 0x202e) ||
+           (c >= 0x2066 && c <= 0x2069);
+}
+
 /* Cut before a character that has no room. What would end a line of YAML, or may not stand in it,
  * becomes a blank. */
 void rmap_lens_copy(char *to, size_t cap, const char *text)
@@ -213,10 +220,14 @@ void rmap_lens_copy(char *to, size_t cap, const char *text)
         const size_t width = get_utf8(at, nbytes, &c);
         const bool bad = width == 0 || c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 ||
                          c == 0x2029 || c == 0xfeff || c == 0xfffe || c == 0xffff;
-        const size_t room = bad ? 1 : width;
+        char escape[8];
+        const int n_escape = turns(c) ? snprintf(escape, sizeof escape, "\\u%04x", c) : 0;
+        const size_t room = bad ? 1 : n_escape > 0 ? (size_t)n_escape : width;
         if (n + room >= cap)
             break;
-        if (bad)
+        if (n_escape > 0)
+            memcpy(to + n, escape, room);
+        else if (bad)
             to[n] = ' ';
         else
             memcpy(to + n, at, width);
