@@ -46,9 +46,25 @@ static void limit_signs(struct rmap_prescription *lens)
     }
 }
 
+/* A conic that ends well within the light is a slip of the pen. */
+static void limit_conic(struct rmap_prescription *lens, struct rmap_lens_surface *s)
+{
+    const double wide = s->semi > 0                          ? s->semi
+                        : lens->pupil == RMAP_PUPIL_DIAMETER ? 0.5 * lens->pupil_value
+                                                             : 0;
+    const double reach = rmap_lens_reach(s), much = 0.1;
+    if (s->conic == 0 || !(reach < much * wide || reach * fabs(s->curvature) < 1e-3))
+        return;
+    rmap_lens_lost(lens, s->line, s, "with its conic %.6g it ends at radius %.3g: 0 is taken",
+                   s->conic, reach);
+    s->conic = 0;
+}
+
 void rmap_lens_limit(struct rmap_prescription *lens)
 {
     limit_signs(lens);
+    for (size_t i = 1; i + 1 < lens->n_surface; i++)
+        limit_conic(lens, &lens->surface[i]);
     for (size_t i = 1; i < lens->n_surface; i++) {
         struct rmap_lens_surface *s = &lens->surface[i];
         limit(lens, s, "semi-diameter", &s->semi);

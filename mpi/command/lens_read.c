@@ -14,8 +14,8 @@
 #include "io/lensfile/lens_plain.h"
 #include "io/lensfile/lens_scene.h"
 #include "io/lensfile/lens_zar.h"
-#include "io/mesh/bundle.h"
 #include "mpi/command/output.h"
+#include "mpi/command/scene_check.h"
 
 enum { FILE_NBYTES_MAX = 64 << 20, PATH = 4096 };
 
@@ -182,30 +182,34 @@ static enum rmap_status write_text(struct rmap_lens_import *import, struct rmap_
     return RMAP_OK;
 }
 
-/* What the reader says of the text; RMAP_INPUT is for the list. */
-static enum rmap_status read_text(const struct rmap_lens_import *import,
-                                  struct rmap_diagnostics *told, struct rmap_error *err)
+/* What `raymap check` says of the text; RMAP_INPUT is for the list. */
+static enum rmap_status check_text(const struct rmap_lens_import *import, bool *readable,
+                                   struct rmap_diagnostics *told, struct rmap_error *err)
 {
     struct rmap_bundle *bundle = NULL;
-    struct rmap_scene *scene = NULL;
+    struct rmap_scene_checked checked = {0};
     enum rmap_status st =
         rmap_bundle_of_text(import->scene, import->text, import->text_nbytes, NULL, &bundle, err);
     if (st == RMAP_OK)
-        st = rmap_scene_read(bundle, &scene, told, err);
-    rmap_scene_destroy(scene);
+        st = rmap_scene_check(bundle, 1, 1, told, &checked, err);
+    *readable = checked.scene != NULL;
+    rmap_scene_checked_fini(&checked);
     rmap_bundle_destroy(bundle);
     return st == RMAP_INPUT ? RMAP_OK : st;
 }
 
-/* Of the first error that a surface or a source is to be blamed for. False: of none. */
-static bool make_plainer(struct rmap_lens_import *import, const struct rmap_diagnostics *told)
+/* Of the first error that a source is to be blamed for, or a surface that cannot be read. False: of
+ * none. */
+static bool make_plainer(struct rmap_lens_import *import, bool readable,
+                         const struct rmap_diagnostics *told)
 {
     static const char source[] = "ource 'field_";
     for (size_t i = 0; i < told->n; i++) {
         const char *text = told->item[i].text, *of = strstr(text, source);
         size_t at = 0;
         if (told->item[i].severity != RMAP_SEVERITY_ERROR ||
-            (!of && !rmap_lens_scene_line(&import->plan, import->text, told->item[i].line, &at)))
+            (!of && (readable ||
+                     !rmap_lens_scene_line(&import->plan, import->text, told->item[i].line, &at))))
             continue;
         if (of ? rmap_lens_move_source(&import->lens, strtoul(of + sizeof source - 1, NULL, 10) - 1,
                                        text)
@@ -233,15 +237,15 @@ enum rmap_status rmap_lens_import_read(struct rmap_lens_import *import, int k,
         st = rmap_lens_keep(&import->lens, &kept, err);
     if (st == RMAP_OK)
         st = plan_and_write(import, err);
-    bool again = true;
+    bool again = true, readable = false;
     for (int i = 0; i < AGAIN_MAX && st == RMAP_OK && again; i++) {
         struct rmap_diagnostics told;
         rmap_diagnostics_init(&told, import->scene);
-        st = read_text(import, &told, err);
+        st = check_text(import, &readable, &told, err);
         const bool refused = st == RMAP_OK && told.n_error > 0;
         if (refused)
             rmap_lens_put_back(&import->lens, &kept);
-        again = refused && make_plainer(import, &told);
+        again = refused && make_plainer(import, readable, &told);
         rmap_diagnostics_fini(&told);
         if (refused)
             st = rmap_lens_keep(&import->lens, &kept, err);
