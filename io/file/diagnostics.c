@@ -95,6 +95,13 @@ void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_sever
         .severity = severity, .line = line, .column = column, .text = copy};
 }
 
+void rmap_diagnostics_cut(struct rmap_diagnostics *diagnostics, size_t n)
+{
+    for (; diagnostics->n > n; rmap_free(diagnostics->item[--diagnostics->n].text))
+        diagnostics->n_error -=
+            diagnostics->item[diagnostics->n - 1].severity == RMAP_SEVERITY_ERROR;
+}
+
 bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics)
 {
     return diagnostics->n >= RMAP_DIAGNOSTICS_MAX;
@@ -117,11 +124,12 @@ static void print_item(const struct rmap_diagnostics *diagnostics,
     const char *kind = item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning";
     int line;
     const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
-    const char *file = part ? part : diagnostics->file ? diagnostics->file : "scene";
+    const char *own = diagnostics->file ? diagnostics->file : "scene", *file = part ? part : own;
+    const char *slash = part && part[0] != '/' ? strrchr(own, '/') : NULL;
+    fprintf(out, "%.*s%s:", slash ? (int)(slash - own) + 1 : 0, own, file); /* as a path to it */
     if (item->line > 0)
-        fprintf(out, "%s:%d:%d: %s: %s", file, line, item->column, kind, item->text);
-    else
-        fprintf(out, "%s: %s: %s", file, kind, item->text);
+        fprintf(out, "%d:%d:", line, item->column);
+    fprintf(out, " %s: %s", kind, item->text);
 }
 
 /* From so many equal mistakes on they are told once, at the place of the first. */

@@ -56,6 +56,9 @@ void rmap_diagnostics_add(struct rmap_diagnostics *diagnostics, enum rmap_severi
 void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
                            int line, int column, const char *format, va_list args);
 
+/* Forgets all behind the first n, as if they had never been found. */
+void rmap_diagnostics_cut(struct rmap_diagnostics *diagnostics, size_t n);
+
 /* True when no further text would be kept: no need to compose one. */
 bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics);
 

@@ -132,3 +132,41 @@ enum rmap_status rmap_folder_make(const char *folder, struct rmap_error *err)
     return rmap_error_set(err, why == EEXIST ? RMAP_USAGE : RMAP_SYSTEM,
                           "folder %s cannot be made: %s", folder, strerror(why));
 }
+
+enum rmap_status rmap_folder_make_all(const char *folder, size_t *had, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *name = rmap_strdup(folder);
+    *had = 0;
+    if (!name)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a folder's name");
+    for (size_t n = 1; name[0] && st == RMAP_OK; n++) {
+        const char cut = name[n];
+        if (cut && (cut != '/' || name[n - 1] == '/'))
+            continue;
+        name[n] = 0;
+        struct stat info;
+        if (stat(name, &info) == 0 && S_ISDIR(info.st_mode))
+            *had = n;
+        else
+            st = rmap_folder_make(name, err);
+        name[n] = cut;
+        if (!cut)
+            break;
+    }
+    if (st != RMAP_OK)
+        rmap_folder_unmake(folder, *had);
+    rmap_free(name);
+    return st;
+}
+
+void rmap_folder_unmake(const char *folder, size_t had)
+{
+    char *name = rmap_strdup(folder);
+    for (size_t n = name ? strlen(name) : 0; n > had; n--)
+        if (!name[n] || name[n] == '/') {
+            name[n] = 0;
+            (void)rmdir(name);
+        }
+    rmap_free(name);
+}

@@ -7,6 +7,7 @@
 #ifndef RMAP_DIRECTORY_H
 #define RMAP_DIRECTORY_H
 
+#include <stddef.h>
 #include <sys/stat.h>
 
 #include "base/status.h"
@@ -24,6 +25,12 @@ enum rmap_status rmap_path_look(const char *path, struct stat *info,
 
 /* The folder, unless it is there. RMAP_USAGE: something else stands there. */
 enum rmap_status rmap_folder_make(const char *folder, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same with the folders above it. *had: length of the part of the name that was there before,
+ * for rmap_folder_unmake, which removes the others where nothing is in them. */
+enum rmap_status rmap_folder_make_all(const char *folder, size_t *had,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+void rmap_folder_unmake(const char *folder, size_t had);
 
 /* directory: that of the entry, for *at functions. */
 typedef enum rmap_status rmap_directory_visitor(void *context, int directory, const char *name,

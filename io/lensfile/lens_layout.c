@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/lensfile/lens_plain.h"
 #include "io/lensfile/lens_text.h"
 
 /* Frames that agree to this are one: as files write degrees and lengths. */
@@ -239,6 +240,20 @@ static double apart(const struct rmap_shape *a, const struct rmap_shape *b, doub
     return low;
 }
 
+/* How far b must go back to lie behind a all over radius r. */
+static double overlap(const struct rmap_shape *a, const struct rmap_shape *b, double gap, double r)
+{
+    enum { AROUND = 16, INWARD = 16 };
+    double most = 0;
+    for (int i = 0; i < AROUND * (INWARD + 1); i++) {
+        const double angle = 2 * RMAP_PI * (i % AROUND) / AROUND,
+                     at = r * (double)(i / AROUND) / INWARD;
+        const double x = at * cos(angle), y = at * sin(angle);
+        most = fmax(most, rmap_shape_height(a, x, y) - rmap_shape_height(b, x, y) - gap);
+    }
+    return most;
+}
+
 static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row *a,
                      const struct rmap_element_row *b)
 {
@@ -252,7 +267,10 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
     sa.aperture = sa.type == RMAP_SHAPE_CONIC ? r : sa.aperture;
     sb.aperture = sb.type == RMAP_SHAPE_CONIC ? r : sb.aperture;
     const double most = apart(&sa, &sb, b->z - a->z, r);
-    if (most < r && most > enough * r) {
+    if (most <= enough * r && r > 0) {
+        plan->crossing.surface = a->surface < b->surface ? a->surface : b->surface;
+        plan->crossing.by = overlap(&sa, &sb, b->z - a->z, r);
+    } else if (most < r) {
         limit(plan, a->surface, most, "the next surface allows");
         limit(plan, b->surface, most, "the surface before it allows");
     }
@@ -261,7 +279,7 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
 /* Between rims that are no circles about the axis, or on surfaces that are none of revolution, the
  * edge of a body is straight: both rims are alike. */
 static void unite_rims(struct rmap_lens_plan *plan, const struct rmap_element_row *a,
-                       const struct rmap_element_row *b)
+                       const struct rmap_element_row *b, bool to_less)
 {
     struct rmap_lens_surface *s[2] = {&plan->lens->surface[a->surface],
                                       &plan->lens->surface[b->surface]};
@@ -285,7 +303,8 @@ static void unite_rims(struct rmap_lens_plan *plan, const struct rmap_element_ro
     } else if (!outline[0] && p[0]->semi != p[1]->semi &&
                !(rmap_lens_is_revolved(s[0]) && rmap_lens_is_revolved(s[1]))) {
         const double most = fmax(p[0]->semi, p[1]->semi);
-        const int from = p[1]->semi == most && most <= rmap_lens_reach(s[0]) ? 1
+        const int from = to_less ? p[1]->semi < p[0]->semi
+                         : p[1]->semi == most && most <= rmap_lens_reach(s[0]) ? 1
                          : p[0]->semi == most && most <= rmap_lens_reach(s[1])
                              ? 0
                              : p[1]->semi < p[0]->semi;
@@ -303,7 +322,7 @@ static void fit(struct rmap_lens_plan *plan)
         for (size_t k = 0; plan->element[e].kind == RMAP_ELEMENT_LENS && k + 1 < plan->element[e].n;
              k++)
             if (row[k].medium != 0)
-                unite_rims(plan, &row[k], &row[k + 1]);
+                unite_rims(plan, &row[k], &row[k + 1], false);
     }
     for (size_t i = 1; i < plan->lens->n_surface; i++)
         if ((plan->place[i].role == RMAP_ROLE_REFRACTS ||
@@ -312,16 +331,23 @@ static void fit(struct rmap_lens_plan *plan)
             limit(plan, i, rmap_lens_reach(&plan->lens->surface[i]), "its sphere or conic reaches");
     for (size_t e = 0; e < plan->n_element; e++) {
         const struct rmap_element_row *row = &plan->row[plan->element[e].first];
-        for (size_t k = 0; k + 1 < plan->element[e].n; k++)
+        for (size_t k = 0; k + 1 < plan->element[e].n && !plan->crossing.surface; k++)
             fit_pair(plan, &row[k], &row[k + 1]);
+        for (size_t k = 0; plan->element[e].kind == RMAP_ELEMENT_LENS && k + 1 < plan->element[e].n;
+             k++)
+            if (row[k].medium != 0)
+                unite_rims(plan, &row[k], &row[k + 1], true);
     }
 }
 
-enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap_lens_plan *plan,
-                                     struct rmap_error *err)
+static enum rmap_status make(struct rmap_prescription *lens, struct rmap_lens_plan *plan,
+                             struct rmap_error *err)
 {
-    *plan = (struct rmap_lens_plan){.lens = lens};
     enum rmap_status st = rmap_lens_media_make(lens, &plan->media, err);
+    if (st == RMAP_OK && rmap_lens_limit_light(lens, &plan->media)) {
+        rmap_lens_media_fini(&plan->media); /* indices are at the primary wavelength */
+        st = rmap_lens_media_make(lens, &plan->media, err);
+    }
     if (st != RMAP_OK)
         return st;
     plan->place = rmap_alloc(lens->n_surface, sizeof *plan->place);
@@ -354,6 +380,37 @@ enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap
     if (plan->n_element == 0)
         return rmap_error_set(err, RMAP_INPUT, "nothing in it refracts, mirrors or stops light");
     return RMAP_OK;
+}
+
+enum rmap_status rmap_lens_plan_make(struct rmap_prescription *lens, struct rmap_lens_plan *plan,
+                                     struct rmap_error *err)
+{
+    enum { AGAIN_MAX = 64 };
+    struct rmap_lens_kept kept = {.surface = NULL};
+    *plan = (struct rmap_lens_plan){.lens = lens};
+    enum rmap_status st = rmap_lens_keep(lens, &kept, err);
+    if (st == RMAP_OK)
+        st = make(lens, plan, err);
+    for (int i = 0; i < AGAIN_MAX && st == RMAP_OK && plan->crossing.surface; i++) {
+        const size_t at = plan->crossing.surface;
+        const double by = plan->place[at].backwards != lens->surface[at].is_mirror
+                              ? -plan->crossing.by
+                              : plan->crossing.by;
+        rmap_lens_plan_fini(plan);
+        plan->lens = lens;
+        rmap_lens_put_back(lens, &kept);
+        struct rmap_lens_surface *s = &lens->surface[at];
+        const double thickness = (s->thickness + by) * (1 + 1e-6);
+        rmap_lens_lost(lens, s->line, s,
+                       "with its thickness %.6g it and the next surface cross: %.6g stands there",
+                       s->thickness, thickness);
+        s->thickness = thickness;
+        st = rmap_lens_keep(lens, &kept, err);
+        if (st == RMAP_OK)
+            st = make(lens, plan, err);
+    }
+    rmap_lens_kept_fini(&kept);
+    return st;
 }
 
 void rmap_lens_plan_fini(struct rmap_lens_plan *plan)

@@ -86,6 +86,10 @@ struct rmap_lens_plan {
                                                         entrance pupil, beside its own where the
                                                         lens is decentred */
     double image_half;                               /* of the detector's side */
+    struct {
+        size_t surface; /* the first in the file's order; 0: none */
+        double by;
+    } crossing;    /* rows of a lens that cross wherever they are cut */
     double widest; /* semi-diameter that the file gives or its pupil has */
 };
 

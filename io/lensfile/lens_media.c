@@ -84,6 +84,11 @@ static const struct {
                    {"SILICON", "Si"},          {"C7980", "fused-silica"}, /* Corning's */
                    {"UVFS", "fused-silica"}};
 
+static size_t glass_line(const struct rmap_lens_surface *surface)
+{
+    return surface->glass_line ? surface->glass_line : surface->line;
+}
+
 static bool find_named(struct rmap_prescription *lens, struct rmap_lens_surface *surface,
                        struct rmap_lens_medium *medium)
 {
@@ -105,7 +110,7 @@ static bool find_named(struct rmap_prescription *lens, struct rmap_lens_surface 
     (void)snprintf(prefixed, sizeof prefixed, "N%s", name);
     if (!in_catalogue(lens, prefixed, "", medium))
         return false;
-    rmap_lens_lost(lens, surface->line, surface,
+    rmap_lens_lost(lens, glass_line(surface), surface,
                    "glass '%.40s' is not in the catalogue: %s, its successor, stands for it",
                    surface->glass, medium->name);
     return true;
@@ -150,9 +155,18 @@ static void find(struct rmap_prescription *lens, struct rmap_lens_surface *surfa
     const double unknown = 1.5;
     *medium = (struct rmap_lens_medium){.kind = RMAP_LENS_MODEL};
     rmap_lens_copy(medium->word, sizeof medium->word, surface->glass);
+    const double n0 = surface->gradient_value[0], squared = 2; /* its model is of n^2 */
+    const double n = surface->gradient == squared ? sqrt(fmax(n0, 0)) : n0;
+    if (surface->gradient && !(n > 0)) {
+        rmap_lens_lost(lens, surface->line, surface,
+                       "its gradient's index %.6g is none: an index of %.3g stands in its place", n,
+                       unknown);
+        surface->gradient = 0;
+        surface->is_model = true;
+        surface->nd = unknown;
+        surface->vd = 0;
+    }
     if (surface->gradient) {
-        const double n0 = surface->gradient_value[0], squared = 2; /* its model is of n^2 */
-        const double n = surface->gradient == squared ? sqrt(fmax(n0, 0)) : n0;
         char name[NAME];
         (void)snprintf(name, sizeof name, "grin_%d", surface->number);
         set_name(medium, name);
@@ -170,13 +184,13 @@ static void find(struct rmap_prescription *lens, struct rmap_lens_surface *surfa
     if (surface->nd > 1 && rmap_model_glass(surface->nd, surface->vd, &medium->glass)) {
         set_model(medium, surface->nd, surface->vd);
         if (!surface->is_model)
-            rmap_lens_lost(lens, surface->line, surface,
+            rmap_lens_lost(lens, glass_line(surface), surface,
                            "glass '%.40s' is not in the catalogue: a model of the file's index "
                            "%.6g and Abbe number %.4g stands for it; --glass FILE.agf gives it",
                            surface->glass, surface->nd, surface->vd);
         return;
     }
-    rmap_lens_lost(lens, surface->line, surface,
+    rmap_lens_lost(lens, glass_line(surface), surface,
                    "glass '%.40s' is not known: index %.3g stands in its place; --glass FILE.agf "
                    "gives it",
                    surface->glass, unknown);

@@ -193,6 +193,7 @@ static bool read_of_surface(struct oslo *o, const char *key, char **word, size_t
 {
     struct rmap_lens_surface *s = current(o);
     const double value = rmap_lens_value(word, n, 1, 0);
+    double ignored = 0;
     const bool is_asphere =
         (key[0] | 0x20) == 'a' &&
         (rmap_lens_is(key, "AD") || rmap_lens_is(key, "AE") || rmap_lens_is(key, "AF") ||
@@ -213,6 +214,9 @@ static bool read_of_surface(struct oslo *o, const char *key, char **word, size_t
         s->thickness = fabs(value) >= 1e10 ? HUGE_VAL : value;
     else if (rmap_lens_is(key, "AP") || rmap_lens_is(key, "APN")) {
         const double radius = fabs(rmap_lens_value(word, n, n - 1, 0));
+        for (size_t k = 1; k + 1 < n; k++)
+            if (!rmap_lens_is(word[k], "CHK") && !rmap_lens_number(word[k], &ignored))
+                rmap_lens_lost(o->lens, o->lines.number, s, "AP %.20s is not understood", word[k]);
         s->semi = radius < 1e10 ? radius : 0;
     } else if (rmap_lens_is(key, "AST"))
         s->is_stop = true;
@@ -271,8 +275,11 @@ enum rmap_status rmap_lens_read_oslo(char *text, struct rmap_prescription *lens,
             if (!rmap_lens_add(lens, o.lines.number, err))
                 return err->status;
         } else {
-            rmap_lens_expect_number(lens, o.lines.number, current(&o), "RD CV CC TH EBR", word[0],
-                                    word, n);
+            rmap_lens_expect_number(
+                lens, o.lines.number, current(&o),
+                "RD CV CVX CC TH EBR NAO NA FNO FNB ANG OBH UNI WV:99 WW:99 AP:$ APN:$ "
+                "DCX DCY DCZ TLA TLB TLC DT AD AE AF AG",
+                word[0], word, n);
             if (!read_of_lens(&o, word[0], word, n) && !read_of_surface(&o, word[0], word, n, &st))
                 tell_unknown(&o, word[0]);
         }

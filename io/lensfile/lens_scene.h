@@ -20,4 +20,9 @@ void rmap_lens_configuration_name(const struct rmap_prescription *lens, int k, c
 /* What its beams fill: an element; NULL: they stand by themselves. */
 const struct rmap_lens_element *rmap_lens_filled(const struct rmap_lens_plan *plan);
 
+/* What stands in a line of that text, counted from 1. *at: index of the surface. False: nothing
+ * that is a surface's alone. */
+bool rmap_lens_scene_line(const struct rmap_lens_plan *plan, const char *text, int line,
+                          size_t *at);
+
 #endif

@@ -182,11 +182,16 @@ static struct rmap_lens_surface *addressed(struct seq *s, char **word, size_t *n
         return surface;
     if (rmap_lens_is(word[1], "SO"))
         surface = s->lens->surface;
-    else if (rmap_lens_number(word[1] + 1, &number) && number >= 0 &&
-             number < (double)s->lens->n_surface)
-        surface = &s->lens->surface[(size_t)number];
-    else
+    else if (!rmap_lens_number(word[1] + 1, &number))
         return surface;
+    else if (number >= 0 && number < (double)s->lens->n_surface)
+        surface = &s->lens->surface[(size_t)number];
+    else {
+        rmap_lens_lost(s->lens, s->lines.number, NULL,
+                       "%.8s %.12s: the lens has no such surface here", word[0], word[1]);
+        *n = 0;
+        return surface;
+    }
     memmove(&word[1], &word[2], (*n - 2) * sizeof *word);
     --*n;
     return surface;
@@ -238,9 +243,13 @@ static bool read_of_surface(struct seq *s, const char *key, char **word, size_t 
 {
     struct rmap_lens_surface *surface = addressed(s, word, &n);
     const double value = rmap_lens_value(word, n, 1, 0);
-    if (!surface)
-        return false;
-    rmap_lens_expect_number(s->lens, s->lines.number, surface, "RDY CUY K A B C D", key, word, n);
+    if (!surface || n == 0)
+        return n == 0;
+    rmap_lens_expect_number(
+        s->lens, s->lines.number, surface,
+        "RDY CUY K A B C D E F G H J CIR:$ REX:$ REY:$ ELX:$ ELY:$ ADX ADY ARO XDE "
+        "YDE ZDE ADE BDE CDE",
+        key, word, n);
     if (strcmp(key, "STO") == 0)
         surface->is_stop = true;
     else if (strcmp(key, "RDY") == 0 || strcmp(key, "CUY") == 0)
@@ -336,7 +345,11 @@ static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
                   {"NA", RMAP_PUPIL_IMAGE_NA}};
     struct rmap_prescription *lens = s->lens;
     const double value = rmap_lens_value(word, n, 1, 0);
-    rmap_lens_expect_number(lens, s->lines.number, NULL, "EPD FNO NAO NA", key, word, n);
+    rmap_lens_expect_number(
+        lens, s->lines.number, NULL,
+        "EPD FNO NAO NA WL:99 WTW:99 REF XAN:99 YAN:99 XOB:99 YOB:99 XIM:99 YIM:99 "
+        "XRI:99 YRI:99 VUX:99 VUY:99 VLX:99 VLY:99 TEM PRE",
+        key, word, n);
     for (size_t i = 0; i < RMAP_COUNT(pupils); i++)
         if (strcmp(key, pupils[i].key) == 0) {
             lens->pupil = pupils[i].pupil;
@@ -421,8 +434,11 @@ static enum rmap_status read_zoom(struct seq *s, char **word, size_t n)
     if (has_target && toupper((unsigned char)word[2][0]) == 'F') {
         const double field = rmap_lens_value((char *[]){word[2] + 1}, 1, 0, 0);
         if (!(field >= 1 && field <= RMAP_PRESCRIPTION_FIELDS_MAX) || strlen(word[1]) != 3 ||
-            !rmap_lens_number(chosen, &value))
+            !rmap_lens_number(chosen, &value)) {
+            rmap_lens_lost(s->lens, s->lines.number, NULL, "ZOO %.8s %.8s %.40s is left out",
+                           word[1], word[2], chosen);
             return RMAP_OK;
+        }
         struct rmap_lens_field *f = &s->lens->field[(size_t)field - 1];
         const char c = (char)toupper((unsigned char)word[1][0]);
         if (c == 'V')

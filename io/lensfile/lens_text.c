@@ -184,13 +184,15 @@ void rmap_lens_expect_number(struct rmap_prescription *lens, size_t line,
 {
     double value = 0;
     const size_t n = strlen(key);
-    for (const char *at = keys; *at; at += strspn(at, " ")) {
-        const size_t length = strcspn(at, " ");
-        if (n_word > 1 && length == n && strncasecmp(at, key, n) == 0 &&
-            !rmap_lens_number(word[1], &value))
-            rmap_lens_lost(lens, line, surface, "%.8s %.40s is no number and is left out", key,
-                           word[1]);
-        at += length;
+    for (const char *at = keys; *at; at += strcspn(at, " "), at += strspn(at, " ")) {
+        if (strcspn(at, " :") != n || strncasecmp(at, key, n) != 0)
+            continue;
+        const bool last = at[n] == ':' && at[n + 1] == '$';
+        const unsigned long most = at[n] == ':' && !last ? strtoul(at + n + 1, NULL, 10) : 1;
+        for (size_t k = last && n_word > 1 ? n_word - 1 : 1; k < n_word && (last || k <= most); k++)
+            if (!rmap_lens_number(word[k], &value))
+                rmap_lens_lost(lens, line, surface, "%.8s %.40s is no number and is left out", key,
+                               word[k]);
     }
 }
 
@@ -198,6 +200,13 @@ double rmap_lens_nm(double um)
 {
     const double digits = 1e7; /* of a nm */
     return fabs(um) < 1e3 ? rint(1e3 * digits * um) / digits : 1e3 * um;
+}
+
+/* Marks of direction: what is read would be another text than what stands there (CVE-2021-42574). */
+static bool turns(unsigned c)
+{
+    return c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x202a && c <= 0x202e) ||
+           (c >= 0x2066 && c <= 0x2069);
 }
 
 /* Cut before a character that has no room. What would end a line of YAML, or may not stand in it,
@@ -211,10 +220,14 @@ void rmap_lens_copy(char *to, size_t cap, const char *text)
         const size_t width = get_utf8(at, nbytes, &c);
         const bool bad = width == 0 || c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 ||
                          c == 0x2029 || c == 0xfeff || c == 0xfffe || c == 0xffff;
-        const size_t room = bad ? 1 : width;
+        char escape[8];
+        const int n_escape = turns(c) ? snprintf(escape, sizeof escape, "\\u%04x", c) : 0;
+        const size_t room = bad ? 1 : n_escape > 0 ? (size_t)n_escape : width;
         if (n + room >= cap)
             break;
-        if (bad)
+        if (n_escape > 0)
+            memcpy(to + n, escape, room);
+        else if (bad)
             to[n] = ' ';
         else
             memcpy(to + n, at, width);

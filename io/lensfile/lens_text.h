@@ -35,7 +35,8 @@ bool rmap_lens_number(const char *word, double *value);
 /* The k-th word as a number, or `other` where it is none. */
 double rmap_lens_value(char *const *word, size_t n_word, size_t k, double other);
 
-/* Tells of a first word that is no number, after one of `keys` ("CURV CONI"), in any case. */
+/* Tells of words that should be numbers and are none, after one of `keys` in any case:
+ * "CURV PARM:2 CIR:$" wants one after CURV, up to two after PARM, one at the end of CIR. */
 void rmap_lens_expect_number(struct rmap_prescription *lens, size_t line,
                              struct rmap_lens_surface *surface, const char *keys, const char *key,
                              char *const *word, size_t n_word);

@@ -212,10 +212,16 @@ static void put_table(FILE *out, const struct rmap_prescription *lens,
     (void)fputc('}', out);
 }
 
-static void put_gradient(FILE *out, const struct rmap_lens_surface *surface)
+static void put_gradient(FILE *out, const struct rmap_lens_plan *plan,
+                         const struct rmap_lens_surface *surface)
 {
     const char *before = "";
-    (void)fprintf(out, "gradient: {type: zemax, gradient: %d, parameters: {", surface->gradient);
+    (void)fprintf(out, "gradient: {type: zemax, gradient: %d, ", surface->gradient);
+    for (size_t e = 0; e < plan->n_element; e++) /* where its surfaces are no lens's rows */
+        if (plan->element[e].kind == RMAP_ELEMENT_SURFACE &&
+            &plan->lens->surface[plan->row[plan->element[e].first].surface] == surface)
+            (void)fprintf(out, "frame: %s, ", plan->element[e].name);
+    (void)fputs("parameters: {", out);
     for (int i = 0; i < RMAP_LENS_GRADIENT_MAX; i++) {
         const char *name = rmap_zemax_parameter(surface->gradient, i);
         if (!name)
@@ -230,18 +236,18 @@ static void put_gradient(FILE *out, const struct rmap_lens_surface *surface)
                   surface->number);
 }
 
-static void put_medium(FILE *out, const struct rmap_prescription *lens,
+static void put_medium(FILE *out, const struct rmap_lens_plan *plan,
                        const struct rmap_lens_medium *medium)
 {
     (void)fprintf(out, "  %s: {", medium->name);
     if (medium->kind == RMAP_LENS_GRADIENT) {
-        put_gradient(out, medium->gradient);
+        put_gradient(out, plan, medium->gradient);
         return;
     }
     if (medium->glass.formula == 2)
         put_sellmeier(out, &medium->glass);
     else
-        put_table(out, lens, &medium->glass);
+        put_table(out, plan->lens, &medium->glass);
     (void)fputc('}', out);
     if (medium->agf && medium->agf->n_row > 0) {
         (void)fprintf(out, "   # of the file, line %zu", medium->agf->line);
@@ -270,7 +276,7 @@ void rmap_lens_put_media(FILE *out, const struct rmap_lens_plan *plan)
     (void)fputs(", and so are those of all glasses here\n", out);
     for (size_t i = 1; i < plan->media.n; i++)
         if (plan->media.medium[i].kind != RMAP_LENS_CATALOGUE)
-            put_medium(out, lens, &plan->media.medium[i]);
+            put_medium(out, plan, &plan->media.medium[i]);
 }
 
 /* ---- sources ---- */
@@ -354,7 +360,7 @@ static void put_point(FILE *out, const struct rmap_lens_plan *plan, size_t field
     (void)fputs("type: point", out);
     put_vector(out, "at", at);
     put_vector(out, "direction", d);
-    (void)fprintf(out, ", distribution: {cone: %.6g}", fmin(half, 89));
+    (void)fprintf(out, ", distribution: {cone: %.6g}", fmax(1e-5, fmin(half, 89)));
 }
 
 static void put_spectrum(FILE *out, const struct rmap_prescription *lens, bool again)

@@ -72,7 +72,7 @@ static const struct {
 static const char harmless[] =
     " SSID FIMP HIDE MIRR SLAB POPS MEMA OEMA DRAW SCOL SCBD VCUR VDSZ VCON VPAR VXDT TCED TCMM "
     "MNCA MNCG "
-    "MXCA MXCG MNEA MNEG RGLA MODE VERS AUTH IWDP PFIL LANG GFAC PUSH SDMA OMMA ROPD "
+    "MXCA MXCG MNEA MNEG RGLA VERS AUTH IWDP PFIL LANG GFAC PUSH SDMA OMMA ROPD "
     "HYPR "
     "PICB VANN ZVAN POLS GLRS GSTD NSCD COFN LUID EERA BLNK TOL MOFF TELE TRAC GLCZ STUD EFFL PUPD "
     "DMFS OPDX CONF FWGT DBDT FLAP WWGN WAVN VNDX UNIV ISNA PIKO QOMA RSCE RWRE NOTE LTTL MIND "
@@ -272,7 +272,13 @@ static bool read_of_lens(struct zmx *z, const char *key, char *const *word, size
     else if (strcmp(key, "ENPD") == 0 || strcmp(key, "FNUM") == 0 || strcmp(key, "OBNA") == 0 ||
              strcmp(key, "FLOA") == 0)
         read_pupil(z, key, word, n);
-    else if (strcmp(key, "RAIM") == 0) /* 0: off; 1: paraxial; 2: real */
+    else if (strcmp(key, "MODE") == 0) {
+        if (n > 1 && !rmap_lens_is(word[1], "SEQ"))
+            rmap_lens_lost(lens, z->lines.number, NULL,
+                           "MODE %.20s: a non-sequential system; its objects are not understood, "
+                           "and its surfaces are taken as those of a sequential one",
+                           word[1]);
+    } else if (strcmp(key, "RAIM") == 0) /* 0: off; 1: paraxial; 2: real */
         lens->aims_at_stop = rmap_lens_value(word, n, 2, 0) > 0;
     else if (strcmp(key, "FTYP") == 0)
         read_type_of_fields(z, word, n);
@@ -401,7 +407,11 @@ static enum rmap_status read_line(struct zmx *z)
             return RMAP_OK;
         }
     rmap_lens_expect_number(z->lens, z->lines.number, z->surface,
-                            z->surface ? "CURV CONI DIAM" : "ENPD FNUM OBNA", key, word, n);
+                            z->surface ? "CURV CONI DIAM PARM:2 XDAT:2 CLAP:2 OBSC:2 CLOB:2 SQAP:2 "
+                                         "SQOB:2 ELAP:2 ELOB:2 SPID:2 OBDC:2"
+                                       : "ENPD FNUM OBNA FTYP:4 WAVM:3 PWAV ENVD:2 XFLN:99 YFLN:99 "
+                                         "FWGN:99 VDXN:99 VDYN:99 VCXN:99 VCYN:99 WAVL:99 WWGT:99",
+                            key, word, n);
     if (!(z->surface && read_of_surface(z, key, word, n)) && !read_of_lens(z, key, word, n))
         tell_unknown(z, key);
     return RMAP_OK;

@@ -21,30 +21,52 @@ static bool is_one_of(const char *key, const char *list)
 
 static const char of_surface[] = " THIC CRVT CONN GLSS SDIA ";
 static const char of_lens[] = " APER XFIE YFIE FLWT WAVE WLWT FVDX FVDY FVCX FVCY TEMP PRES LTTL ";
-static const char others[] =
-    " PRAM COTN IGNR IGNM STPS MIND MABB MDPG XDVA NPAR NPRO PSP1 PSHX PSHY "
-    "CSP1 CSP2 CROR SATP APMN APMX APDX APDY APTP TELE GCRS FLTP HOLD "
-    "CADX CADY CATX CATY CATZ CBDX CBDY CBTX CBTY CBTZ UDAF SLTP ";
+/* Of no configuration's light: an operand that is off, comments, what tolerances and merit
+ * functions say. */
+static const char harmless[] = " MOFF MCOM TOFF BLNK DMFS OPDX ";
+
+/* Each word once. */
+static void tell_unknown(struct rmap_prescription *lens, struct rmap_zmx_changes *changes,
+                         const char *key, size_t line)
+{
+    for (size_t i = 0; i < changes->n_seen; i++)
+        if (strncmp(changes->seen[i], key, 4) == 0)
+            return;
+    if (changes->n_seen >= RMAP_COUNT(changes->seen))
+        return;
+    rmap_lens_copy(changes->seen[changes->n_seen++], sizeof changes->seen[0], key);
+    rmap_lens_lost(lens, line, NULL, "operand %.4s of its configurations is not understood", key);
+}
 
 static enum rmap_status add(struct rmap_prescription *lens, struct rmap_zmx_changes *changes,
                             const char *key, size_t line, char *const *word, size_t n,
                             struct rmap_error *err)
 {
     const double index = rmap_lens_value(word, n, 1, -1);
-    if (!(index >= 0 && index < RMAP_PRESCRIPTION_SURFACES_MAX))
+    const bool is_text = strcmp(key, "GLSS") == 0 || strcmp(key, "LTTL") == 0;
+    double value = 0;
+    if (!is_one_of(key, of_surface) && !is_one_of(key, of_lens)) {
+        tell_unknown(lens, changes, key, line);
         return RMAP_OK;
-    if (is_one_of(key, others)) {
-        rmap_lens_lost(lens, line, NULL, "operand %.4s of its configurations is not understood",
-                       key);
+    }
+    if (!(index >= 0 && index < RMAP_PRESCRIPTION_SURFACES_MAX)) {
+        rmap_lens_lost(lens, line, NULL, "%.4s %.20s of its configurations names nothing", key,
+                       word[1]);
+        return RMAP_OK;
+    }
+    if (!is_text && !rmap_lens_number(word[3], &value)) {
+        rmap_lens_lost(lens, line, NULL,
+                       "%.4s %.20s of its configurations is set to %.40s, which is no number, and "
+                       "is left out",
+                       key, word[1], word[3]);
         return RMAP_OK;
     }
     if (RMAP_RESERVE(changes->change, changes->cap, changes->n + 1, err) != RMAP_OK)
         return RMAP_SYSTEM;
     struct rmap_zmx_change *change = &changes->change[changes->n++];
-    *change = (struct rmap_zmx_change){
-        .index = (size_t)index, .line = line, .value = rmap_lens_value(word, n, 3, 0)};
+    *change = (struct rmap_zmx_change){.index = (size_t)index, .line = line, .value = value};
     rmap_lens_copy(change->key, sizeof change->key, key);
-    rmap_lens_copy(change->text, sizeof change->text, n > 3 ? word[3] : "");
+    rmap_lens_copy(change->text, sizeof change->text, word[3]);
     if (strcmp(key, "LTTL") == 0)
         rmap_lens_copy(lens->configuration_name, sizeof lens->configuration_name, change->text);
     return RMAP_OK;
@@ -78,9 +100,8 @@ enum rmap_status rmap_zmx_read_changes(const char *text, struct rmap_prescriptio
             continue;
         }
         const int wanted = lens->configuration > 0 ? lens->configuration : lens->stored;
-        if (n >= 4 && strlen(word[0]) == 4 && rmap_lens_value(word, n, 2, 0) == wanted &&
-            (is_one_of(word[0], of_surface) || is_one_of(word[0], of_lens) ||
-             is_one_of(word[0], others)))
+        if (n >= 4 && strlen(word[0]) == 4 && !is_one_of(word[0], harmless) &&
+            rmap_lens_value(word, n, 2, 0) == wanted)
             st = add(lens, changes, word[0], lines.number, word, n, err);
     }
     rmap_free(copy);
@@ -106,6 +127,8 @@ static void change_surface(const struct rmap_zmx_change *change, struct rmap_len
     else if (strcmp(change->key, "GLSS") == 0) {
         surface->is_mirror = rmap_lens_is(change->text, "MIRROR");
         surface->is_model = false;
+        surface->nd = surface->vd = 0; /* were of the glass before it */
+        surface->glass_line = change->line;
         rmap_lens_copy(surface->glass, sizeof surface->glass,
                        surface->is_mirror ? "" : change->text);
     }
@@ -151,8 +174,39 @@ static void solve_sums(const struct rmap_zmx_changes *changes, struct rmap_presc
     }
 }
 
+static const char of_field[] = " XFIE YFIE FLWT FVDX FVDY FVCX FVCY ", of_wave[] = " WAVE WLWT ",
+                  of_air[] = " TEMP PRES ";
+
+/* Of what the lens has not, and what a scene does not follow. */
+static void tell_missing(const struct rmap_zmx_change *change, struct rmap_prescription *lens)
+{
+    const char *key = change->key;
+    const size_t i = change->index;
+    const bool surface = is_one_of(key, of_surface), field = is_one_of(key, of_field),
+               wave = is_one_of(key, of_wave);
+    const size_t n = surface ? lens->n_surface : 1 + (field ? lens->n_field : lens->n_wavelength);
+    if ((surface || field || wave) && (i >= n || (!surface && i == 0)))
+        rmap_lens_lost(lens, change->line, NULL,
+                       "%.4s %zu of its configurations: the lens has no such %s", key, i,
+                       surface ? "surface"
+                       : field ? "field"
+                               : "wavelength");
+    if (strcmp(key, "WAVE") == 0 && !(change->value > 0))
+        rmap_lens_lost(lens, change->line, NULL,
+                       "WAVE %zu of its configurations is set to %.6g, which is no wavelength", i,
+                       change->value);
+    const double now = strcmp(key, "TEMP") == 0 ? lens->temperature_c : lens->pressure_atm;
+    if (is_one_of(key, of_air) && change->value != now)
+        rmap_lens_lost(lens, change->line, NULL,
+                       "%.4s %.6g of its configurations: indices and lengths stay those of the "
+                       "file's surroundings",
+                       key, change->value);
+}
+
 void rmap_zmx_change_lens(const struct rmap_zmx_changes *changes, struct rmap_prescription *lens)
 {
+    for (size_t i = 0; i < changes->n; i++)
+        tell_missing(&changes->change[i], lens);
     for (size_t i = 0; lens->configuration > 0 && i < changes->n; i++) {
         const struct rmap_zmx_change *change = &changes->change[i];
         const size_t at = change->index - 1; /* fields and wavelengths are numbered from 1 */
@@ -166,8 +220,7 @@ void rmap_zmx_change_lens(const struct rmap_zmx_changes *changes, struct rmap_pr
             lens->wavelength_nm[at] = rmap_lens_nm(change->value);
         else if (strcmp(change->key, "WLWT") == 0 && at < lens->n_wavelength)
             lens->wavelength_weight[at] = change->value;
-        else if (is_one_of(change->key, " XFIE YFIE FLWT FVDX FVDY FVCX FVCY ") &&
-                 at < lens->n_field)
+        else if (is_one_of(change->key, of_field) && at < lens->n_field)
             change_field(change, &lens->field[at]);
     }
     if (lens->configuration > 0)

@@ -24,6 +24,8 @@ struct rmap_zmx_sum {
 struct rmap_zmx_changes {
     struct rmap_zmx_sum total[64];
     size_t n_total;
+    char seen[32][5]; /* words that were told as not understood */
+    size_t n_seen;
     struct rmap_zmx_change *change; /* [n] of the configuration that was asked for */
     size_t n, cap;
 };

@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #include "base/alloc.h"
+#include "io/lensfile/lens_plain.h"
 #include "io/lensfile/lens_text.h"
 
 bool rmap_lens_format_of(const char *path, enum rmap_lens_format *format)
@@ -74,6 +75,7 @@ static enum rmap_status complete(struct rmap_prescription *lens, struct rmap_err
             surface->thickness = 0;
         }
     }
+    rmap_lens_limit(lens);
     for (size_t i = 1; i + 1 < lens->n_surface && !stop; i++)
         if (!lens->surface[i].is_break) {
             lens->surface[i].is_stop = stop = true;

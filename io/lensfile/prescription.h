@@ -68,13 +68,14 @@ struct rmap_lens_figure {
 };
 
 struct rmap_lens_surface {
-    size_t line;      /* of the file, where it begins */
-    int number;       /* the file's; the object is 0 */
-    char comment[80]; /* the file's words for it; UTF-8 */
-    char type[24];    /* its word for the shape, "" where that is plain */
-    char glass[64];   /* the material behind it; "": none, or that before a mirror */
-    char remark[240]; /* what a reader of the scene must know: solves, what was not understood */
-    bool is_break;    /* moves the axes and is no surface */
+    size_t line;       /* of the file, where it begins */
+    size_t glass_line; /* that names its glass, where a configuration does; 0: as above */
+    int number;        /* the file's; the object is 0 */
+    char comment[80];  /* the file's words for it; UTF-8 */
+    char type[24];     /* its word for the shape, "" where that is plain */
+    char glass[64];    /* the material behind it; "": none, or that before a mirror */
+    char remark[240];  /* what a reader of the scene must know: solves, what was not understood */
+    bool is_break;     /* moves the axes and is no surface */
     bool is_mirror, is_stop;
     double curvature, conic, asphere[RMAP_LENS_POWER_MAX + 1]; /* coefficient of r^i */
     int n_asphere;                                             /* highest power, 0: a conic */

@@ -31,8 +31,10 @@ void rmap_scene_options_fini(struct rmap_scene_options *options)
 static const struct rmap_text_kind scene_file = {
     "a scene file", "YAML text", " (meshes belong into files of their own)", (size_t)64 << 20};
 
-enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
-                                  struct rmap_bundle **bundle_ret, struct rmap_error *err)
+/* text: NULL: that of the file. */
+static enum rmap_status make(const char *path, const char *text, size_t nbytes,
+                             struct rmap_scene_options *options, struct rmap_bundle **bundle_ret,
+                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options taken = {0};
@@ -51,13 +53,34 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
         goto out;
     }
-    RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
+    if (text) {
+        bundle->text = rmap_alloc(nbytes + 1, 1);
+        if (!bundle->text)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
+        memcpy(bundle->text, text, nbytes);
+        bundle->text_nbytes = nbytes;
+    } else {
+        RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
+    }
     bundle->loads_plugins = 1;
     *bundle_ret = bundle;
     bundle = NULL;
 out:
     rmap_bundle_destroy(bundle);
     return st;
+}
+
+enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    return make(path, NULL, 0, options, bundle_ret, err);
+}
+
+enum rmap_status rmap_bundle_of_text(const char *path, const char *text, size_t nbytes,
+                                     struct rmap_scene_options *options,
+                                     struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    return make(path, text, nbytes, options, bundle_ret, err);
 }
 
 void rmap_bundle_destroy(struct rmap_bundle *bundle)

@@ -79,6 +79,11 @@ struct rmap_bundle {
 enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;
+/* The same of a text, which is copied, as if it stood at the path. */
+enum rmap_status rmap_bundle_of_text(const char *path, const char *text, size_t nbytes,
+                                     struct rmap_scene_options *options,
+                                     struct rmap_bundle **bundle_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 void rmap_bundle_destroy(struct rmap_bundle *bundle);
 
 /* What a scene's file is called in new maps, so that its name is no part of the scene; maps of

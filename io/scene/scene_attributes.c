@@ -5,12 +5,15 @@
 #include "io/scene/scene_attributes.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include "base/alloc.h"
 #include "base/glob.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_media.h"
+#include "io/scene/scene_surfaces.h"
 
 enum { RULES_MAX = 1000 };
 #define TOLERANCE 0.02 /* of a colour: four steps of 255, as programs round */
@@ -165,21 +168,24 @@ static bool put(struct rmap_reader *reader, struct rmap_yaml_node *node, const c
     return false;
 }
 
-static void set_all(struct rmap_reader *reader, const struct rmap_yaml_node *set, bool is_lens,
+static void set_all(struct rmap_reader *reader, struct rmap_attribute_rule *rule, bool is_lens,
                     struct rmap_yaml_node *node)
 {
+    const struct rmap_yaml_node *set = rmap_yaml_get(rule->node, "set");
     for (size_t i = 0; set && i < set->n_item; i++) {
         const char *key = set->item[i].key;
         const bool of_lens = strcmp(key, "surface") == 0 || strcmp(key, "edge") == 0 ||
                              strcmp(key, "front") == 0 || strcmp(key, "outside") == 0;
-        if (is_lens ? of_lens : strcmp(key, "edge") != 0)
-            if (!put(reader, node, key, set->item[i].value))
-                return;
+        if (is_lens ? !of_lens : strcmp(key, "edge") == 0)
+            continue;
+        if (!put(reader, node, key, set->item[i].value))
+            return;
+        rule->used |= 1U << i;
     }
 }
 
 /* A new item behind the object's own `faces`, at the rule's place. */
-static void add_faces(struct rmap_reader *reader, const struct rmap_attribute_rule *rule,
+static void add_faces(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
                       const struct rmap_yaml_node *faces, struct rmap_yaml_node *object)
 {
     struct rmap_yaml_node *list = rmap_yaml_get(object, "faces"), *item = NULL;
@@ -204,7 +210,7 @@ static void add_faces(struct rmap_reader *reader, const struct rmap_attribute_ru
         return;
     }
     if (put(reader, item, "faces", faces))
-        set_all(reader, rmap_yaml_get(rule->node, "set"), false, item);
+        set_all(reader, rule, false, item);
 }
 
 /* Its faces that have the colour. */
@@ -217,7 +223,7 @@ static void set_coloured_faces(struct rmap_reader *reader, struct rmap_attribute
         if (!colour_fits(reader, match, colour, list->item[i].value))
             continue;
         rule->n_fit++;
-        set_all(reader, rmap_yaml_get(rule->node, "set"), false, list->item[i].value);
+        set_all(reader, rule, false, list->item[i].value);
     }
 }
 
@@ -257,8 +263,22 @@ static bool apply(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
     rule->n_fit++;
     (void)rmap_reader_bool(reader, set, "omit", &omit);
     if (!omit)
-        set_all(reader, set, is_lens, object);
+        set_all(reader, rule, is_lens, object);
     return omit;
+}
+
+/* What an earlier rule left out is nothing for the later ones, which say so. */
+static void tell_omitted(struct rmap_reader *reader, size_t by, const struct rmap_yaml_node *object,
+                         const struct above *above)
+{
+    for (size_t r = by + 1; r < reader->n_rule; r++) {
+        struct rmap_attribute_rule *rule = &reader->rule[r];
+        const char *name = text_of(object, "name");
+        if (rule->omitted_line > 0 || !words_fit(rmap_yaml_get(rule->node, "match"), object, above))
+            continue;
+        rule->omitted_line = reader->rule[by].node->line;
+        (void)snprintf(rule->body, sizeof rule->body, "%s", name ? name : "");
+    }
 }
 
 static void walk(struct rmap_reader *reader, struct rmap_yaml_node *list, const struct above *above)
@@ -273,8 +293,11 @@ static void walk(struct rmap_reader *reader, struct rmap_yaml_node *list, const 
         if (rmap_yaml_get(node, "objects"))
             walk(reader, rmap_yaml_get(node, "objects"), &here);
         for (size_t r = 0; r < reader->n_rule && !group && node->kind == RMAP_YAML_MAP && !omit;
-             r++)
+             r++) {
             omit = apply(reader, &reader->rule[r], node, above);
+            if (omit)
+                tell_omitted(reader, r, node, above);
+        }
         if (omit)
             rmap_yaml_destroy(node);
         else
@@ -307,6 +330,21 @@ static bool check_match(struct rmap_reader *reader, const struct rmap_yaml_node 
     return good;
 }
 
+/* Names of surfaces and media: a mistake in them is one of the rule, not of all that it fits. */
+static void check_set(struct rmap_reader *reader, const struct rmap_yaml_node *set)
+{
+    static const char *const sides[] = {"front", "back", "inside", "outside"};
+    static const char *const surfaces[] = {"surface", "edge"};
+    bool omit = false;
+    for (size_t k = 0; k < RMAP_COUNT(surfaces); k++)
+        if (rmap_yaml_get(set, surfaces[k]))
+            rmap_reader_surface_pair(reader, set, surfaces[k], NULL, NULL);
+    for (size_t k = 0; k < RMAP_COUNT(sides); k++)
+        if (rmap_yaml_get(set, sides[k]))
+            rmap_reader_medium(reader, set, sides[k], NULL);
+    (void)rmap_reader_bool(reader, set, "omit", &omit);
+}
+
 static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
     const struct rmap_yaml_node *match = rmap_yaml_get(node, "match"),
@@ -326,6 +364,13 @@ static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *n
     }
     if (!check_match(reader, match) || !rmap_reader_known(reader, set, &rmap_set_keys, 0))
         return;
+    if (set->n_item == 0) {
+        rmap_reader_error(reader, set,
+                          "'set' sets nothing: give one of surface, edge, front, back, inside, "
+                          "outside, omit, or take the rule away");
+        return;
+    }
+    check_set(reader, set);
     struct rmap_attribute_rule *rule =
         RMAP_READER_NEW(reader, reader->rule, reader->n_rule, reader->cap_rule);
     if (rule)
@@ -344,25 +389,20 @@ void rmap_reader_apply_attributes(struct rmap_reader *reader)
                           RULES_MAX);
         return;
     }
+    const size_t n_error = reader->diagnostics->n_error;
     for (size_t i = 0; i < list->n_item; i++)
         read_rule(reader, list->item[i].value);
-    if (objects)
+    reader->has_bad_rule = reader->diagnostics->n_error > n_error;
+    if (objects && !reader->has_bad_rule)
         walk(reader, objects, NULL);
 }
 
-void rmap_reader_check_attributes(struct rmap_reader *reader)
-{
-    for (size_t i = 0; i < reader->n_rule; i++)
-        if (reader->rule[i].n_fit == 0)
-            rmap_reader_warn(reader, reader->rule[i].node, "this rule fits no %s",
-                             reader->rule[i].of_faces ? "face" : "object");
-}
-
-size_t *rmap_reader_rule_faces(struct rmap_reader *reader, const struct rmap_yaml_node *item)
+struct rmap_attribute_rule *rmap_reader_rule_of(struct rmap_reader *reader,
+                                                const struct rmap_yaml_node *item)
 {
     for (size_t i = 0; i < reader->n_rule; i++)
         if (reader->rule[i].of_faces && reader->rule[i].node->line == item->line &&
             reader->rule[i].node->column == item->column)
-            return &reader->rule[i].n_fit;
+            return &reader->rule[i];
     return NULL;
 }

@@ -15,8 +15,9 @@ void rmap_reader_apply_attributes(struct rmap_reader *reader);
 /* Once objects are read: warns of rules that fit nothing. */
 void rmap_reader_check_attributes(struct rmap_reader *reader);
 
-/* Where the rule that made an item of `faces` counts the faces it fits; NULL: no rule made it. */
-size_t *rmap_reader_rule_faces(struct rmap_reader *reader, const struct rmap_yaml_node *item);
+/* The rule that made an item of `faces`; NULL: none did. */
+struct rmap_attribute_rule *rmap_reader_rule_of(struct rmap_reader *reader,
+                                                const struct rmap_yaml_node *item);
 
 /* `color` and `material` of an object, of which rules alone know. */
 void rmap_reader_check_labels(struct rmap_reader *reader, const struct rmap_yaml_node *node);

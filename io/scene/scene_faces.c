@@ -67,7 +67,10 @@ static size_t mark_word(struct rmap_reader *reader, const struct rmap_yaml_node 
             n++;
         }
     if (!n && !quiet)
-        rmap_reader_error(reader, at, "the mesh has no face named '%.60s'", at->text);
+        rmap_reader_error(reader, at,
+                          "the mesh has no face named '%.60s': its faces are 0 to %zu, and ranges "
+                          "are written 0..%zu",
+                          at->text, mesh->n_face - 1, mesh->n_face - 1);
     return n;
 }
 
@@ -153,13 +156,14 @@ static const char *name_of(struct rmap_reader *reader, const struct rmap_yaml_no
 }
 
 /* owner: [n_face] 1 + item that a face is of, the last one that names it; 0: the rest. */
-static void settle_owners(struct rmap_reader *reader, const struct rmap_yaml_node *list,
-                          const struct rmap_mesh *mesh, uint8_t *mark, size_t *owner)
+static void settle_owners(struct rmap_reader *reader, const char *name,
+                          const struct rmap_yaml_node *list, const struct rmap_mesh *mesh,
+                          uint8_t *mark, size_t *owner)
 {
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *item = list->item[i].value;
         const struct rmap_yaml_node *faces = rmap_yaml_get(item, "faces");
-        size_t *n_of_rule = rmap_reader_rule_faces(reader, item);
+        struct rmap_attribute_rule *rule = rmap_reader_rule_of(reader, item);
         if (!rmap_reader_known(reader, item, &rmap_face_keys, 0))
             continue;
         if (!faces) {
@@ -168,9 +172,12 @@ static void settle_owners(struct rmap_reader *reader, const struct rmap_yaml_nod
             continue;
         }
         memset(mark, 0, mesh->n_face);
-        const size_t n = rmap_reader_mark_faces(reader, faces, mesh, n_of_rule != NULL, mark);
-        if (n_of_rule)
-            *n_of_rule += n;
+        const size_t n = rmap_reader_mark_faces(reader, faces, mesh, rule != NULL, mark);
+        if (rule) {
+            rule->n_fit += n;
+            rule->n_face = mesh->n_face;
+            (void)snprintf(rule->body, sizeof rule->body, "%s", name);
+        }
         for (size_t f = 0; f < mesh->n_face; f++)
             owner[f] = mark[f] ? i + 1 : owner[f];
     }
@@ -220,7 +227,7 @@ void rmap_reader_expand_faces(struct rmap_reader *reader, const struct rmap_yaml
     if (!mark || !owner) {
         rmap_reader_no_memory(reader);
     } else {
-        settle_owners(reader, list, mesh, mark, owner);
+        settle_owners(reader, plan->name, list, mesh, mark, owner);
         if (mark_of(owner, mesh->n_face, 0, mark) ==
             mesh->n_face) { /* of rules, none of which fits */
             rmap_reader_add_object(reader, plan);

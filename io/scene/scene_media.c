@@ -289,9 +289,9 @@ void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
     const struct rmap_yaml_node *at = rmap_yaml_get(map, key);
     const struct rmap_name *known = rmap_names_find(&reader->media, name);
     struct rmap_glass glass;
-    if (known)
+    if (known && medium_ret)
         *medium_ret = known->index;
-    if (known || !rmap_reader_find_glass(reader, at, name, &glass))
+    if (known || !rmap_reader_find_glass(reader, at, name, &glass) || !medium_ret)
         return;
     struct rmap_medium *medium = new_medium(reader, name, at->line);
     if (!medium)

@@ -8,7 +8,7 @@
 #include "io/scene/scene_reader.h"
 
 /* `key` names a medium, or a glass of the catalogue, which then becomes one. *medium_ret is
- * untouched when the key is absent. */
+ * untouched when the key is absent. NULL: the name is only looked up. */
 void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                         const char *key, int32_t *medium_ret);
 

@@ -74,7 +74,8 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_simulations};
     if (!rmap_reader_known(reader, reader->root, &rmap_root_keys, 0))
         return;
-    for (size_t i = 0; i < RMAP_COUNT(section) && reader->status == RMAP_OK; i++)
+    for (size_t i = 0;
+         i < RMAP_COUNT(section) && reader->status == RMAP_OK && !reader->has_bad_rule; i++)
         section[i](reader);
 }
 

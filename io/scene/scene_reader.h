@@ -87,6 +87,10 @@ struct rmap_attribute_rule {
     const struct rmap_yaml_node *node;
     size_t n_fit;
     bool of_faces;
+    unsigned used;    /* a bit for each key of its `set` that something took */
+    int omitted_line; /* of an earlier rule that left out what it would fit; 0: none did */
+    char body[64];    /* that of what it would fit; or whose faces it was asked for */
+    size_t n_face;    /* of the body; 0: none was asked */
 };
 
 /* Where a gradient medium's index lives. */
@@ -145,6 +149,7 @@ struct rmap_reader {
     size_t n_mesh_part, cap_mesh_part;
     struct rmap_attribute_rule *rule;
     size_t n_rule, cap_rule;
+    bool has_bad_rule; /* what comes after it would be mistakes of its making */
     struct rmap_placed_source *placed;
     size_t n_placed, cap_placed;
     struct rmap_sky_plan *sky;

@@ -311,6 +311,15 @@ static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node
     const char *name = rmap_reader_text(reader, map, key, need);
     if (!name)
         return;
+    if (!surface_ret) {
+        struct rmap_yaml_node *root = NULL;
+        if (strcmp(name, rmap_surface_model[RMAP_SURFACE_FRESNEL].name) != 0 &&
+            strcmp(name, rmap_surface_model[RMAP_SURFACE_ABSORBER].name) != 0 &&
+            !rmap_names_find(&reader->surfaces, name))
+            (void)published(reader, rmap_yaml_get(map, key), name, &root);
+        rmap_yaml_destroy(root);
+        return;
+    }
     if (strcmp(name, rmap_surface_model[RMAP_SURFACE_FRESNEL].name) == 0) {
         rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, surface_ret);
         return;
@@ -334,7 +343,8 @@ void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml
         return;
     if (node->kind != RMAP_YAML_MAP) {
         find_surface(reader, map, key, RMAP_REQUIRED, front_ret);
-        *back_ret = *front_ret;
+        if (front_ret)
+            *back_ret = *front_ret;
         return;
     }
     if (rmap_yaml_get(node, "type")) {

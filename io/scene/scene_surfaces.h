@@ -7,7 +7,8 @@
 
 #include "io/scene/scene_reader.h"
 
-/* `key`: a surface's name or {front: a, back: b}; untouched when absent. */
+/* `key`: a surface's name or {front: a, back: b}; untouched when absent. NULL: the names are only
+ * looked up. */
 void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                               const char *key, int32_t *front_ret, int32_t *back_ret);
 void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "io/export/json_number.h"
+#include "mpi/command/arguments.h"
 #include "mpi/command/json_out.h"
 
 static size_t count(const struct rmap_lens_plan *plan, bool mirrors)
@@ -46,10 +47,14 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
     if (isfinite(o->object))
         (void)fprintf(out, "  object %.7g %s before surface 1, magnification %.5g\n", o->object,
                       lens->unit, o->magnification);
-    (void)fprintf(out,
-                  "next:\n  raymap draw %s -o lens.svg\n  raymap ghosts %s sensor\n"
-                  "  raymap trace %s -n 1M -o lens.raymap\n",
-                  scene, scene, scene);
+    static const char *const next[][2] = {
+        {"draw", " -o lens.svg"}, {"ghosts", " sensor"}, {"trace", " -n 1M -o lens.raymap"}};
+    (void)fputs("next:\n", out);
+    for (size_t i = 0; i < sizeof next / sizeof *next; i++) {
+        (void)fprintf(out, "  raymap %s", next[i][0]);
+        rmap_arguments_put_word(out, scene);
+        (void)fprintf(out, "%s\n", next[i][1]);
+    }
 }
 
 static json_t *elements(const struct rmap_lens_plan *plan)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "io/assembly/assembly_guess.h"
+#include "mpi/command/arguments.h"
 #include "mpi/command/json_out.h"
 
 /* ---- an import ---- */
@@ -54,10 +55,9 @@ void rmap_model_print(const struct rmap_assembly *a, const char *scene, FILE *ou
                       n.clear == 1 ? " is" : "s are", n.clear == 1 ? "its" : "their");
     if (a->n_touch > 0)
         (void)fprintf(out, "  %zu pair%s of parts touch\n", a->n_touch, plural(a->n_touch));
-    (void)fprintf(out,
-                  "next:\n  raymap render %s -o model.png\n  attributes.yaml beside it says what "
-                  "parts are made of\n",
-                  scene);
+    (void)fputs("next:\n  raymap render", out);
+    rmap_arguments_put_word(out, scene);
+    (void)fputs(" -o model.png\n  attributes.yaml beside it says what parts are made of\n", out);
 }
 
 static const char *label_of(const struct rmap_assembly *a, const char *id)

@@ -4,15 +4,42 @@
  */
 #include "mpi/answer/model_run.h"
 
-#include <unistd.h>
-
 #include "base/alloc.h"
 #include "base/unit.h"
 #include "io/file/directory.h"
 #include "mpi/answer/model_out.h"
 #include "mpi/command/command.h"
+#include "mpi/command/import_check.h"
+#include "mpi/command/import_folder.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/model_read.h"
+#include "mpi/command/output.h"
+#include "mpi/parallel/interrupt.h"
+
+enum rmap_status rmap_model_check_options(const struct rmap_arguments *given, const char *path,
+                                          struct rmap_error *err)
+{
+    static const char *const step[] = {".step", ".stp", ".iges", ".igs", NULL},
+                             *const without_unit[] = {".obj", ".stl", ".ply", NULL},
+                             *const lens[] = {".zmx", ".zar", ".seq", ".len", NULL};
+    static const struct {
+        const char *option, *of;
+        const char *const *suffix;
+    } rules[] = {{"chord", "STEP and IGES, whose faces it cuts into triangles", step},
+                 {"angle", "STEP and IGES, whose faces it cuts into triangles", step},
+                 {"unit", "OBJ, STL and PLY, which name none", without_unit},
+                 {"glass", "lens files", lens}};
+    for (size_t i = 0; i < sizeof rules / sizeof *rules; i++) {
+        bool fits = !rmap_argument(given, rules[i].option);
+        for (const char *const *suffix = rules[i].suffix; *suffix && !fits; suffix++)
+            fits = rmap_output_is(path, *suffix);
+        if (!fits)
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "--%s says nothing of %s: it is for %s; leave it out",
+                                  rules[i].option, path, rules[i].of);
+    }
+    return RMAP_OK;
+}
 
 static enum rmap_status request_of(const struct rmap_arguments *given, const char *path,
                                    const char *folder, struct rmap_model_request *request,
@@ -60,28 +87,40 @@ enum rmap_status rmap_model_import(const struct rmap_context *context,
     struct rmap_assembly assembly = {0};
     struct rmap_model_stored stored = {0};
     struct rmap_model_request request;
-    const bool force = rmap_argument(given, "force") != NULL, had = access(folder, F_OK) == 0;
+    struct rmap_import_folder place = {.path = folder};
+    struct rmap_diagnostics told;
+    const bool force = rmap_argument(given, "force") != NULL;
     char *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
     if (!scene)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
+    rmap_diagnostics_init(&told, scene);
     RMAP_TRY(request_of(given, given->operand[0], folder, &request, err));
-    RMAP_TRY(rmap_model_check_edits(folder, true, force, err)); /* before the work */
-    RMAP_TRY(rmap_folder_make(folder, err));
+    RMAP_TRY(rmap_import_folder_check(&place, RMAP_IMPORT_MODEL, force, err)); /* before the work */
+    RMAP_TRY(rmap_model_check_edits(folder, true, force, err));
+    RMAP_TRY(rmap_import_folder_make(&place, err));
     RMAP_TRY(rmap_model_read(&request, &assembly, &made, err));
     rmap_diagnostics_print(&assembly.findings, stderr);
     RMAP_TRY(refuse_strictly(given, &assembly, request.path, err));
     RMAP_TRY(rmap_assembly_settle_labels(&assembly, err));
     RMAP_TRY(rmap_assembly_settle_files(&assembly, err));
-    RMAP_TRY(rmap_model_store(folder, made, &assembly, NULL, NULL, force, &stored, err));
+    RMAP_TRY(rmap_interrupt_stopped(err));
+    RMAP_TRY(rmap_model_store(folder, made, &assembly, place.has_model ? &place.before : NULL, NULL,
+                              force, &stored, err));
     tell_kept(context, &stored);
-    if (context->json)
-        st = rmap_json_print(rmap_model_json(&assembly, request.path, scene), stdout, err);
-    else if (!context->quiet)
+    RMAP_TRY(rmap_import_check(context, &(struct rmap_import_text){.path = scene}, &told, err));
+    rmap_diagnostics_print(&told, stderr);
+    if (context->json) {
+        json_t *document = rmap_model_json(&assembly, request.path, scene);
+        (void)json_object_set_new(document, "check", rmap_json_check(&told));
+        RMAP_TRY(rmap_json_print(document, stdout, err));
+    } else if (!context->quiet && told.n_error == 0) {
         rmap_model_print(&assembly, scene, stdout);
+    }
+    st = rmap_import_refused(scene, &told, err);
 out:
     rmap_model_clean(made);
-    if (st != RMAP_OK && !had)
-        (void)rmdir(folder); /* where nothing is in it */
+    rmap_import_folder_fini(&place, st);
+    rmap_diagnostics_fini(&told);
     rmap_model_stored_fini(&stored);
     rmap_assembly_fini(&assembly);
     rmap_free(scene);
@@ -111,6 +150,7 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     RMAP_TRY(rmap_model_read_stored(folder, &before, err));
     RMAP_TRY(rmap_model_check_edits(folder, false, force || dry_run, err));
     RMAP_TRY(rmap_model_read(&request, &after, &made, err));
+    RMAP_TRY(rmap_interrupt_stopped(err));
     rmap_diagnostics_print(&after.findings, stderr);
     RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
     RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));

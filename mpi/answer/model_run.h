@@ -17,6 +17,10 @@
         "unit", 0, "UNIT", "of OBJ, STL and PLY, which have none: nm um mm cm m in (default mm)"   \
     }
 
+/* RMAP_USAGE: an option that says nothing of such a file. */
+enum rmap_status rmap_model_check_options(const struct rmap_arguments *given, const char *path,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* By rank 0 alone. RMAP_USAGE: edits stand in the way; RMAP_INPUT: it is no model; RMAP_SYSTEM. */
 enum rmap_status rmap_model_import(const struct rmap_context *context,
                                    const struct rmap_arguments *given, const char *folder,

@@ -10,19 +10,11 @@
 #include "mpi/answer/scene_summary.h"
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/argument_numbers.h"
-#include "mpi/command/body_check.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
-#include "mpi/command/mismatch.h"
 #include "mpi/command/output.h"
+#include "mpi/command/scene_check.h"
 #include "mpi/parallel/agree.h"
-
-/* Rays that look for media that do not match; enough to meet every surface that light meets
- * often, few enough to be over in a moment. */
-enum { PROBE_RAYS = 8192 };
-
-/* Rays of some media take seconds each: then fewer must do. */
-static const double probe_s = 10.0;
 
 static const struct rmap_option options[] = {
     {"seed", 's', "S", "of the probing rays (default 1)"},
@@ -45,48 +37,10 @@ struct checked {
     const char *path, *surface, *plot, *lamp;
     struct rmap_lamp_sheet_ask sheet;
     struct rmap_bundle *bundle;
-    struct rmap_scene *scene;
+    struct rmap_scene *scene; /* borrowed of `found` */
     struct rmap_diagnostics diagnostics;
-    struct rmap_mismatch_effort effort;
+    struct rmap_scene_checked found;
 };
-
-/* Sends some rays through the scene: what is written may be right line by line, and yet the
- * media of two touching surfaces may not match. */
-static enum rmap_status probe(const struct rmap_context *context, struct checked *checked,
-                              uint64_t seed, struct rmap_error *err)
-{
-    struct rmap_accel *accel = NULL;
-    enum rmap_status st = rmap_accel_create(checked->scene, context->n_thread, &accel, err);
-    struct rmap_tracer tracer = {.scene = checked->scene, .accel = accel, .seed = seed};
-    checked->effort = (struct rmap_mismatch_effort){.n_ray = PROBE_RAYS, .seconds = probe_s};
-    if (st == RMAP_OK)
-        st = rmap_mismatch_probe(&tracer, &checked->effort, &checked->diagnostics, err);
-    if (st == RMAP_OK && checked->effort.cut)
-        rmap_diagnostics_add(&checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
-                             "probing was cut after %.0f s: %llu of %llu rays sent; the light is "
-                             "slow to trace here, and media may not match where no ray came",
-                             probe_s, (unsigned long long)checked->effort.n_sent,
-                             (unsigned long long)checked->effort.n_ray);
-    rmap_accel_destroy(accel);
-    return st;
-}
-
-static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < diagnostics->n; i++) {
-        const struct rmap_diagnostic *item = &diagnostics->item[i];
-        int line;
-        const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
-        json_t *told = json_pack("{s:s, s:i, s:i, s:s}", "severity",
-                                 item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning",
-                                 "line", line, "column", item->column, "text", item->text);
-        if (told && part)
-            (void)json_object_set_new(told, "file", json_string(part));
-        (void)json_array_append_new(list, told);
-    }
-    return list;
-}
 
 static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct checked *checked,
@@ -97,8 +51,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
     if (context->json) {
         json_t *document = json_pack("{s:s, s:I, s:o}", "path", checked->path, "errors",
                                      (json_int_t)checked->diagnostics.n_error, "diagnostics",
-                                     diagnostics_json(&checked->diagnostics));
-        const struct rmap_mismatch_effort *effort = &checked->effort;
+                                     rmap_json_diagnostics(&checked->diagnostics));
+        const struct rmap_mismatch_effort *effort = &checked->found.effort;
         (void)json_object_set_new(document, "probing",
                                   json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
                                             "wanted", (json_int_t)effort->n_ray, "cut",
@@ -140,17 +94,9 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     struct rmap_surface_question question, *asked = NULL;
     const struct rmap_source *lamp = NULL;
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
-    st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
-    const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
-    if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
-        rmap_diagnostics_add(
-            &checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
-            "'background' is light for `raymap render` alone, and there is no camera: "
-            "trace sends no ray of it");
-    if (st == RMAP_OK)
-        st = rmap_bodies_check(checked->scene, &checked->diagnostics, err);
-    if (st == RMAP_OK && checked->scene->n_source > 0)
-        st = probe(context, checked, seed, err);
+    st = rmap_scene_check(checked->bundle, context->n_thread, seed, &checked->diagnostics,
+                          &checked->found, err);
+    checked->scene = checked->found.scene;
     if (st != RMAP_OK && (st != RMAP_INPUT || checked->diagnostics.n_error == 0))
         goto out;
     if (st == RMAP_OK && checked->surface) {
@@ -160,7 +106,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     if (st == RMAP_OK && checked->lamp)
         RMAP_TRY(rmap_find_lamp(checked->scene, checked->lamp, &lamp, err));
     if (asked && checked->plot)
-        RMAP_TRY(draw(checked, n_warning, asked, err));
+        RMAP_TRY(draw(checked, checked->found.n_read, asked, err));
     RMAP_TRY(print_result(context, checked, asked, lamp, err));
     if (checked->diagnostics.n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s: %zu error%s", checked->path,
@@ -217,7 +163,7 @@ out:
     rmap_diagnostics_fini(&checked.diagnostics);
     rmap_scene_options_fini(&scene_options);
     rmap_lamp_sheet_ask_fini(&checked.sheet);
-    rmap_scene_destroy(checked.scene);
+    rmap_scene_checked_fini(&checked.found);
     rmap_bundle_destroy(checked.bundle);
     return st;
 }

@@ -16,8 +16,9 @@ static const struct rmap_option options[] = {
 static enum rmap_status run_update(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
-    const enum rmap_status st =
-        context->rank == 0 ? rmap_model_update(context, given, err) : RMAP_OK;
+    enum rmap_status st = rmap_model_check_options(given, given->operand[1], err);
+    if (st == RMAP_OK && context->rank == 0)
+        st = rmap_model_update(context, given, err);
     return rmap_agree(context, st, err);
 }
 
@@ -39,4 +40,5 @@ const struct rmap_command rmap_command_update = {
     .min_operands = 2,
     .max_operands = 2,
     .run = run_update,
+    .stops_in_order = true,
 };

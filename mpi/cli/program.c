@@ -5,6 +5,7 @@
 #include "mpi/cli/program.h"
 
 #include <mpi.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -222,6 +223,7 @@ int rmap_program(const struct rmap_command *const *command, size_t n_command, in
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE, wanted = MPI_THREAD_FUNNELED;
+    (void)signal(SIGXFSZ, SIG_IGN); /* writing past a limit of size fails with its reason */
     rmap_terminal_guard();
     rmap_h5_own_process();
     watch_signals(&known, argc > 1 ? argv[1] : "");

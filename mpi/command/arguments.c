@@ -259,7 +259,7 @@ void rmap_arguments_fini(struct rmap_arguments *arguments)
 }
 
 /* A word in quotes, where the shell wants any. */
-static void put_word(FILE *line, const char *word)
+void rmap_arguments_put_word(FILE *line, const char *word)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
                                 "_-./=,:+@%";
@@ -282,11 +282,11 @@ char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *o
         return NULL;
     fprintf(line, "raymap %s", arguments->command->name);
     for (int i = 0; i < arguments->n_operand; i++)
-        put_word(line, arguments->operand[i]);
+        rmap_arguments_put_word(line, arguments->operand[i]);
     for (size_t i = 0; i < arguments->n_value; i++) {
         fprintf(line, " --%s", arguments->value[i].option->name);
         if (arguments->value[i].option->argument)
-            put_word(line, arguments->value[i].text);
+            rmap_arguments_put_word(line, arguments->value[i].text);
     }
     fprintf(line, " --%s", option);
     if (fclose(line) == 0)

@@ -26,6 +26,9 @@ enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error 
 /* What was found in a file: [{"line", "text"}, ...]. */
 json_t *rmap_json_findings(const struct rmap_diagnostics *findings);
 
+/* Everything of a scene, as `check --json` has it. */
+json_t *rmap_json_diagnostics(const struct rmap_diagnostics *diagnostics);
+
 /* The same on one line, for a stream of documents. */
 enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
 

@@ -19,6 +19,8 @@
 #include "io/file/input_file.h"
 #include "io/file/publish.h"
 #include "mpi/command/output.h"
+#include "mpi/parallel/interrupt.h"
+#include "mpi/parallel/nap.h"
 
 extern char **environ;
 
@@ -62,6 +64,25 @@ static bool find_converter(char program[PATH])
     return false;
 }
 
+/* Until it ends, or is ended, as we are asked to. */
+static enum rmap_status wait_for(pid_t child, int *wait_status, struct rmap_error *err)
+{
+    bool asked = false;
+    for (;;) {
+        const pid_t ended = waitpid(child, wait_status, WNOHANG);
+        if (ended == child)
+            return asked ? rmap_interrupt_stopped(err) : RMAP_OK;
+        if (ended < 0 && errno != EINTR)
+            return rmap_error_set(err, RMAP_SYSTEM, "raymap-step cannot be waited for: %s",
+                                  strerror(errno));
+        if (!asked && rmap_interrupt_caught()) {
+            asked = true;
+            (void)kill(child, SIGKILL); /* what it wrote goes with its folder */
+        }
+        rmap_nap();
+    }
+}
+
 /* The child reads nothing and prints nothing; what it complains of goes to a file. */
 static enum rmap_status start(const char *program, char *const *argv, const char *said,
                               int *wait_status, struct rmap_error *err)
@@ -81,11 +102,9 @@ static enum rmap_status start(const char *program, char *const *argv, const char
     if (why == 0)
         why = posix_spawn(&child, program, &actions, NULL, argv, environ);
     (void)posix_spawn_file_actions_destroy(&actions);
-    while (why == 0 && waitpid(child, wait_status, 0) < 0)
-        why = errno == EINTR ? 0 : errno;
-    return why == 0 ? RMAP_OK
-                    : rmap_error_set(err, RMAP_SYSTEM, "raymap-step cannot be started: %s",
-                                     strerror(why));
+    if (why != 0)
+        return rmap_error_set(err, RMAP_SYSTEM, "raymap-step cannot be started: %s", strerror(why));
+    return wait_for(child, wait_status, err);
 }
 
 /* Its last line is the reason, and names the file. */

@@ -54,6 +54,13 @@ void rmap_interrupt_forget(void)
     caught = 0;
 }
 
+enum rmap_status rmap_interrupt_stopped(struct rmap_error *err)
+{
+    const int number = rmap_interrupt_caught();
+    return number ? rmap_error_set(err, RMAP_STOPPED, "stopped by %s", rmap_interrupt_name(number))
+                  : RMAP_OK;
+}
+
 const char *rmap_interrupt_name(int number)
 {
     switch (number) {

@@ -7,6 +7,8 @@
 
 #include <stdbool.h>
 
+#include "base/status.h"
+
 /* From now on the first of these signals is remembered; a second one of its kind kills, as ever. */
 void rmap_interrupt_watch(void);
 
@@ -18,6 +20,9 @@ void rmap_interrupt_forget(void); /* for the next question */
 
 /* Number of the signal that came, or 0. */
 int rmap_interrupt_caught(void);
+
+/* RMAP_STOPPED where one came. */
+enum rmap_status rmap_interrupt_stopped(struct rmap_error *err) RMAP_MUST_USE;
 
 /* "SIGTERM" */
 const char *rmap_interrupt_name(int number);
