@@ -405,11 +405,11 @@ static bool ends_in(const char *path, const char *ending)
     return n > m && strcasecmp(path + n - m, ending) == 0;
 }
 
-enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, struct rmap_assembly *a,
-                                         struct rmap_error *err)
+enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, const char *unit,
+                                         struct rmap_assembly *a, struct rmap_error *err)
 {
     const double mm_per_m = 1000;
-    const char *slash = strrchr(path, '/'), *unit = "";
+    const char *slash = strrchr(path, '/');
     const bool is_gltf = ends_in(path, ".gltf") || ends_in(path, ".glb"),
                is_obj = ends_in(path, ".obj");
     const char *trouble = rmap_input_file_trouble(path);

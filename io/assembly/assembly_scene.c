@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/assembly/assembly_guess.h"
@@ -173,7 +172,7 @@ static void put_remark(FILE *out, const struct rmap_assembly_part *part)
 
 static void put_id(FILE *out, const struct rmap_assembly_part *part)
 {
-    (void)fprintf(out, "id: 0x%016" PRIx64, XXH3_64bits(part->id, strlen(part->id)));
+    (void)fprintf(out, "id: 0x%016" PRIx64, part->number);
 }
 
 static void put_part(FILE *out, const struct rmap_assembly *a,
