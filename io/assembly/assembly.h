@@ -78,6 +78,8 @@ struct rmap_assembly {
     struct rmap_diagnostics findings;
 };
 
+void rmap_assembly_shape_fini(struct rmap_assembly_shape *shape);
+
 /* Zero-initialise; fini in any case. */
 void rmap_assembly_fini(struct rmap_assembly *assembly);
 
@@ -103,6 +105,11 @@ enum rmap_status rmap_assembly_settle_labels(struct rmap_assembly *assembly,
 /* Names of mesh files for shapes that have none. RMAP_SYSTEM. */
 enum rmap_status rmap_assembly_settle_files(struct rmap_assembly *assembly,
                                             struct rmap_error *err) RMAP_MUST_USE;
+
+/* Shapes of equal geometry, whose faces look alike, become one; faces that all look as their part
+ * does leave it to the part. Not yet files. RMAP_SYSTEM. */
+enum rmap_status rmap_assembly_share(struct rmap_assembly *assembly,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- from files and to them ---- */
 

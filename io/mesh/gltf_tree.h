@@ -21,7 +21,8 @@ struct rmap_gltf_mesh {
 };
 
 /* As glTF has them: colours and factors are linear; KHR_materials_transmission and _ior. What says
- * nothing of metal is none, though glTF's default is 1: it is a guess at what things are. */
+ * nothing of metal is none, though glTF's default is 1: it is a guess at what things are. Blended
+ * ones (alphaMode) let light through, unless their colour covers all. */
 struct rmap_gltf_material {
     char *name;
     double colour[3], metalness, roughness, transmission, index;

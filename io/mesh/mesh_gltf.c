@@ -294,6 +294,16 @@ static double factor_of(const json_t *object, const char *key, double otherwise)
     return fmin(fmax(number, 0), 10);
 }
 
+/* Some programs write BLEND whatever the alpha is. */
+static bool is_blended(const json_t *material, const json_t *metal, const json_t *base)
+{
+    const char *mode = json_string_value(json_object_get(material, "alphaMode"));
+    const json_t *alpha = json_array_get(base, 3);
+    const bool covers =
+        alpha && json_number_value(alpha) >= 1 && !json_object_get(metal, "baseColorTexture");
+    return mode && strcmp(mode, "BLEND") == 0 && !covers;
+}
+
 static enum rmap_status read_materials(struct gatherer *g)
 {
     const json_t *list = json_object_get(g->gltf.root, "materials");
@@ -312,6 +322,8 @@ static enum rmap_status read_materials(struct gatherer *g)
             .transmission = factor_of(json_object_get(more, "KHR_materials_transmission"),
                                       "transmissionFactor", 0),
             .index = factor_of(json_object_get(more, "KHR_materials_ior"), "ior", 1.5)};
+        if (is_blended(from, metal, base))
+            to->transmission = fmax(to->transmission, 1);
         for (size_t k = 0; k < 3; k++) {
             const json_t *part = json_array_get(base, k);
             to->colour[k] = part ? fmin(fmax(json_number_value(part), 0), 1) : 1;

@@ -25,6 +25,7 @@ struct gatherer {
     const struct aiScene *scene;
     double scale;
     struct rmap_mesh_builder *builder;
+    const struct rmap_obj_names *names; /* or NULL */
 };
 
 /* ---- what assimp made of a file ---- */
@@ -70,8 +71,11 @@ static enum rmap_status close_face(struct gatherer *g, const struct aiNode *node
                                   &material);
     if (strcmp(material.data, AI_DEFAULT_MATERIAL_NAME) == 0)
         material = (struct aiString){0};
-    return rmap_mesh_builder_close_part(
-        g->builder, mesh->mName.length ? mesh->mName.data : node->mName.data, material.data);
+    const char *name = mesh->mName.length ? mesh->mName.data : node->mName.data;
+    g->builder->part = rmap_obj_part(g->names, node->mName.data); /* meshes may be materials' */
+    if (g->builder->part < 0)
+        g->builder->part = rmap_obj_part(g->names, name);
+    return rmap_mesh_builder_close_part(g->builder, name, material.data);
 }
 
 /* Neither STL nor OBJ places its parts. */
@@ -170,7 +174,8 @@ static void close_source(struct aiFileIO *io, struct aiFile *file)
 }
 
 static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
-                                            double scale, struct rmap_mesh_builder *builder)
+                                            double scale, const struct rmap_obj_names *names,
+                                            struct rmap_mesh_builder *builder)
 {
     struct source source = {
         .io = {open_source, close_source, NULL}, .path = path, .bytes = bytes, .nbytes = nbytes};
@@ -184,7 +189,7 @@ static enum rmap_status read_through_assimp(const char *path, const uint8_t *byt
         return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
                               text && text[0] ? text : "it is no mesh that can be understood");
     }
-    struct gatherer g = {scene, scale, builder};
+    struct gatherer g = {scene, scale, builder, names};
     enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
     aiReleaseImport(scene);
     return st;
@@ -222,8 +227,10 @@ static bool ends_in(const char *path, const char *ending)
     return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
 }
 
+/* names: of the parts of an OBJ file; NULL: they are not wanted. */
 static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_t nbytes,
-                                   double scale, struct rmap_mesh_builder *builder)
+                                   double scale, struct rmap_obj_names *names,
+                                   struct rmap_mesh_builder *builder)
 {
     enum rmap_status st = RMAP_OK;
     if (nbytes == 0)
@@ -234,7 +241,12 @@ static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_
         return rmap_ply_read(bytes, nbytes, scale, builder);
     if (ends_in(path, ".obj"))
         st = check_polygons(bytes, nbytes, builder->err);
-    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, builder) : st;
+    if (st == RMAP_OK && names && ends_in(path, ".obj")) {
+        st = rmap_obj_names_read(bytes, nbytes, names, builder->err);
+        if (st == RMAP_OK && names->text)
+            return read_through_assimp(path, names->text, names->nbytes, scale, names, builder);
+    }
+    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, NULL, builder) : st;
 }
 
 static bool is_known(const char *path)
@@ -246,7 +258,8 @@ static bool is_known(const char *path)
     return fits;
 }
 
-static enum rmap_status read_file(const char *path, double scale, struct rmap_mesh_builder *builder)
+static enum rmap_status read_file(const char *path, double scale, struct rmap_obj_names *names,
+                                  struct rmap_mesh_builder *builder)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *bytes = NULL;
@@ -255,7 +268,7 @@ static enum rmap_status read_file(const char *path, double scale, struct rmap_me
         RMAP_TRY(rmap_error_set(builder->err, RMAP_INPUT,
                                 "its name must end in .stl, .obj, .ply, .gltf or .glb"));
     RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, builder->err));
-    st = read_bytes(path, bytes, nbytes, scale, builder);
+    st = read_bytes(path, bytes, nbytes, scale, names, builder);
 out:
     rmap_free(bytes);
     return st;
@@ -271,7 +284,7 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, &builder));
+    RMAP_TRY(read_file(path, scale, NULL, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
     *left_out_ret = builder.left_out;
 out:
@@ -281,22 +294,32 @@ out:
     return st;
 }
 
-enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                      char ***material_ret, struct rmap_error *err)
+void rmap_mesh_file_fini(struct rmap_mesh_file *file)
+{
+    for (size_t f = 0; file->material && f < file->mesh->n_face; f++)
+        rmap_free(file->material[f]);
+    rmap_free(file->material);
+    rmap_free(file->part);
+    rmap_mesh_destroy(file->mesh);
+    rmap_obj_names_fini(&file->names);
+}
+
+enum rmap_status rmap_mesh_read_file(const char *path, double scale, struct rmap_mesh_file *file,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_materials = true};
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, &builder));
-    RMAP_TRY(
-        RMAP_RESERVE(builder.face_material, builder.cap_face_material, builder.n_face + 1, err));
-    while (builder.n_face_material < builder.n_face)
-        builder.face_material[builder.n_face_material++] = NULL;
-    RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
-    *material_ret = builder.face_material;
+    RMAP_TRY(read_file(path, scale, &file->names, &builder));
+    RMAP_TRY(rmap_mesh_builder_fill_parts(&builder, builder.n_face));
+    RMAP_TRY(rmap_mesh_builder_finish(&builder, &file->mesh));
+    file->left_out = builder.left_out;
+    file->material = builder.face_material;
+    file->part = builder.face_part;
     builder.face_material = NULL;
+    builder.face_part = NULL;
     builder.n_face_material = 0;
 out:
     rmap_mesh_builder_fini(&builder);

@@ -177,6 +177,74 @@ def check_obj():
     run("import", "here/a.obj", "-o", "here/obj", "--strict", "--force", status=3)
 
 
+def check_obj_names():
+    """Whole names, parts of one first word and of one name apart, each with the materials of its own faces; groups that go on."""
+    points, _ = box(1, 1, 1)
+    lines, k = ["mtllib b.mtl"], 0
+
+    def cube(name, *materials):
+        nonlocal k
+        lines.extend([name] + ["v %g %g %g" % tuple(p + [3 * k, 0, 0]) for p in points])
+        for i, t in enumerate(TRIANGLES):
+            if i * len(materials) % 12 == 0 and materials[i * len(materials) // 12]:
+                lines.append("usemtl " + materials[i * len(materials) // 12])
+            lines.append("f %d %d %d" % tuple(t + 1 + 8 * k))
+        k += 1
+
+    cube("o front wheel", "red paint")
+    cube("o front lamp", "red glass")
+    cube("o wheel", "red paint", "steel")
+    cube("o wheel", "steel", "red paint")
+    cube("g left side", "steel")
+    cube("g right side", "red paint")
+    cube("g left side", "steel")
+    pathlib.Path("here/b.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    pathlib.Path("here/b.mtl").write_text("newmtl red paint\nKd 1 0 0\nnewmtl red glass\nKd 1 1 1\nd 0.1\nnewmtl steel\nKd 0 0 1\n", encoding="utf-8")
+    run("import", "here/b.obj", "-o", "here/names", "--quiet")
+    parts = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/names/parts.yaml")))
+    check(list(parts) == ["front_wheel", "front_lamp", "wheel", "wheel.2", "left_side", "right_side"], f"names: {list(parts)}")
+    material = {n: re.search("material: '?([a-z ]+)", p).group(1) for n, p in parts.items()}
+    check(material == {"front_wheel": "red paint", "front_lamp": "red glass", "wheel": "red paint", "wheel.2": "steel", "left_side": "steel",
+                       "right_side": "red paint"}, f"materials: {material}")
+    check("inside: 'index_1.5'" in parts["front_lamp"] and "faces: [{faces: [1], surface: paint_0000ff" in parts["wheel"]
+          and "faces: [{faces: [1], surface: paint_ff0000" in parts["wheel.2"], f"of faces: {parts}")
+    written = text("here/names/parts.yaml")
+    check("wheel: 2 faces, closed, 1 x 1 x 1 mm" in written and "left side: 2 faces, closed, 7 x 1 x 1 mm" in written, written)
+    # Before the first name, and without any, it is the file's.
+    pathlib.Path("here/c.obj").write_text("\n".join(line for line in lines if line[0] not in "og") + "\n", encoding="utf-8")
+    run("import", "here/c.obj", "-o", "here/names2", "--quiet")
+    check("name: c, id" in text("here/names2/parts.yaml"), "without names")
+
+
+def check_shared():
+    """Meshes of equal geometry are one, whatever each part looks like; blended ones are clear."""
+    screw, half = box(0.002, 0.002, 0.006), MATERIALS[:1] + [
+        {"name": "film", "alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 0.4]}},
+        {"name": "solid", "alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 1, 1]}},
+        {"name": "plain blend", "alphaMode": "BLEND"}]
+    other = (screw[0] * [1, 1, 2], screw[1])
+
+    def model(name, first):
+        order = ["screw 0", "screw 1", "screw 2", "two", "two b"][first:]
+        meshes = {"m0": [(*screw, 0)], "m1": [(*screw, 1)], "m2": [(*screw, 0)], "m3": [(other[0], other[1][:6], 0), (other[0], other[1][6:], 2)],
+                  "m4": [(other[0], other[1][:6], 0), (other[0], other[1][6:], 3)]}
+        kept = dict(list(meshes.items())[first:])
+        nodes = [{"name": n, "mesh": i, "translation": [0.01 * (i + first), 0, 0]} for i, n in enumerate(order)]
+        return gltf(name, kept, half, nodes, list(range(len(nodes))))
+
+    told = json.loads(run("import", model("s.gltf", 0), "-o", "here/shared", "--json"))
+    parts = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/shared/parts.yaml")))
+    check(told["shapes"] == 3 and [parts[f"screw_{k}"].split(",")[0] for k in range(3)] == ["geometry: m0"] * 3, f"shared: {told} {parts}")
+    check("fresnel, inside: 'index_1.5'" in parts["screw_1"] and "metal_" in parts["screw_2"] and "geometry: m3" in parts["two"]
+          and "geometry: m4" in parts["two_b"], f"looks are the parts' own: {parts}")
+    check("paint_0000ff" in parts["two"] and "fresnel" not in parts["two"] and told["transparent"] == 1, f"alpha 1 covers: {parts['two']}")
+    says_nothing("here/shared/scene.yaml")
+    told = json.loads(run("update", "here/shared", model("s2.gltf", 1), "--json"))
+    check({p["name"]: p["change"] for p in told["parts"]} == {"screw_0": ["gone"]} and told["meshes"]["written"] == 0, f"no mesh is swapped: {told}")
+    now = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/shared/parts.yaml")))
+    check(now == {n: p for n, p in parts.items() if n != "screw_0"}, f"{now}")
+
+
 def check_faces():
     """Light that starts in a box whose faces are objects of their own meets one of them, and never passes between."""
     pathlib.Path("here/faces.yaml").write_text("""raymap: 1
@@ -240,6 +308,8 @@ check_rules()
 check_update()
 check_edits()
 check_obj()
+check_obj_names()
+check_shared()
 check_faces()
 check_step()
 check_exact_faces()
