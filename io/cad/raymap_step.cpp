@@ -120,22 +120,24 @@ int main(int count, char **words)
         std::fputs(usage, stdout);
         return 0;
     }
-    std::string text;
+    std::string text, input = "raymap-step";
     int status = 5;
     try {
-        cad::convert(cad::options_of(count, words));
+        const cad::Options options = cad::options_of(count, words);
+        input = options.input;
+        cad::convert(options);
         return 0;
     } catch (const cad::Refused &refused) {
         text = refused.text;
         status = refused.status;
     } catch (const Standard_Failure &failure) {
-        text = std::string(words[1]) + ": OpenCASCADE: " + failure.DynamicType()->Name() + " " +
+        text = input + ": OpenCASCADE: " + failure.DynamicType()->Name() + " " +
                failure.GetMessageString();
         status = 3;
     } catch (const std::bad_alloc &) {
-        text = std::string(words[1]) + ": not enough memory";
+        text = input + ": not enough memory";
     } catch (const std::exception &failure) {
-        text = std::string(words[1]) + ": " + failure.what();
+        text = input + ": " + failure.what();
     }
     std::fprintf(stderr, "raymap-step: %s\n", cad::printable(text).c_str());
     return status;
