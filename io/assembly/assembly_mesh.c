@@ -27,6 +27,19 @@ static enum rmap_status no_memory(struct rmap_error *err)
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an assembly");
 }
 
+/* name: of the mesh in the file; "": it is the file. */
+static void tell_left_out(struct rmap_assembly *a, const char *name,
+                          const struct rmap_mesh_left_out *left_out)
+{
+    if (left_out->undefined > 0)
+        rmap_diagnostics_add(&a->findings, RMAP_SEVERITY_WARNING, 0, 0,
+                             "%s%.60s%s%zu triangle%s, number %zu first, with corners that are no "
+                             "numbers (NaN or infinite): left out, which leaves a hole",
+                             name[0] ? "mesh '" : "", name, name[0] ? "': " : "",
+                             left_out->undefined, left_out->undefined == 1 ? "" : "s",
+                             left_out->first);
+}
+
 /* ---- shapes ---- */
 
 static void set_hash(struct rmap_assembly_shape *shape)
@@ -207,6 +220,7 @@ static enum rmap_status take_tree(struct rmap_assembly *a, struct rmap_gltf_tree
     RMAP_TRY(take_gltf_materials(a, tree, err));
     for (size_t i = 0; i < tree->n_mesh; i++) {
         shape_of[i] = tree->mesh[i].mesh ? (int32_t)a->n_shape : -1;
+        tell_left_out(a, tree->mesh[i].name ? tree->mesh[i].name : "", &tree->mesh[i].left_out);
         if (tree->mesh[i].mesh)
             RMAP_TRY(take_gltf_mesh(a, &tree->mesh[i], err));
     }
@@ -368,16 +382,6 @@ out:
     return st;
 }
 
-static void tell_left_out(struct rmap_assembly *a, const struct rmap_mesh_left_out *left_out)
-{
-    if (left_out->undefined > 0)
-        rmap_diagnostics_add(
-            &a->findings, RMAP_SEVERITY_WARNING, 0, 0,
-            "%zu triangle%s, the first of them number %zu, with a corner that is no "
-            "number, or infinite: left out",
-            left_out->undefined, left_out->undefined == 1 ? "" : "s", left_out->first);
-}
-
 static enum rmap_status read_plain(const char *path, double scale, bool is_obj,
                                    struct rmap_assembly *a, struct rmap_error *err)
 {
@@ -388,7 +392,7 @@ static enum rmap_status read_plain(const char *path, double scale, bool is_obj,
     (void)snprintf(stem, sizeof stem, "%s", slash ? slash + 1 : path);
     *strrchr(stem, '.') = 0;
     RMAP_TRY(rmap_mesh_read_file(path, scale, &file, err));
-    tell_left_out(a, &file.left_out);
+    tell_left_out(a, "", &file.left_out);
     if (is_obj)
         RMAP_TRY(read_materials(path, a, err));
     st = split(a, &file, stem, err);
@@ -417,7 +421,8 @@ enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, const c
     if (is_gltf)
         unit = "m";
     if (st != RMAP_OK) {
-        rmap_error_context(err, "%s", path);
+        if (is_gltf || !strstr(err->text, path)) /* rmap_mesh_read_file names it */
+            rmap_error_context(err, "%s", path);
         return st;
     }
     a->source = rmap_strdup(slash ? slash + 1 : path);

@@ -6,7 +6,7 @@
 #ifndef RMAP_GLTF_TREE_H
 #define RMAP_GLTF_TREE_H
 
-#include "geometry/mesh.h"
+#include "io/mesh/mesh_builder.h"
 
 struct rmap_gltf_node {
     char *name; /* "": it has none */
@@ -18,6 +18,7 @@ struct rmap_gltf_mesh {
     char *name;
     struct rmap_mesh *mesh; /* NULL: no node has it, or it has no triangles */
     int32_t *material;      /* [n_face]; -1: none */
+    struct rmap_mesh_left_out left_out;
 };
 
 /* As glTF has them: colours and factors are linear; KHR_materials_transmission and _ior. What says

@@ -260,6 +260,12 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh *mesh = NULL;
+    if (!b->n_triangle && b->left_out.undefined > 0)
+        return rmap_error_set(b->err, RMAP_INPUT,
+                              "none of its %zu triangles has an area: %zu have corners that are no "
+                              "numbers (NaN or infinite), triangle %zu first",
+                              b->left_out.degenerate + b->left_out.undefined, b->left_out.undefined,
+                              b->left_out.first);
     if (!b->n_triangle && b->left_out.degenerate + b->left_out.undefined > 0)
         return rmap_error_set(b->err, RMAP_INPUT, "none of its %zu triangles has an area",
                               b->left_out.degenerate + b->left_out.undefined);

@@ -27,6 +27,7 @@ struct gatherer {
     struct rmap_gltf_tree *tree; /* where nodes and materials go; NULL: all is one mesh */
     int32_t *material;           /* [builder->n_face] of the mesh in hand */
     size_t cap_material;
+    size_t mesh, primitive; /* in hand */
 };
 
 /* ---- places ---- */
@@ -104,7 +105,11 @@ static enum rmap_status add_triangles(struct gatherer *g, size_t mode, size_t n_
             const size_t at = corner_of(mode, i, mirrored ? 2 - k : k);
             const double index = indexed ? g->corner.value[at] : (double)at;
             if (!(index >= 0 && index < (double)g->point.n))
-                return rmap_gltf_refuse(&g->gltf, "a triangle has a vertex that is not there");
+                return rmap_gltf_refuse(
+                    &g->gltf,
+                    "meshes[%zu].primitives[%zu]: triangle %zu has vertex %.0f, "
+                    "a vertex that is not there: there are 0 to %.0f",
+                    g->mesh, g->primitive, i + 1, index, (double)g->point.n - 1);
             const double *v = &g->point.value[3 * (size_t)index];
             if (textured)
                 memcpy(uv[k], &g->texture.value[2 * (size_t)index], sizeof uv[k]);
@@ -163,6 +168,8 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
         const size_t n_before = g->builder->n_face;
         const json_t *attributes = json_object_get(part, "attributes");
         size_t mode, position, texture, indices, material;
+        g->mesh = index;
+        g->primitive = i;
         RMAP_TRY(rmap_gltf_charge(&g->gltf, 1));
         if (!rmap_gltf_count(part, "mode", TRIANGLES, &mode) ||
             !rmap_gltf_count(part, "indices", 0, &indices) ||
@@ -353,6 +360,7 @@ static enum rmap_status read_meshes(struct gatherer *g, struct rmap_error *err)
         to->name = rmap_strdup(name_of(json_array_get(list, (size_t)i)));
         st = to->name ? add_mesh(g, (size_t)i, &identity)
                       : rmap_error_set(err, RMAP_SYSTEM, "out of memory for meshes");
+        to->left_out = builder.left_out;
         if (st == RMAP_OK && builder.n_triangle > 0) {
             st = rmap_mesh_builder_finish(&builder, &to->mesh);
             to->material = g->material;

@@ -17,6 +17,7 @@
 #include "io/mesh/gltf_numbers.h"
 #include "io/mesh/mesh_builder.h"
 #include "io/mesh/mesh_read.h"
+#include "io/mesh/text_fault.h"
 
 #define NODE_DEPTH_MAX 256
 #define CORNERS_MAX    4096
@@ -27,6 +28,12 @@ struct gatherer {
     struct rmap_mesh_builder *builder;
     const struct rmap_obj_names *names; /* or NULL */
 };
+
+static bool ends_in(const char *path, const char *ending)
+{
+    size_t len = strlen(path), ending_len = strlen(ending);
+    return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
+}
 
 /* ---- what assimp made of a file ---- */
 
@@ -173,22 +180,35 @@ static void close_source(struct aiFileIO *io, struct aiFile *file)
     ((struct source *)io)->open = false;
 }
 
+/* What assimp says, or the line that it does not name. */
+static enum rmap_status refuse(const char *path, const uint8_t *bytes, size_t nbytes,
+                               struct rmap_error *err)
+{
+    char why[200];
+    const char *text = aiGetErrorString();
+    if (text && strstr(text, "bad_alloc"))
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for mesh %s", path);
+    if (ends_in(path, ".obj") ? rmap_obj_fault(bytes, nbytes, why, sizeof why)
+                              : rmap_stl_fault(bytes, nbytes, why, sizeof why))
+        return rmap_error_set(err, RMAP_INPUT, "%s", why);
+    return rmap_error_set(err, RMAP_INPUT, "%.300s (is the file whole?)",
+                          text && text[0] ? text : "it is no mesh that can be understood");
+}
+
+/* names: of the parts, whose text it is then; NULL: of none. */
 static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
                                             double scale, const struct rmap_obj_names *names,
                                             struct rmap_mesh_builder *builder)
 {
-    struct source source = {
-        .io = {open_source, close_source, NULL}, .path = path, .bytes = bytes, .nbytes = nbytes};
+    struct source source = {.io = {open_source, close_source, NULL},
+                            .path = path,
+                            .bytes = names ? names->text : bytes,
+                            .nbytes = names ? names->nbytes : nbytes};
     source.file =
         (struct aiFile){read_items, write_items, tell, size_of, seek, flush, (char *)&source};
     const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
-    if (!scene) {
-        const char *text = aiGetErrorString();
-        if (text && strstr(text, "bad_alloc"))
-            return rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for mesh %s", path);
-        return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
-                              text && text[0] ? text : "it is no mesh that can be understood");
-    }
+    if (!scene)
+        return refuse(path, bytes, nbytes, builder->err);
     struct gatherer g = {scene, scale, builder, names};
     enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
     aiReleaseImport(scene);
@@ -221,12 +241,6 @@ static enum rmap_status check_polygons(const uint8_t *text, size_t nbytes, struc
     return RMAP_OK;
 }
 
-static bool ends_in(const char *path, const char *ending)
-{
-    size_t len = strlen(path), ending_len = strlen(ending);
-    return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
-}
-
 /* names: of the parts of an OBJ file; NULL: they are not wanted. */
 static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_t nbytes,
                                    double scale, struct rmap_obj_names *names,
@@ -244,7 +258,7 @@ static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_
     if (st == RMAP_OK && names && ends_in(path, ".obj")) {
         st = rmap_obj_names_read(bytes, nbytes, names, builder->err);
         if (st == RMAP_OK && names->text)
-            return read_through_assimp(path, names->text, names->nbytes, scale, names, builder);
+            return read_through_assimp(path, bytes, nbytes, scale, names, builder);
     }
     return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, NULL, builder) : st;
 }

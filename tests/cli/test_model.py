@@ -245,6 +245,17 @@ def check_shared():
     check(now == {n: p for n, p in parts.items() if n != "screw_0"}, f"{now}")
 
 
+def check_no_numbers():
+    """Triangles that an import leaves out are told, by their numbers."""
+    points, triangles = box(0.002, 0.002, 0.006)
+    points[7] *= float("nan")
+    first = next(i for i, t in enumerate(triangles) if 7 in t) + 1
+    path = gltf("nan.gltf", {"screw": [(points, triangles, 0)]}, MATERIALS, [{"name": "s", "mesh": 0}], [0])
+    done = subprocess.run([os.environ["RAYMAP"], "import", path, "-o", "here/nan"], text=True, capture_output=True, check=False)
+    check(done.returncode == 0 and f"mesh 'screw': {sum(7 in t for t in triangles)} triangles, number {first} first" in done.stderr, f"{done.stderr}")
+    check("left out" in run("import", path, "-o", "here/nan", "--strict", status=3), "--strict refuses")
+
+
 def check_faces():
     """Light that starts in a box whose faces are objects of their own meets one of them, and never passes between."""
     pathlib.Path("here/faces.yaml").write_text("""raymap: 1
@@ -310,6 +321,7 @@ check_edits()
 check_obj()
 check_obj_names()
 check_shared()
+check_no_numbers()
 check_faces()
 check_step()
 check_exact_faces()
