@@ -32,6 +32,13 @@ struct matching {
     struct side side[2]; /* before, after */
     int depth;           /* that is looked at */
     int32_t *votes;      /* [parts of the old one] */
+    struct stand {
+        double along;
+        struct rmap_vec3 at;
+        int32_t part;
+    } * stand;            /* [the same] of those of a run, along the axis on which they are farthest
+                             apart */
+    struct stand *seeker; /* [parts of the new one] of a run, by how far their nearest is */
 };
 
 typedef uint64_t value_of(const struct matching *m, int side, size_t i); /* 0: it takes no part */
@@ -78,21 +85,14 @@ static bool same_content(const struct matching *m, int32_t from, int32_t to)
     return m->side[0].content[from] == m->side[1].content[to];
 }
 
-static bool same_parent(const struct matching *m, int32_t from, int32_t to)
-{
-    const int32_t up = part_of(m, 1, (size_t)to)->parent;
-    return (up < 0 ? -1 : m->side[1].known[up]) == part_of(m, 0, (size_t)from)->parent;
-}
-
-/* In the parent's frame where it is the same one, else in the world. */
+/* In the parent's frame or in the world. */
 static const struct rmap_affine *place_of(const struct matching *m, int side, int32_t i, bool world)
 {
     return world ? &m->side[side].world[i] : &part_of(m, side, (size_t)i)->place;
 }
 
-static bool same_place(const struct matching *m, int32_t from, int32_t to)
+static bool same_place(const struct matching *m, int32_t from, int32_t to, bool world)
 {
-    const bool world = !same_parent(m, from, to);
     return !rmap_assembly_is_apart(place_of(m, 0, from, world), place_of(m, 1, to, world));
 }
 
@@ -273,37 +273,104 @@ static void join_in_order(struct matching *m, const struct run *run)
 
 enum { NAME = 1, CONTENT = 2, PLACE = 4 };
 
-static bool agree(const struct matching *m, int32_t from, int32_t to, unsigned wanted)
+static bool agree(const struct matching *m, int32_t from, int32_t to, unsigned wanted, bool world)
 {
-    return (!(wanted & NAME) || same_name(m, from, to)) &&
-           (!(wanted & CONTENT) || same_content(m, from, to)) &&
-           (!(wanted & PLACE) || same_place(m, from, to));
+    return (!(wanted & CONTENT) || same_content(m, from, to)) &&
+           (!(wanted & NAME) || same_name(m, from, to)) &&
+           (!(wanted & PLACE) || same_place(m, from, to, world));
 }
 
-/* Each takes the nearest that is left and has all that is wanted; of very many in their order. */
-static void join_nearest(struct matching *m, const struct run *run, unsigned wanted)
+static int by_along(const void *a, const void *b)
 {
-    enum { MANY = 1000000 };
-    const size_t n[2] = {run->end[0] - run->first[0], run->end[1] - run->first[1]};
-    const bool many = n[0] > MANY / n[1];
-    for (size_t k = 0; k < n[1]; k++) {
-        const int32_t to = m->side[1].key[run->first[1] + k].part;
-        double least = HUGE_VAL;
-        int32_t nearest = -1;
-        for (size_t i = many ? k : 0; m->side[1].known[to] < 0 && i < (many ? k + 1 : n[0]); i++) {
-            const int32_t from = i < n[0] ? m->side[0].key[run->first[0] + i].part : -1;
-            if (from < 0 || m->side[0].known[from] >= 0 || !agree(m, from, to, wanted))
-                continue;
-            const bool world = !same_parent(m, from, to);
-            const double away =
-                rmap_length(rmap_sub(middle_of(m, 0, from, world), middle_of(m, 1, to, world)));
-            if (away < least || nearest < 0) {
-                least = away;
-                nearest = from;
-            }
+    const struct stand *x = a, *y = b;
+    if (x->along < y->along || x->along > y->along)
+        return x->along < y->along ? -1 : 1;
+    return (x->part > y->part) - (x->part < y->part);
+}
+
+static double component(struct rmap_vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/* Those of the old side that are left, in a row; its axis. */
+static size_t line_up(struct matching *m, const struct run *run, bool world, int *axis_ret)
+{
+    struct rmap_vec3 lower = {0, 0, 0}, upper = {0, 0, 0};
+    size_t n = 0;
+    for (size_t k = run->first[0]; k < run->end[0]; k++) {
+        const int32_t part = m->side[0].key[k].part;
+        if (m->side[0].known[part] >= 0)
+            continue;
+        const struct rmap_vec3 at = middle_of(m, 0, part, world);
+        lower = n ? rmap_least(lower, at) : at;
+        upper = n ? rmap_greatest(upper, at) : at;
+        m->stand[n++] = (struct stand){0, at, part};
+    }
+    const struct rmap_vec3 size = rmap_sub(upper, lower);
+    *axis_ret = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    for (size_t i = 0; i < n; i++)
+        m->stand[i].along = component(m->stand[i].at, *axis_ret);
+    if (n > 0)
+        qsort(m->stand, n, sizeof *m->stand, by_along);
+    return n;
+}
+
+/* The nearest of n that agrees, from the place in the row outwards; -1: there is none. */
+static int32_t nearest_of(const struct matching *m, size_t n, int axis, int32_t to, unsigned wanted,
+                          bool world, double *away_ret)
+{
+    enum { LOOKS = 8192 };     /* a stranger's file may have any number at one place */
+    const double close = 1e-3; /* more than places of one part differ by */
+    const struct rmap_vec3 at = middle_of(m, 1, to, world);
+    const double along = component(at, axis);
+    double least = wanted & PLACE ? close : HUGE_VAL;
+    int32_t nearest = -1;
+    size_t low = 0, high = n, looks = 0;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (m->stand[middle].along < along)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (size_t up = low, down = low; (up < n || down > 0) && looks++ < LOOKS;) {
+        const double above = up < n ? m->stand[up].along - along : HUGE_VAL,
+                     below = down > 0 ? along - m->stand[down - 1].along : HUGE_VAL;
+        const struct stand *stand = above <= below ? &m->stand[up++] : &m->stand[--down];
+        if (fmin(above, below) > least)
+            break;
+        const double away = rmap_length(rmap_sub(stand->at, at));
+        if (m->side[0].known[stand->part] < 0 && (away < least || nearest < 0) &&
+            agree(m, stand->part, to, wanted, world)) {
+            least = away;
+            nearest = stand->part;
         }
-        if (nearest >= 0)
-            join(m, nearest, to);
+    }
+    *away_ret = least;
+    return nearest;
+}
+
+/* Each takes the nearest that is left and has all that is wanted: those first that have not far, so
+ * that one that is new takes nobody's. */
+static void join_nearest(struct matching *m, const struct run *run, unsigned wanted, bool world)
+{
+    int axis;
+    double away;
+    const size_t n = line_up(m, run, world, &axis);
+    size_t n_seeker = 0;
+    for (size_t k = run->first[1]; n > 0 && k < run->end[1]; k++) {
+        const int32_t to = m->side[1].key[k].part;
+        if (m->side[1].known[to] < 0 && nearest_of(m, n, axis, to, wanted, world, &away) >= 0)
+            m->seeker[n_seeker++] = (struct stand){.along = away, .part = to};
+    }
+    if (n_seeker > 0)
+        qsort(m->seeker, n_seeker, sizeof *m->seeker, by_along);
+    for (size_t k = 0; k < n_seeker; k++) {
+        const int32_t to = m->seeker[k].part,
+                      from = nearest_of(m, n, axis, to, wanted, world, &away);
+        if (from >= 0)
+            join(m, from, to);
     }
 }
 
@@ -330,7 +397,7 @@ static void join_siblings(struct matching *m, const struct run *run)
                           elsewhere[] = {NAME | CONTENT, CONTENT, NAME};
     if (run->end[0] - run->first[0] > 1 || run->end[1] - run->first[1] > 1)
         for (size_t k = 0; k < sizeof standing / sizeof *standing; k++)
-            join_nearest(m, run, standing[k]);
+            join_nearest(m, run, standing[k], false);
     const int32_t from = left_of(m, run, 0), to = left_of(m, run, 1);
     if (from >= 0 && to >= 0) {
         if (same_name(m, from, to) || same_content(m, from, to))
@@ -338,14 +405,14 @@ static void join_siblings(struct matching *m, const struct run *run)
         return;
     }
     for (size_t k = 0; k < sizeof elsewhere / sizeof *elsewhere; k++)
-        join_nearest(m, run, elsewhere[k]);
+        join_nearest(m, run, elsewhere[k], false);
 }
 
 static void join_alike(struct matching *m, const struct run *run)
 {
     static const unsigned wanted[] = {CONTENT | PLACE, NAME | CONTENT, CONTENT};
     for (size_t k = 0; k < sizeof wanted / sizeof *wanted; k++)
-        join_nearest(m, run, wanted[k]);
+        join_nearest(m, run, wanted[k], true);
 }
 
 static void join_pair(struct matching *m, const struct run *run)
@@ -557,7 +624,10 @@ static enum rmap_status begin(struct matching *m, struct rmap_assembly_match *ma
     match->motion = rmap_alloc(n_after, sizeof *match->motion);
     match->kept = rmap_alloc(m->side[1].assembly->n_shape, sizeof *match->kept);
     m->votes = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->votes);
-    if (!good || !match->change || !match->motion || !match->kept || !m->votes)
+    m->stand = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->stand);
+    m->seeker = rmap_alloc(n_after, sizeof *m->seeker);
+    if (!good || !match->change || !match->motion || !match->kept || !m->votes || !m->stand ||
+        !m->seeker)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", n_after);
     for (int side = 0; side < 2 && st == RMAP_OK; side++) {
         find_places(&m->side[side]);
@@ -594,6 +664,8 @@ enum rmap_status rmap_assembly_match(const struct rmap_assembly *before,
         rmap_free(m.side[side].world);
     }
     rmap_free(m.votes);
+    rmap_free(m.stand);
+    rmap_free(m.seeker);
     return st;
 }
 

@@ -70,6 +70,33 @@ out:
     return st;
 }
 
+/* A revision in which nothing changed. */
+static enum rmap_status use_twice(const char *text, size_t nbytes, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_assembly before = {0}, after = {0};
+    struct rmap_assembly_match match = {0};
+    RMAP_TRY(rmap_assembly_read_json(text, nbytes, &before, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&before, err));
+    RMAP_TRY(rmap_assembly_read_json(text, nbytes, &after, err));
+    RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
+    for (size_t i = 0; i < after.n_part; i++)
+        rmap_fuzz_demand(match.from[i] >= 0 && match.change[i] == 0 &&
+                             match.to[match.from[i]] == (int32_t)i,
+                         "all is as it was");
+    RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&after, err));
+    for (size_t i = 0; i < after.n_part; i++)
+        rmap_fuzz_demand(after.part[i].number == before.part[match.from[i]].number &&
+                             strcmp(after.part[i].label, before.part[match.from[i]].label) == 0,
+                         "names and numbers are kept");
+out:
+    rmap_assembly_match_fini(&match);
+    rmap_assembly_fini(&before);
+    rmap_assembly_fini(&after);
+    return st;
+}
+
 static void read_gltf(const uint8_t *data, size_t nbytes, struct rmap_error *err)
 {
     struct rmap_gltf_tree tree = {0};
@@ -110,6 +137,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
         st = rmap_assembly_read_json(text, nbytes - 2, &assembly, &err);
         if (st == RMAP_OK)
             st = use(&assembly, &err);
+        if (st == RMAP_OK)
+            st = use_twice(text, nbytes - 2, &err);
         rmap_fuzz_demand(st == RMAP_OK || err.text[0], "what is wrong is said");
     } else if (data[0] % 4 == 1) {
         read_gltf((const uint8_t *)text, nbytes - 2, &err);
