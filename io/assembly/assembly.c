@@ -8,7 +8,7 @@
 
 #include "base/alloc.h"
 
-static void free_shape(struct rmap_assembly_shape *shape)
+void rmap_assembly_shape_fini(struct rmap_assembly_shape *shape)
 {
     for (size_t i = 0; shape->face && i < shape->n_face; i++) {
         rmap_free(shape->face[i].name);
@@ -25,7 +25,7 @@ static void free_shape(struct rmap_assembly_shape *shape)
 void rmap_assembly_fini(struct rmap_assembly *assembly)
 {
     for (size_t i = 0; i < assembly->n_shape; i++)
-        free_shape(&assembly->shape[i]);
+        rmap_assembly_shape_fini(&assembly->shape[i]);
     for (size_t i = 0; i < assembly->n_part; i++) {
         rmap_free(assembly->part[i].id);
         rmap_free(assembly->part[i].name);

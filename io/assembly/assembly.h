@@ -30,10 +30,12 @@ struct rmap_assembly_face {
 
 struct rmap_assembly_shape {
     char *id, *name;
-    char *file;    /* of its mesh, without a folder */
-    char *made;    /* what it was called where it was read; NULL: it is no file yet */
-    char hash[33]; /* the same for the same shape, whatever file it is in */
-    double chord;  /* of its triangles; 0: not known */
+    char *file;      /* of its mesh, without a folder */
+    char *made;      /* what it was called where it was read; NULL: it is no file yet */
+    char hash[33];   /* the same for the same shape, whatever file it is in */
+    char form[33];   /* the same also for one that lies elsewhere in its frame; "": not known */
+    uint64_t digest; /* of the mesh file's bytes; 0: not known */
+    double chord;    /* of its triangles; 0: not known */
     bool closed;
     double lower[3], upper[3];
     size_t n_face;
@@ -42,10 +44,11 @@ struct rmap_assembly_shape {
 };
 
 struct rmap_assembly_part {
-    char *id;       /* the same in the next revision, as far as the file has such names */
-    char *name;     /* the file's own words */
-    char *label;    /* its name in the scene; NULL: not yet given */
-    char *material; /* or NULL */
+    char *id;        /* the same in the next revision, as far as the file has such names */
+    char *name;      /* the file's own words */
+    char *label;     /* its name in the scene; NULL: not yet given */
+    uint64_t number; /* its id in the scene, which it keeps; 0: not yet given */
+    char *material;  /* or NULL */
     struct rmap_assembly_colour colour;
     int32_t parent, shape;    /* -1: none; a part without a shape is a group */
     struct rmap_affine place; /* in its parent's frame */
@@ -75,6 +78,8 @@ struct rmap_assembly {
     struct rmap_diagnostics findings;
 };
 
+void rmap_assembly_shape_fini(struct rmap_assembly_shape *shape);
+
 /* Zero-initialise; fini in any case. */
 void rmap_assembly_fini(struct rmap_assembly *assembly);
 
@@ -91,7 +96,7 @@ const struct rmap_assembly_material *rmap_assembly_material(const struct rmap_as
                                                             const char *name);
 
 /* Ids that several parts have become id, id.2, ...; so do names in `label`, which are made of the
- * file's words where they are not yet given. RMAP_SYSTEM. */
+ * file's words where they are not yet given, with a `number` of the id. RMAP_SYSTEM. */
 enum rmap_status rmap_assembly_settle_ids(struct rmap_assembly *assembly,
                                           struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_assembly_settle_labels(struct rmap_assembly *assembly,
@@ -100,6 +105,11 @@ enum rmap_status rmap_assembly_settle_labels(struct rmap_assembly *assembly,
 /* Names of mesh files for shapes that have none. RMAP_SYSTEM. */
 enum rmap_status rmap_assembly_settle_files(struct rmap_assembly *assembly,
                                             struct rmap_error *err) RMAP_MUST_USE;
+
+/* Shapes of equal geometry, whose faces look alike, become one; faces that all look as their part
+ * does leave it to the part. Not yet files. RMAP_SYSTEM. */
+enum rmap_status rmap_assembly_share(struct rmap_assembly *assembly,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- from files and to them ---- */
 
@@ -111,8 +121,9 @@ enum rmap_status rmap_assembly_read_json(const char *text, size_t nbytes,
 json_t *rmap_assembly_json(const struct rmap_assembly *assembly); /* NULL: no memory */
 
 /* A mesh file: .gltf and .glb with their tree (in m), .obj by its groups, .stl and .ply as a single
- * part, whose lengths are multiplied by scale. RMAP_INPUT, RMAP_SYSTEM. */
-enum rmap_status rmap_assembly_read_mesh(const char *path, double scale,
+ * part, whose lengths are multiplied by scale. unit: of the file's lengths, to be kept; "": not
+ * said. RMAP_INPUT, RMAP_SYSTEM. */
+enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, const char *unit,
                                          struct rmap_assembly *assembly,
                                          struct rmap_error *err) RMAP_MUST_USE;
 

@@ -2,9 +2,11 @@
  *
  * assembly.json, as raymap-step and we write it.
  */
+#include <inttypes.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -60,6 +62,20 @@ static double number_of(const json_t *object, const char *key)
 {
     const double value = json_number_value(json_object_get(object, key));
     return isfinite(value) ? value : 0;
+}
+
+/* "0x..." of up to 16 digits; 0: it is none. */
+static uint64_t hexadecimal_of(const json_t *object, const char *key)
+{
+    const char *text = json_string_value(json_object_get(object, key));
+    return text ? strtoull(text, NULL, 16) : 0;
+}
+
+static json_t *hexadecimal_json(uint64_t value)
+{
+    char text[24];
+    (void)snprintf(text, sizeof text, "0x%016" PRIx64, value);
+    return json_string(text);
 }
 
 static enum rmap_status colour_of(const struct reading *r, const json_t *object,
@@ -134,6 +150,10 @@ static enum rmap_status read_shape(struct reading *r, const json_t *from)
     if (!hash || strlen(hash) != 32 || strspn(hash, "0123456789abcdef") != 32)
         return refuse(r, "shape '%.60s' has no 'hash' of 32 hexadecimal digits", shape->id);
     memcpy(shape->hash, hash, 33);
+    const char *form = json_string_value(json_object_get(from, "form"));
+    if (form && strlen(form) == 32)
+        memcpy(shape->form, form, 33);
+    shape->digest = hexadecimal_of(from, "digest");
     shape->closed = json_is_true(json_object_get(from, "closed"));
     shape->chord = number_of(from, "chord");
     if (json_array_size(bounds) != 2 || !numbers_of(json_array_get(bounds, 0), 3, shape->lower) ||
@@ -169,6 +189,7 @@ static enum rmap_status read_part(struct reading *r, const struct shape_ids *ids
     RMAP_TRY(text_of(r, from, "material", &part->material));
     if (json_is_string(json_object_get(from, "label")))
         RMAP_TRY(text_of(r, from, "label", &part->label));
+    part->number = hexadecimal_of(from, "number");
     RMAP_TRY(colour_of(r, from, &part->colour));
     if (json_object_get(from, "matrix") && !numbers_of(json_object_get(from, "matrix"), 12, m))
         RMAP_TRY(refuse(r, "the 'matrix' of part '%.60s' is not 12 numbers", name));
@@ -336,9 +357,10 @@ static json_t *shape_json(const struct rmap_assembly_shape *shape)
                                               shape->face[i].name ? shape->face[i].name : "",
                                               "color", colour_json(&shape->face[i].colour),
                                               "material", text_json(shape->face[i].material)));
-    return json_pack("{s:s, s:s, s:s, s:s, s:b, s:f, s:[o, o], s:o}", "id", shape->id, "name",
-                     shape->name, "file", shape->file, "hash", shape->hash, "closed", shape->closed,
-                     "chord", shape->chord, "bounds", three_json(shape->lower),
+    return json_pack("{s:s, s:s, s:s, s:s, s:s, s:o, s:b, s:f, s:[o, o], s:o}", "id", shape->id,
+                     "name", shape->name, "file", shape->file, "hash", shape->hash, "form",
+                     shape->form, "digest", hexadecimal_json(shape->digest), "closed",
+                     shape->closed, "chord", shape->chord, "bounds", three_json(shape->lower),
                      three_json(shape->upper), "faces", faces);
 }
 
@@ -346,11 +368,12 @@ static json_t *part_json(const struct rmap_assembly *a, size_t i)
 {
     const struct rmap_assembly_part *part = &a->part[i];
     const struct rmap_affine *p = &part->place;
-    return json_pack("{s:s, s:s, s:s, s:o, s:o, s:[f, f, f, f, f, f, f, f, f, f, f, f]}", "id",
-                     part->id, "name", part->name, "label", part->label ? part->label : "", "color",
-                     colour_json(&part->colour), "material", text_json(part->material), "matrix",
-                     p->m[0][0], p->m[0][1], p->m[0][2], p->t.x, p->m[1][0], p->m[1][1], p->m[1][2],
-                     p->t.y, p->m[2][0], p->m[2][1], p->m[2][2], p->t.z);
+    return json_pack("{s:s, s:s, s:s, s:o, s:o, s:o, s:[f, f, f, f, f, f, f, f, f, f, f, f]}", "id",
+                     part->id, "name", part->name, "label", part->label ? part->label : "",
+                     "number", hexadecimal_json(part->number), "color", colour_json(&part->colour),
+                     "material", text_json(part->material), "matrix", p->m[0][0], p->m[0][1],
+                     p->m[0][2], p->t.x, p->m[1][0], p->m[1][1], p->m[1][2], p->t.y, p->m[2][0],
+                     p->m[2][1], p->m[2][2], p->t.z);
 }
 
 /* Children hang on what was made for their parents. */

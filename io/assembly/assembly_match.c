@@ -17,18 +17,31 @@ struct key {
     int32_t part;
 };
 
-struct matching {
-    const struct rmap_assembly *before, *after;
-    struct rmap_assembly_match *match;
-    struct key *key[2]; /* of what is not matched yet, sorted by value */
-    uint64_t *path[2];  /* [n_part] names from the root on */
-    struct rmap_affine *world[2];
+struct side {
+    const struct rmap_assembly *assembly;
+    int32_t *known;   /* [n_part] its part of the other side; -1: none yet */
+    struct key *key;  /* of what is not matched yet, sorted by value */
+    struct key *name; /* [n_part] all, sorted by name */
+    uint64_t *id; /* [n_part] of its own step of the path, without the count that made it unique */
+    uint64_t *content; /* [n_part] of the shape; of a group, of what is in it */
+    int *depth;
+    struct rmap_affine *world;
 };
 
-static const struct rmap_assembly *side_of(const struct matching *m, int side)
-{
-    return side ? m->after : m->before;
-}
+struct matching {
+    struct side side[2]; /* before, after */
+    int depth;           /* that is looked at */
+    int32_t *votes;      /* [parts of the old one] */
+    struct stand {
+        double along;
+        struct rmap_vec3 at;
+        int32_t part;
+    } * stand;            /* [the same] of those of a run, along the axis on which they are farthest
+                             apart */
+    struct stand *seeker; /* [parts of the new one] of a run, by how far their nearest is */
+};
+
+typedef uint64_t value_of(const struct matching *m, int side, size_t i); /* 0: it takes no part */
 
 static int by_value(const void *a, const void *b)
 {
@@ -43,73 +56,98 @@ static uint64_t text_hash(const char *text)
     return XXH3_64bits(text, strlen(text));
 }
 
-static uint64_t id_of(const struct matching *m, int side, size_t i)
+static uint64_t mix(uint64_t a, uint64_t b)
 {
-    return text_hash(side_of(m, side)->part[i].id);
+    const uint64_t both[2] = {a, b};
+    const uint64_t hash = XXH3_64bits(both, sizeof both);
+    return hash ? hash : 1;
 }
 
-static uint64_t path_of(const struct matching *m, int side, size_t i)
+static const struct rmap_assembly_part *part_of(const struct matching *m, int side, size_t i)
 {
-    return m->path[side][i];
+    return &m->side[side].assembly->part[i];
 }
 
-static uint64_t shape_of(const struct matching *m, int side, size_t i)
-{
-    const struct rmap_assembly *a = side_of(m, side);
-    return a->part[i].shape < 0 ? 0 : text_hash(a->shape[a->part[i].shape].hash);
-}
+/* ---- what a pair has in common ---- */
 
-static bool same_kind(const struct matching *m, int32_t from, int32_t to)
+static bool is_group(const struct matching *m, int side, int32_t i)
 {
-    return (m->before->part[from].shape < 0) == (m->after->part[to].shape < 0);
+    return part_of(m, side, (size_t)i)->shape < 0;
 }
 
 static bool same_name(const struct matching *m, int32_t from, int32_t to)
 {
-    return strcmp(m->before->part[from].name, m->after->part[to].name) == 0;
+    return strcmp(part_of(m, 0, (size_t)from)->name, part_of(m, 1, (size_t)to)->name) == 0;
 }
 
-static bool same_shape(const struct matching *m, int32_t from, int32_t to)
+static bool same_content(const struct matching *m, int32_t from, int32_t to)
 {
-    return m->before->part[from].shape >= 0 && m->after->part[to].shape >= 0 &&
-           shape_of(m, 0, (size_t)from) == shape_of(m, 1, (size_t)to);
+    return m->side[0].content[from] == m->side[1].content[to];
+}
+
+/* In the parent's frame or in the world. */
+static const struct rmap_affine *place_of(const struct matching *m, int side, int32_t i, bool world)
+{
+    return world ? &m->side[side].world[i] : &part_of(m, side, (size_t)i)->place;
+}
+
+static bool same_place(const struct matching *m, int32_t from, int32_t to, bool world)
+{
+    return !rmap_assembly_is_apart(place_of(m, 0, from, world), place_of(m, 1, to, world));
+}
+
+/* The middle of its shape's box, since many parts are turned about one origin. */
+static struct rmap_vec3 middle_of(const struct matching *m, int side, int32_t i, bool world)
+{
+    const struct rmap_assembly *a = m->side[side].assembly;
+    struct rmap_vec3 middle = rmap_vec3(0, 0, 0);
+    if (a->part[i].shape >= 0) {
+        const struct rmap_assembly_shape *shape = &a->shape[a->part[i].shape];
+        middle = rmap_vec3(0.5 * (shape->lower[0] + shape->upper[0]),
+                           0.5 * (shape->lower[1] + shape->upper[1]),
+                           0.5 * (shape->lower[2] + shape->upper[2]));
+    }
+    return rmap_affine_point(place_of(m, side, i, world), middle);
 }
 
 static void join(struct matching *m, int32_t from, int32_t to)
 {
-    m->match->from[to] = from;
-    m->match->to[from] = to;
+    m->side[1].known[to] = from;
+    m->side[0].known[from] = to;
 }
 
-/* Those of one value on either side, [first, end) of m->key. */
+/* ---- runs of one value ---- */
+
+/* Those of one value on either side, [first, end) of the keys. */
 struct run {
     size_t first[2], end[2];
 };
 
-static size_t collect(struct matching *m, int side,
-                      uint64_t value(const struct matching *m, int side, size_t i))
+static size_t collect(struct matching *m, int side, value_of *value)
 {
-    const int32_t *known = side ? m->match->from : m->match->to;
+    struct side *s = &m->side[side];
     size_t n = 0;
-    for (size_t i = 0; i < side_of(m, side)->n_part; i++)
-        if (known[i] < 0)
-            m->key[side][n++] = (struct key){value(m, side, i), (int32_t)i};
+    for (size_t i = 0; i < s->assembly->n_part; i++) {
+        const uint64_t its = s->known[i] < 0 ? value(m, side, i) : 0;
+        if (its)
+            s->key[n++] = (struct key){its, (int32_t)i};
+    }
     if (n > 0)
-        qsort(m->key[side], n, sizeof *m->key[side], by_value);
+        qsort(s->key, n, sizeof *s->key, by_value);
     return n;
 }
 
-static void each_run(struct matching *m,
-                     uint64_t value(const struct matching *m, int side, size_t i),
+static void each_run(struct matching *m, value_of *value,
                      void visit(struct matching *m, const struct run *run))
 {
     const size_t n[2] = {collect(m, 0, value), collect(m, 1, value)};
     struct run run = {0};
     while (run.first[0] < n[0] && run.first[1] < n[1]) {
-        const uint64_t a = m->key[0][run.first[0]].value, b = m->key[1][run.first[1]].value;
+        const uint64_t a = m->side[0].key[run.first[0]].value,
+                       b = m->side[1].key[run.first[1]].value, least = a < b ? a : b;
         for (int side = 0; side < 2; side++) {
             run.end[side] = run.first[side];
-            while (run.end[side] < n[side] && m->key[side][run.end[side]].value == (a < b ? a : b))
+            while (run.end[side] < n[side] && m->side[side].key[run.end[side]].value == least)
                 run.end[side]++;
         }
         if (a == b)
@@ -118,178 +156,516 @@ static void each_run(struct matching *m,
     }
 }
 
+/* ---- values ---- */
+
+/* Of one depth, whose parents are the same. */
+static uint64_t under_parent(const struct matching *m, int side, size_t i)
+{
+    const struct side *s = &m->side[side];
+    const int32_t up = s->assembly->part[i].parent;
+    const int32_t old = up < 0 || side == 0 ? up : s->known[up];
+    if (s->depth[i] != m->depth || (up >= 0 && s->known[up] < 0))
+        return 0;
+    return mix((uint64_t)(old + 2), s->assembly->part[i].shape < 0);
+}
+
+static uint64_t with(uint64_t scope, uint64_t value)
+{
+    return scope ? mix(scope, value) : 0;
+}
+
+/* Of numbers that are the same but for rounding; that they fall apart at a step costs time only. */
+static uint64_t place_hash(const struct rmap_affine *place)
+{
+    const double t[3] = {place->t.x, place->t.y, place->t.z}, most = 1e12;
+    int64_t step[12];
+    for (int k = 0; k < 9; k++)
+        step[k] = (int64_t)llround(fmin(fmax(place->m[k / 3][k % 3] * 1e6, -most), most));
+    for (int k = 0; k < 3; k++)
+        step[9 + k] = (int64_t)llround(fmin(fmax(t[k] * 1e4, -most), most));
+    return XXH3_64bits(step, sizeof step);
+}
+
+static uint64_t name_value(const struct matching *m, int side, size_t i)
+{
+    return text_hash(part_of(m, side, i)->name);
+}
+
+static uint64_t sibling_id(const struct matching *m, int side, size_t i)
+{
+    return with(under_parent(m, side, i), m->side[side].id[i]);
+}
+
+static uint64_t sibling_name(const struct matching *m, int side, size_t i)
+{
+    return with(under_parent(m, side, i), name_value(m, side, i));
+}
+
+static uint64_t sibling_place(const struct matching *m, int side, size_t i)
+{
+    return with(with(under_parent(m, side, i), m->side[side].content[i]),
+                place_hash(&part_of(m, side, i)->place));
+}
+
+static uint64_t untouched_id(const struct matching *m, int side, size_t i)
+{
+    return with(with(sibling_place(m, side, i), m->side[side].id[i]), name_value(m, side, i));
+}
+
+static uint64_t untouched_name(const struct matching *m, int side, size_t i)
+{
+    return with(sibling_place(m, side, i), name_value(m, side, i));
+}
+
+static uint64_t world_name(const struct matching *m, int side, size_t i)
+{
+    return mix(mix(name_value(m, side, i), m->side[side].content[i]),
+               part_of(m, side, i)->shape < 0);
+}
+
+static uint64_t world_untouched(const struct matching *m, int side, size_t i)
+{
+    return mix(world_name(m, side, i), place_hash(&m->side[side].world[i]));
+}
+
+static size_t count_named(const struct side *s, uint64_t name, size_t *first_ret)
+{
+    size_t low = 0, high = s->assembly->n_part, n = 0;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (s->name[middle].value < name)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    *first_ret = low;
+    while (low + n < s->assembly->n_part && s->name[low + n].value == name)
+        n++;
+    return n;
+}
+
+static uint64_t unique_name(const struct matching *m, int side, size_t i)
+{
+    size_t first;
+    const uint64_t name = name_value(m, side, i);
+    const bool unique =
+        count_named(&m->side[0], name, &first) == 1 && count_named(&m->side[1], name, &first) == 1;
+    return unique ? mix(name, part_of(m, side, i)->shape < 0) : 0;
+}
+
+static uint64_t shape_value(const struct matching *m, int side, size_t i)
+{
+    return part_of(m, side, i)->shape < 0 ? 0 : mix(m->side[side].content[i], 0);
+}
+
+static uint64_t id_alone(const struct matching *m, int side, size_t i)
+{
+    return mix(text_hash(part_of(m, side, i)->id), part_of(m, side, i)->shape < 0);
+}
+
 /* ---- the rules ---- */
 
-/* Ids stand once on each side. */
-static void join_by_id(struct matching *m, const struct run *run)
+static void join_in_order(struct matching *m, const struct run *run)
 {
-    const int32_t from = m->key[0][run->first[0]].part, to = m->key[1][run->first[1]].part;
-    if (same_kind(m, from, to) && (same_name(m, from, to) || same_shape(m, from, to)))
-        join(m, from, to);
+    for (size_t k = 0; run->first[0] + k < run->end[0] && run->first[1] + k < run->end[1]; k++)
+        join(m, m->side[0].key[run->first[0] + k].part, m->side[1].key[run->first[1] + k].part);
 }
 
-static void join_by_id_alone(struct matching *m, const struct run *run)
+enum { NAME = 1, CONTENT = 2, PLACE = 4 };
+
+static bool agree(const struct matching *m, int32_t from, int32_t to, unsigned wanted, bool world)
 {
-    const int32_t from = m->key[0][run->first[0]].part, to = m->key[1][run->first[1]].part;
-    if (same_kind(m, from, to))
-        join(m, from, to);
+    return (!(wanted & CONTENT) || same_content(m, from, to)) &&
+           (!(wanted & NAME) || same_name(m, from, to)) &&
+           (!(wanted & PLACE) || same_place(m, from, to, world));
 }
 
-static void join_by_path(struct matching *m, const struct run *run)
+static int by_along(const void *a, const void *b)
 {
-    const int32_t from = m->key[0][run->first[0]].part, to = m->key[1][run->first[1]].part;
-    if (run->end[0] - run->first[0] == 1 && run->end[1] - run->first[1] == 1 &&
-        same_kind(m, from, to))
-        join(m, from, to);
+    const struct stand *x = a, *y = b;
+    if (x->along < y->along || x->along > y->along)
+        return x->along < y->along ? -1 : 1;
+    return (x->part > y->part) - (x->part < y->part);
 }
 
-/* Of many alike (screws) each takes the nearest that is left; of very many in their order. */
-static void join_nearest(struct matching *m, const struct run *run, double most)
+static double component(struct rmap_vec3 v, int axis)
 {
-    enum { MANY = 4000000 };
-    const size_t n[2] = {run->end[0] - run->first[0], run->end[1] - run->first[1]};
-    const bool many = n[0] > MANY / n[1];
-    for (size_t k = run->first[1]; k < run->end[1]; k++) {
-        const int32_t to = m->key[1][k].part;
-        if (m->match->from[to] >= 0)
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/* Those of the old side that are left, in a row; its axis. */
+static size_t line_up(struct matching *m, const struct run *run, bool world, int *axis_ret)
+{
+    struct rmap_vec3 lower = {0, 0, 0}, upper = {0, 0, 0};
+    size_t n = 0;
+    for (size_t k = run->first[0]; k < run->end[0]; k++) {
+        const int32_t part = m->side[0].key[k].part;
+        if (m->side[0].known[part] >= 0)
             continue;
-        double least = most;
-        int32_t nearest = -1;
-        const size_t only = run->first[0] + (k - run->first[1]);
-        for (size_t i = many ? only : run->first[0];
-             i < (many && only < run->end[0] ? only + 1 : run->end[0]); i++) {
-            const int32_t from = m->key[0][i].part;
-            const double away = rmap_length(rmap_sub(m->world[0][from].t, m->world[1][to].t));
-            if (m->match->to[from] < 0 && away < least) {
-                least = away;
-                nearest = from;
-            }
+        const struct rmap_vec3 at = middle_of(m, 0, part, world);
+        lower = n ? rmap_least(lower, at) : at;
+        upper = n ? rmap_greatest(upper, at) : at;
+        m->stand[n++] = (struct stand){0, at, part};
+    }
+    const struct rmap_vec3 size = rmap_sub(upper, lower);
+    *axis_ret = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    for (size_t i = 0; i < n; i++)
+        m->stand[i].along = component(m->stand[i].at, *axis_ret);
+    if (n > 0)
+        qsort(m->stand, n, sizeof *m->stand, by_along);
+    return n;
+}
+
+/* The nearest of n that agrees, from the place in the row outwards; -1: there is none. */
+static int32_t nearest_of(const struct matching *m, size_t n, int axis, int32_t to, unsigned wanted,
+                          bool world, double *away_ret)
+{
+    enum { LOOKS = 8192 };     /* a stranger's file may have any number at one place */
+    const double close = 1e-3; /* more than places of one part differ by */
+    const struct rmap_vec3 at = middle_of(m, 1, to, world);
+    const double along = component(at, axis);
+    double least = wanted & PLACE ? close : HUGE_VAL;
+    int32_t nearest = -1;
+    size_t low = 0, high = n, looks = 0;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (m->stand[middle].along < along)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (size_t up = low, down = low; (up < n || down > 0) && looks++ < LOOKS;) {
+        const double above = up < n ? m->stand[up].along - along : HUGE_VAL,
+                     below = down > 0 ? along - m->stand[down - 1].along : HUGE_VAL;
+        const struct stand *stand = above <= below ? &m->stand[up++] : &m->stand[--down];
+        if (fmin(above, below) > least)
+            break;
+        const double away = rmap_length(rmap_sub(stand->at, at));
+        if (m->side[0].known[stand->part] < 0 && (away < least || nearest < 0) &&
+            agree(m, stand->part, to, wanted, world)) {
+            least = away;
+            nearest = stand->part;
         }
-        if (nearest >= 0)
-            join(m, nearest, to);
+    }
+    *away_ret = least;
+    return nearest;
+}
+
+/* Each takes the nearest that is left and has all that is wanted: those first that have not far, so
+ * that one that is new takes nobody's. */
+static void join_nearest(struct matching *m, const struct run *run, unsigned wanted, bool world)
+{
+    int axis;
+    double away;
+    const size_t n = line_up(m, run, world, &axis);
+    size_t n_seeker = 0;
+    for (size_t k = run->first[1]; n > 0 && k < run->end[1]; k++) {
+        const int32_t to = m->side[1].key[k].part;
+        if (m->side[1].known[to] < 0 && nearest_of(m, n, axis, to, wanted, world, &away) >= 0)
+            m->seeker[n_seeker++] = (struct stand){.along = away, .part = to};
+    }
+    if (n_seeker > 0)
+        qsort(m->seeker, n_seeker, sizeof *m->seeker, by_along);
+    for (size_t k = 0; k < n_seeker; k++) {
+        const int32_t to = m->seeker[k].part,
+                      from = nearest_of(m, n, axis, to, wanted, world, &away);
+        if (from >= 0)
+            join(m, from, to);
     }
 }
 
-/* Those that stand where they stood first: a new part does not take their place. */
-static void join_by_shape(struct matching *m, const struct run *run)
+/* The one of a run that is left; -1: none, or several. */
+static int32_t left_of(const struct matching *m, const struct run *run, int side)
 {
-    const double at_one_place = 1e-6;
-    if (m->before->part[m->key[0][run->first[0]].part].shape < 0)
+    int32_t left = -1;
+    for (size_t k = run->first[side]; k < run->end[side]; k++) {
+        const int32_t i = m->side[side].key[k].part;
+        if (m->side[side].known[i] >= 0)
+            continue;
+        if (left >= 0)
+            return -1;
+        left = i;
+    }
+    return left;
+}
+
+/* Of one id, or one name: those that stand where they stood first, so that what is new takes
+ * nobody's place. */
+static void join_siblings(struct matching *m, const struct run *run)
+{
+    static const unsigned standing[] = {NAME | CONTENT | PLACE, CONTENT | PLACE, NAME | PLACE},
+                          elsewhere[] = {NAME | CONTENT, CONTENT, NAME};
+    if (run->end[0] - run->first[0] > 1 || run->end[1] - run->first[1] > 1)
+        for (size_t k = 0; k < sizeof standing / sizeof *standing; k++)
+            join_nearest(m, run, standing[k], false);
+    const int32_t from = left_of(m, run, 0), to = left_of(m, run, 1);
+    if (from >= 0 && to >= 0) {
+        if (same_name(m, from, to) || same_content(m, from, to))
+            join(m, from, to);
         return;
-    join_nearest(m, run, at_one_place);
-    join_nearest(m, run, HUGE_VAL);
+    }
+    for (size_t k = 0; k < sizeof elsewhere / sizeof *elsewhere; k++)
+        join_nearest(m, run, elsewhere[k], false);
 }
 
-/* ---- what became of a part ---- */
-
-static bool is_apart(const struct rmap_affine *a, const struct rmap_affine *b)
+static void join_alike(struct matching *m, const struct run *run)
 {
-    const double *x = &a->m[0][0], *y = &b->m[0][0];
-    double turned = 0;
-    for (int k = 0; k < 9; k++)
-        turned = fmax(turned, fabs(x[k] - y[k]));
-    const double size = fmax(1, fmax(rmap_length(a->t), rmap_length(b->t)));
-    return turned > 1e-9 || rmap_length(rmap_sub(a->t, b->t)) > 1e-9 * size;
+    static const unsigned wanted[] = {CONTENT | PLACE, NAME | CONTENT, CONTENT};
+    for (size_t k = 0; k < sizeof wanted / sizeof *wanted; k++)
+        join_nearest(m, run, wanted[k], true);
 }
 
-static bool other_colour(const struct rmap_assembly_colour *a, const struct rmap_assembly_colour *b)
+static void join_pair(struct matching *m, const struct run *run)
 {
-    bool other = a->given != b->given;
-    for (int k = 0; k < 3; k++)
-        other |= fabs(a->rgb[k] - b->rgb[k]) > 1e-3;
-    return other;
+    if (run->end[0] - run->first[0] == 1 && run->end[1] - run->first[1] == 1)
+        join_in_order(m, run);
 }
 
-static bool other_looks(const struct matching *m, int32_t from, int32_t to)
+/* ---- groups ---- */
+
+/* The next child of a part behind child `at` (or behind the part itself); n_part: none. */
+static size_t next_child(const struct side *s, size_t group, size_t at)
 {
-    const struct rmap_assembly_part *x = &m->before->part[from], *y = &m->after->part[to];
-    bool other = other_colour(&x->colour, &y->colour) ||
-                 strcmp(x->material ? x->material : "", y->material ? y->material : "") != 0;
-    if (x->shape < 0 || y->shape < 0)
-        return other;
-    const struct rmap_assembly_shape *s = &m->before->shape[x->shape],
-                                     *t = &m->after->shape[y->shape];
-    for (size_t f = 0; !other && s->n_face == t->n_face && f < s->n_face; f++)
-        other = other_colour(&s->face[f].colour, &t->face[f].colour) ||
-                strcmp(s->face[f].material ? s->face[f].material : "",
-                       t->face[f].material ? t->face[f].material : "") != 0;
-    return other;
+    const size_t n = s->assembly->n_part;
+    for (at++; at < n && s->depth[at] > s->depth[group]; at++)
+        if (s->depth[at] == s->depth[group] + 1)
+            return at;
+    return n;
 }
 
-static unsigned change_of(const struct matching *m, int32_t from, int32_t to)
+static size_t count_children(const struct side *s, size_t group)
 {
-    const struct rmap_assembly_part *x = &m->before->part[from], *y = &m->after->part[to];
-    const bool same_parent =
-        x->parent < 0 ? y->parent < 0 : y->parent >= 0 && m->match->from[y->parent] == x->parent;
-    unsigned change = 0;
-    if (same_parent ? is_apart(&x->place, &y->place)
-                    : is_apart(&m->world[0][from], &m->world[1][to]))
-        change |= RMAP_PART_MOVED;
-    if (x->shape >= 0 && !same_shape(m, from, to))
-        change |= RMAP_PART_RESHAPED;
-    if (!same_name(m, from, to))
-        change |= RMAP_PART_RENAMED;
-    if (other_looks(m, from, to))
-        change |= RMAP_PART_RECOLOURED;
-    return change;
+    size_t n = 0;
+    for (size_t i = next_child(s, group, group); i < s->assembly->n_part;
+         i = next_child(s, group, i))
+        n++;
+    return n;
+}
+
+static void vote(struct matching *m, int32_t child, int way, int32_t *best)
+{
+    const int32_t up = child < 0 ? -1 : part_of(m, 0, (size_t)child)->parent;
+    if (up < 0 || m->side[0].known[up] >= 0)
+        return;
+    m->votes[up] += way;
+    if (way > 0 && (*best < 0 || m->votes[up] > m->votes[*best]))
+        *best = up;
+}
+
+/* For the groups that a child, or one of its name, was in. */
+static void vote_of(struct matching *m, size_t child, int way, int32_t *best)
+{
+    enum { MOST = 64 };
+    size_t first;
+    if (m->side[1].known[child] >= 0) {
+        vote(m, m->side[1].known[child], way, best);
+        return;
+    }
+    const size_t n = count_named(&m->side[0], name_value(m, 1, child), &first);
+    for (size_t k = first; n <= MOST && k < first + n; k++)
+        if (m->side[0].known[m->side[0].name[k].part] < 0)
+            vote(m, m->side[0].name[k].part, way, best);
+}
+
+/* A group is the old one that has half of what is in it, or more, and of which it has half. */
+static void join_group(struct matching *m, size_t group)
+{
+    const struct side *s = &m->side[1];
+    const size_t n_part = s->assembly->n_part;
+    int32_t best = -1, unheard = 0;
+    for (size_t i = next_child(s, group, group); i < n_part; i = next_child(s, group, i))
+        vote_of(m, i, 1, &best);
+    const size_t most = best < 0 ? 0 : (size_t)m->votes[best];
+    for (size_t i = next_child(s, group, group); i < n_part; i = next_child(s, group, i))
+        vote_of(m, i, -1, &unheard);
+    if (best >= 0 && 2 * most >= count_children(s, group) &&
+        2 * most >= count_children(&m->side[0], (size_t)best))
+        join(m, best, (int32_t)group);
+}
+
+static int deepest(const struct matching *m)
+{
+    int most = 0;
+    for (size_t i = 0; i < m->side[1].assembly->n_part; i++)
+        most = m->side[1].depth[i] > most ? m->side[1].depth[i] : most;
+    return most;
+}
+
+static void join_groups_of(struct matching *m, int depth)
+{
+    for (size_t i = 0; i < m->side[1].assembly->n_part; i++)
+        if (m->side[1].depth[i] == depth && m->side[1].known[i] < 0 && is_group(m, 1, (int32_t)i))
+            join_group(m, i);
+}
+
+static void join_from_the_root(struct matching *m)
+{
+    const int most = deepest(m);
+    for (m->depth = 0; m->depth <= most; m->depth++) {
+        each_run(m, untouched_id, join_in_order);
+        each_run(m, sibling_id, join_siblings);
+        each_run(m, untouched_name, join_in_order);
+        each_run(m, sibling_name, join_siblings);
+        each_run(m, sibling_place, join_in_order);
+        join_groups_of(m, m->depth);
+    }
 }
 
 /* ---- the whole ---- */
 
-static enum rmap_status begin(struct matching *m, struct rmap_error *err)
+/* The last step of its path, without ".2" where there is one without it. */
+static uint64_t own_id(const struct rmap_assembly *a, size_t i, const uint64_t *all)
 {
-    const size_t n[2] = {m->before->n_part, m->after->n_part};
+    const struct rmap_assembly_part *part = &a->part[i];
+    const char *above = part->parent < 0 ? "" : a->part[part->parent].id, *id = part->id;
+    const size_t n_above = strlen(above);
+    size_t n = strlen(id), low = 0, high = a->n_part;
+    const char *dot = strrchr(id, '.');
+    if (dot && dot[1] && strspn(dot + 1, "0123456789") == strlen(dot + 1)) {
+        const uint64_t shorter = XXH3_64bits(id, (size_t)(dot - id));
+        while (low < high) {
+            const size_t middle = low + (high - low) / 2;
+            if (all[middle] < shorter)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        if (low < a->n_part && all[low] == shorter)
+            n = (size_t)(dot - id);
+    }
+    if (n_above > 0 && strncmp(id, above, n_above) == 0 && id[n_above] == '/' && n > n_above) {
+        id += n_above + 1;
+        n -= n_above + 1;
+    }
+    return XXH3_64bits(id, n);
+}
+
+static int by_number(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static enum rmap_status find_ids(struct side *s, struct rmap_error *err)
+{
+    const struct rmap_assembly *a = s->assembly;
+    uint64_t *all = rmap_alloc(a->n_part, sizeof *all);
+    if (!all)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", a->n_part);
+    for (size_t i = 0; i < a->n_part; i++)
+        all[i] = text_hash(a->part[i].id);
+    if (a->n_part > 0)
+        qsort(all, a->n_part, sizeof *all, by_number);
+    for (size_t i = 0; i < a->n_part; i++)
+        s->id[i] = own_id(a, i, all);
+    rmap_free(all);
+    return RMAP_OK;
+}
+
+/* Children come behind their parents. by_form: wherever the body lies in its frame. */
+static void find_contents(struct side *s, bool by_form)
+{
+    const struct rmap_assembly *a = s->assembly;
+    for (size_t i = a->n_part; i-- > 0;) {
+        const struct rmap_assembly_part *part = &a->part[i];
+        if (part->shape >= 0)
+            s->content[i] =
+                text_hash(by_form ? a->shape[part->shape].form : a->shape[part->shape].hash);
+        if (part->parent >= 0) /* sums know no order */
+            s->content[part->parent] += mix(s->content[i], text_hash(part->name));
+    }
+}
+
+static bool has_forms(const struct rmap_assembly *a)
+{
+    bool has = true;
+    for (size_t i = 0; i < a->n_shape && has; i++)
+        has = a->shape[i].form[0] != 0;
+    return has;
+}
+
+static void find_places(struct side *s)
+{
+    for (size_t i = 0; i < s->assembly->n_part; i++) {
+        const struct rmap_assembly_part *part = &s->assembly->part[i];
+        const bool root = part->parent < 0;
+        s->depth[i] = root ? 0 : s->depth[part->parent] + 1;
+        s->world[i] =
+            root ? part->place : rmap_affine_compose(&s->world[part->parent], &part->place);
+        s->known[i] = -1;
+        s->name[i] = (struct key){text_hash(part->name), (int32_t)i};
+    }
+    if (s->assembly->n_part > 0)
+        qsort(s->name, s->assembly->n_part, sizeof *s->name, by_value);
+}
+
+static enum rmap_status begin(struct matching *m, struct rmap_assembly_match *match,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_after = m->side[1].assembly->n_part;
+    const bool by_form = has_forms(m->side[0].assembly) && has_forms(m->side[1].assembly);
     bool good = true;
     for (int side = 0; side < 2; side++) {
-        m->key[side] = rmap_alloc(n[side], sizeof *m->key[side]);
-        m->path[side] = rmap_alloc(n[side], sizeof *m->path[side]);
-        m->world[side] = rmap_alloc(n[side], sizeof *m->world[side]);
-        good &= m->key[side] && m->path[side] && m->world[side];
+        struct side *s = &m->side[side];
+        const size_t n = s->assembly->n_part;
+        s->known = rmap_alloc(n, sizeof *s->known);
+        s->key = rmap_alloc(n, sizeof *s->key);
+        s->name = rmap_alloc(n, sizeof *s->name);
+        s->id = rmap_alloc(n, sizeof *s->id);
+        s->content = rmap_alloc(n, sizeof *s->content);
+        s->depth = rmap_alloc(n, sizeof *s->depth);
+        s->world = rmap_alloc(n, sizeof *s->world);
+        good &= s->known && s->key && s->name && s->id && s->content && s->depth && s->world;
     }
-    m->match->from = rmap_alloc(n[1], sizeof *m->match->from);
-    m->match->change = rmap_alloc(n[1], sizeof *m->match->change);
-    m->match->to = rmap_alloc(n[0], sizeof *m->match->to);
-    m->match->kept = rmap_alloc(m->after->n_shape, sizeof *m->match->kept);
-    if (!good || !m->match->from || !m->match->change || !m->match->to || !m->match->kept)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", n[0] + n[1]);
-    for (int side = 0; side < 2; side++)
-        for (size_t i = 0; i < n[side]; i++) {
-            const struct rmap_assembly_part *part = &side_of(m, side)->part[i];
-            const struct {
-                uint64_t above, name;
-            } path = {part->parent < 0 ? 0 : m->path[side][part->parent], text_hash(part->name)};
-            m->path[side][i] = XXH3_64bits(&path, sizeof path);
-            m->world[side][i] =
-                part->parent < 0 ? part->place
-                                 : rmap_affine_compose(&m->world[side][part->parent], &part->place);
-        }
-    for (size_t i = 0; i < n[0]; i++)
-        m->match->to[i] = -1;
-    for (size_t i = 0; i < n[1]; i++)
-        m->match->from[i] = -1;
-    return RMAP_OK;
+    match->to = m->side[0].known;
+    match->from = m->side[1].known;
+    match->change = rmap_alloc(n_after, sizeof *match->change);
+    match->motion = rmap_alloc(n_after, sizeof *match->motion);
+    match->kept = rmap_alloc(m->side[1].assembly->n_shape, sizeof *match->kept);
+    m->votes = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->votes);
+    m->stand = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->stand);
+    m->seeker = rmap_alloc(n_after, sizeof *m->seeker);
+    if (!good || !match->change || !match->motion || !match->kept || !m->votes || !m->stand ||
+        !m->seeker)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", n_after);
+    for (int side = 0; side < 2 && st == RMAP_OK; side++) {
+        find_places(&m->side[side]);
+        find_contents(&m->side[side], by_form);
+        st = find_ids(&m->side[side], err);
+    }
+    return st;
 }
 
 enum rmap_status rmap_assembly_match(const struct rmap_assembly *before,
                                      const struct rmap_assembly *after,
                                      struct rmap_assembly_match *match, struct rmap_error *err)
 {
-    struct matching m = {.before = before, .after = after, .match = match};
-    const enum rmap_status st = begin(&m, err);
+    struct matching m = {.side = {{.assembly = before}, {.assembly = after}}};
+    const enum rmap_status st = begin(&m, match, err);
     if (st == RMAP_OK) {
-        each_run(&m, id_of, join_by_id);
-        each_run(&m, path_of, join_by_path);
-        each_run(&m, shape_of, join_by_shape);
-        each_run(&m, id_of, join_by_id_alone);
-        for (size_t i = 0; i < after->n_part; i++)
-            if (match->from[i] >= 0)
-                match->change[i] = change_of(&m, match->from[i], (int32_t)i);
+        join_from_the_root(&m);
+        each_run(&m, world_untouched, join_in_order);
+        each_run(&m, world_name, join_alike);
+        each_run(&m, unique_name, join_pair);
+        each_run(&m, shape_value, join_alike);
+        for (int depth = deepest(&m); depth >= 0; depth--)
+            join_groups_of(&m, depth);
+        join_from_the_root(&m);
+        each_run(&m, id_alone, join_pair);
+        rmap_assembly_find_changes(before, after, match);
     }
     for (int side = 0; side < 2; side++) {
-        rmap_free(m.key[side]);
-        rmap_free(m.path[side]);
-        rmap_free(m.world[side]);
+        rmap_free(m.side[side].key);
+        rmap_free(m.side[side].name);
+        rmap_free(m.side[side].id);
+        rmap_free(m.side[side].content);
+        rmap_free(m.side[side].depth);
+        rmap_free(m.side[side].world);
     }
+    rmap_free(m.votes);
+    rmap_free(m.stand);
+    rmap_free(m.seeker);
     return st;
 }
 
@@ -297,6 +673,7 @@ void rmap_assembly_match_fini(struct rmap_assembly_match *match)
 {
     rmap_free(match->from);
     rmap_free(match->change);
+    rmap_free(match->motion);
     rmap_free(match->to);
     rmap_free(match->kept);
     *match = (struct rmap_assembly_match){0};

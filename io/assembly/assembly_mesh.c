@@ -27,6 +27,19 @@ static enum rmap_status no_memory(struct rmap_error *err)
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an assembly");
 }
 
+/* name: of the mesh in the file; "": it is the file. */
+static void tell_left_out(struct rmap_assembly *a, const char *name,
+                          const struct rmap_mesh_left_out *left_out)
+{
+    if (left_out->undefined > 0)
+        rmap_diagnostics_add(&a->findings, RMAP_SEVERITY_WARNING, 0, 0,
+                             "%s%.60s%s%zu triangle%s, number %zu first, with corners that are no "
+                             "numbers (NaN or infinite): left out, which leaves a hole",
+                             name[0] ? "mesh '" : "", name, name[0] ? "': " : "",
+                             left_out->undefined, left_out->undefined == 1 ? "" : "s",
+                             left_out->first);
+}
+
 /* ---- shapes ---- */
 
 static void set_hash(struct rmap_assembly_shape *shape)
@@ -207,6 +220,7 @@ static enum rmap_status take_tree(struct rmap_assembly *a, struct rmap_gltf_tree
     RMAP_TRY(take_gltf_materials(a, tree, err));
     for (size_t i = 0; i < tree->n_mesh; i++) {
         shape_of[i] = tree->mesh[i].mesh ? (int32_t)a->n_shape : -1;
+        tell_left_out(a, tree->mesh[i].name ? tree->mesh[i].name : "", &tree->mesh[i].left_out);
         if (tree->mesh[i].mesh)
             RMAP_TRY(take_gltf_mesh(a, &tree->mesh[i], err));
     }
@@ -316,21 +330,12 @@ out:
     return st;
 }
 
-/* "group" of a face "group/material". */
-static size_t group_length(const char *name, const char *material)
-{
-    const size_t n = strlen(name), m = material ? strlen(material) : 0;
-    return m > 0 && n > m + 1 && name[n - m - 1] == '/' && strcmp(name + n - m, material) == 0
-               ? n - m - 1
-               : n;
-}
-
-/* The faces of one group as a part, which are marked. */
-static enum rmap_status add_group(struct rmap_assembly *a, const struct rmap_mesh *mesh,
-                                  char **material, const uint8_t *wanted, const char *name,
-                                  struct rmap_error *err)
+/* The faces as a part, which are marked. */
+static enum rmap_status add_marked(struct rmap_assembly *a, const struct rmap_mesh_file *file,
+                                   const uint8_t *wanted, const char *name, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_mesh *mesh = file->mesh;
     struct rmap_mesh *own = NULL;
     const char **its = rmap_alloc(mesh->n_face, sizeof *its);
     size_t n = 0;
@@ -338,7 +343,7 @@ static enum rmap_status add_group(struct rmap_assembly *a, const struct rmap_mes
         return no_memory(err);
     for (size_t f = 0; f < mesh->n_face; f++)
         if (wanted[f])
-            its[n++] = material[f];
+            its[n++] = file->material[f];
     RMAP_TRY(rmap_mesh_part(mesh, wanted, &own, err));
     RMAP_TRY(add_shape(a, name, own, err));
     RMAP_TRY(set_materials(a, &a->shape[a->n_shape - 1], its, err));
@@ -351,30 +356,29 @@ out:
     return st;
 }
 
-static enum rmap_status split_groups(struct rmap_assembly *a, const struct rmap_mesh *mesh,
-                                     char **material, const char *stem, bool by_group,
-                                     struct rmap_error *err)
+/* A part for each that the file names, in the order of their first faces; the rest is one of the
+ * file's name. */
+static enum rmap_status split(struct rmap_assembly *a, const struct rmap_mesh_file *file,
+                              const char *stem, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint8_t *wanted = rmap_alloc(mesh->n_face, 1);
-    char name[1024];
-    if (!wanted)
-        return no_memory(err);
-    for (size_t first = 0, next; first < mesh->n_face && st == RMAP_OK; first = next) {
-        const char *own = mesh->face_name[first] ? mesh->face_name[first] : "";
-        const size_t n = group_length(own, material[first]);
-        memset(wanted, 0, mesh->n_face);
-        for (next = first; next < mesh->n_face; next++) { /* those of a group follow each other */
-            const char *other = mesh->face_name[next] ? mesh->face_name[next] : "";
-            if (by_group &&
-                (group_length(other, material[next]) != n || strncmp(other, own, n) != 0))
-                break;
-            wanted[next] = 1;
-        }
-        (void)snprintf(name, sizeof name, "%.*s", (int)n, own);
-        st = add_group(a, mesh, material, wanted, by_group && n ? name : stem, err);
+    const size_t n = file->mesh->n_face;
+    uint8_t *wanted = rmap_alloc(n, 1);
+    bool *done = rmap_alloc(file->names.n + 1, sizeof *done);
+    if (!wanted || !done)
+        RMAP_TRY(no_memory(err));
+    for (size_t first = 0; first < n && st == RMAP_OK; first++) {
+        const int32_t part = file->part[first];
+        if (done[part + 1])
+            continue;
+        done[part + 1] = true;
+        for (size_t f = 0; f < n; f++)
+            wanted[f] = file->part[f] == part;
+        st = add_marked(a, file, wanted, part < 0 ? stem : file->names.name[part], err);
     }
+out:
     rmap_free(wanted);
+    rmap_free(done);
     return st;
 }
 
@@ -382,20 +386,18 @@ static enum rmap_status read_plain(const char *path, double scale, bool is_obj,
                                    struct rmap_assembly *a, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_mesh *mesh = NULL;
-    char **material = NULL, stem[256];
+    struct rmap_mesh_file file = {0};
+    char stem[256];
     const char *slash = strrchr(path, '/');
     (void)snprintf(stem, sizeof stem, "%s", slash ? slash + 1 : path);
     *strrchr(stem, '.') = 0;
-    RMAP_TRY(rmap_mesh_read_parts(path, scale, &mesh, &material, err));
+    RMAP_TRY(rmap_mesh_read_file(path, scale, &file, err));
+    tell_left_out(a, "", &file.left_out);
     if (is_obj)
         RMAP_TRY(read_materials(path, a, err));
-    st = split_groups(a, mesh, material, stem, is_obj, err);
+    st = split(a, &file, stem, err);
 out:
-    for (size_t f = 0; material && f < mesh->n_face; f++)
-        rmap_free(material[f]);
-    rmap_free(material);
-    rmap_mesh_destroy(mesh);
+    rmap_mesh_file_fini(&file);
     return st;
 }
 
@@ -405,11 +407,11 @@ static bool ends_in(const char *path, const char *ending)
     return n > m && strcasecmp(path + n - m, ending) == 0;
 }
 
-enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, struct rmap_assembly *a,
-                                         struct rmap_error *err)
+enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, const char *unit,
+                                         struct rmap_assembly *a, struct rmap_error *err)
 {
     const double mm_per_m = 1000;
-    const char *slash = strrchr(path, '/'), *unit = "";
+    const char *slash = strrchr(path, '/');
     const bool is_gltf = ends_in(path, ".gltf") || ends_in(path, ".glb"),
                is_obj = ends_in(path, ".obj");
     const char *trouble = rmap_input_file_trouble(path);
@@ -419,7 +421,8 @@ enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, struct 
     if (is_gltf)
         unit = "m";
     if (st != RMAP_OK) {
-        rmap_error_context(err, "%s", path);
+        if (is_gltf || !strstr(err->text, path)) /* rmap_mesh_read_file names it */
+            rmap_error_context(err, "%s", path);
         return st;
     }
     a->source = rmap_strdup(slash ? slash + 1 : path);
@@ -431,5 +434,6 @@ enum rmap_status rmap_assembly_read_mesh(const char *path, double scale, struct 
     a->file_unit = rmap_strdup(unit);
     if (!a->source || !a->schema || !a->writer || !a->file_unit)
         return no_memory(err);
-    return rmap_assembly_settle_ids(a, err);
+    st = rmap_assembly_share(a, err);
+    return st == RMAP_OK ? rmap_assembly_settle_ids(a, err) : st;
 }

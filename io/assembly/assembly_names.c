@@ -92,6 +92,36 @@ static char *legal(const char *name, const char *otherwise)
     return label;
 }
 
+/* Numbers of before come first; of what is new, the hash of its id, or of that and a count. */
+static enum rmap_status settle_numbers(struct rmap_assembly *a, struct rmap_error *err)
+{
+    size_t n_slot = 16;
+    while (n_slot < 3 * a->n_part)
+        n_slot *= 2;
+    uint64_t *slot = rmap_alloc(n_slot, sizeof *slot);
+    if (!slot)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", a->n_part);
+    for (int round = 0; round < 2; round++)
+        for (size_t i = 0; i < a->n_part; i++) {
+            uint64_t number = a->part[i].number;
+            if ((number != 0) != (round == 0))
+                continue;
+            for (uint64_t k = 0;; k++) {
+                if (number == 0 || k > 0)
+                    number = XXH3_64bits_withSeed(a->part[i].id, strlen(a->part[i].id), k);
+                size_t at = (size_t)number & (n_slot - 1);
+                while (slot[at] && slot[at] != number)
+                    at = (at + 1) & (n_slot - 1);
+                if (slot[at] || number == 0)
+                    continue;
+                slot[at] = a->part[i].number = number;
+                break;
+            }
+        }
+    rmap_free(slot);
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_assembly_settle_labels(struct rmap_assembly *assembly, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -116,6 +146,8 @@ enum rmap_status rmap_assembly_settle_labels(struct rmap_assembly *assembly, str
             part->label = label;
             st = take(&taken, &part->label, err);
         }
+    if (st == RMAP_OK)
+        st = settle_numbers(assembly, err);
 out:
     rmap_free(had);
     fini(&taken);

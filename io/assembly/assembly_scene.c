@@ -10,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/assembly/assembly_guess.h"
@@ -173,11 +172,11 @@ static void put_remark(FILE *out, const struct rmap_assembly_part *part)
 
 static void put_id(FILE *out, const struct rmap_assembly_part *part)
 {
-    (void)fprintf(out, "id: 0x%016" PRIx64, XXH3_64bits(part->id, strlen(part->id)));
+    (void)fprintf(out, "id: 0x%016" PRIx64, part->number);
 }
 
 static void put_part(FILE *out, const struct rmap_assembly *a,
-                     const struct rmap_assembly_part *part, int depth)
+                     const struct rmap_assembly_part *part, int depth, double reach)
 {
     struct looks looks;
     find_looks(a, part, &looks);
@@ -187,7 +186,7 @@ static void put_part(FILE *out, const struct rmap_assembly *a,
     put_id(out, part);
     (void)fputs(", geometry: ", out);
     put_geometry_name(out, &a->shape[part->shape]);
-    rmap_assembly_put_place(out, ", ", &part->place);
+    rmap_assembly_put_place(out, ", ", &part->place, reach);
     (void)fprintf(out, ", surface: %s", looks.whole.surface);
     if (looks.whole.inside[0]) {
         (void)fputs(", inside: ", out);
@@ -204,7 +203,7 @@ static void put_part(FILE *out, const struct rmap_assembly *a,
     put_remark(out, part);
 }
 
-static void put_group(FILE *out, const struct rmap_assembly_part *part, int depth)
+static void put_group(FILE *out, const struct rmap_assembly_part *part, int depth, double reach)
 {
     const int indent = depth * 2 * INDENT + INDENT;
     char before[8 * RMAP_ASSEMBLY_DEPTH_MAX];
@@ -214,13 +213,16 @@ static void put_group(FILE *out, const struct rmap_assembly_part *part, int dept
     put_remark(out, part);
     (void)fprintf(out, "%*s", indent + INDENT, "");
     put_id(out, part);
-    rmap_assembly_put_place(out, before, &part->place);
+    rmap_assembly_put_place(out, before, &part->place, reach);
     (void)fprintf(out, "\n%*sobjects:\n", indent + INDENT, "");
 }
 
 static enum rmap_status put_tree(FILE *out, const struct rmap_assembly *a, struct rmap_error *err)
 {
     int *depth = rmap_alloc(a->n_part, sizeof *depth);
+    struct rmap_vec3 lower = {0, 0, 0}, upper = {0, 0, 0};
+    (void)rmap_assembly_bounds(a, &lower, &upper);
+    const double reach = rmap_length(rmap_sub(upper, lower));
     if (!depth)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", a->n_part);
     for (size_t i = 0; i < a->n_part; i++) {
@@ -228,9 +230,9 @@ static enum rmap_status put_tree(FILE *out, const struct rmap_assembly *a, struc
         const bool empty = i + 1 == a->n_part || a->part[i + 1].parent != (int32_t)i;
         depth[i] = part->parent < 0 ? 0 : depth[part->parent] + 1;
         if (part->shape >= 0)
-            put_part(out, a, part, depth[i]);
+            put_part(out, a, part, depth[i], reach);
         else
-            put_group(out, part, depth[i]);
+            put_group(out, part, depth[i], reach);
         if (part->shape < 0 && empty)
             (void)fprintf(out, "%*s[]\n", depth[i] * 2 * INDENT + 3 * INDENT, "");
     }

@@ -93,8 +93,9 @@ struct Assembly {
 
 struct Options {
     std::string input, folder;
-    double chord = 0;  // mm; 0: chord_of_size of each shape's diagonal
-    double angle = 10; // degrees
+    double chord = 0;   // mm; 0: chord_of_size of each shape's diagonal
+    double angle = 10;  // degrees
+    double seconds = 0; // after which it is given up; 0: an hour or more
     bool quiet = false, touching = true;
     static constexpr double chord_of_size = 1e-3;
 };

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -13,7 +14,7 @@
 namespace cad
 {
 
-static char crash_line[512]; // a handler has nothing else to look at
+static char crash_line[512], late_line[512]; // a handler has nothing else to look at
 
 Progress::Progress(std::string input, bool quiet)
     : file(std::move(input)), silent(quiet), said(std::chrono::steady_clock::now())
@@ -24,6 +25,10 @@ void Progress::step(const char *what, std::size_t done, std::size_t of)
 {
     std::snprintf(crash_line, sizeof crash_line,
                   "raymap-step: %.300s: OpenCASCADE crashed while %s (signal ",
+                  printable(file).c_str(), what);
+    std::snprintf(late_line, sizeof late_line,
+                  "raymap-step: %.300s: given up while %s: it took more than the time limit "
+                  "(--seconds)\n",
                   printable(file).c_str(), what);
     const auto now = std::chrono::steady_clock::now();
     if (silent || now - said < std::chrono::seconds(2))
@@ -61,6 +66,12 @@ static void crashed(int signal_number)
         signal_number = signal_number + 0;
     raise(signal_number); // its default, since SA_RESETHAND
 }
+
+static void late(int)
+{
+    const ssize_t written = write(STDERR_FILENO, late_line, std::strlen(late_line));
+    _exit(written > 0 ? 3 : 5);
+}
 }
 
 static void bound(int what, rlim_t most)
@@ -72,7 +83,7 @@ static void bound(int what, rlim_t most)
     setrlimit(static_cast<__rlimit_resource_t>(what), &now);
 }
 
-void bound_process(const std::string &input)
+void bound_process(const std::string &input, unsigned seconds)
 {
     struct stat info;
     const rlim_t size = stat(input.c_str(), &info) == 0 ? static_cast<rlim_t>(info.st_size) : 0;
@@ -90,8 +101,14 @@ void bound_process(const std::string &input)
     };
     action.sa_handler = crashed;
     action.sa_flags = static_cast<int>(SA_ONSTACK | SA_RESETHAND | SA_NODEFER);
-    for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU})
+    for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
         sigaction(number, &action, nullptr);
+    action.sa_handler = late;
+    for (const int number : {SIGXCPU, SIGALRM})
+        sigaction(number, &action, nullptr);
+    // By the clock, too: what waits for something uses no time of the processor.
+    alarm(seconds > 0 ? seconds
+                      : static_cast<unsigned>(std::min<rlim_t>(3600 + size / 5000, 86400)));
 }
 
 } // namespace cad

@@ -25,7 +25,7 @@ class Progress
 
 // Bounds of what a stranger's file may take, and one line instead of none when it crashes the
 // library.
-void bound_process(const std::string &input);
+void bound_process(const std::string &input, unsigned seconds);
 
 // Control characters as \xXX, so that no text steers a terminal.
 std::string printable(const std::string &text);

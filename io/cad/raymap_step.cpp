@@ -17,7 +17,8 @@
 #include <new>
 
 static const char usage[] =
-    "usage: raymap-step FILE FOLDER [--chord MM] [--angle DEGREES] [--no-touching] [--quiet]\n"
+    "usage: raymap-step FILE FOLDER [--chord MM] [--angle DEGREES] [--no-touching] [--seconds N] "
+    "[--quiet]\n"
     "\n"
     "Reads STEP (AP203, AP214, AP242) or IGES and writes assembly.json and a PLY file of each "
     "shape into FOLDER, which must\n"
@@ -27,6 +28,7 @@ static const char usage[] =
     "each shape's diagonal\n"
     "  --angle DEGREES   the greatest angle between neighbouring chords of an edge or a face (10)\n"
     "  --no-touching     do not look for faces of different parts that touch\n"
+    "  --seconds N       give up after so long (an hour, and more of files above 18 MB)\n"
     "  --quiet           say nothing of what goes on\n";
 
 namespace cad
@@ -62,6 +64,10 @@ static Options options_of(int count, char **words)
             if (!number_of(next, 0.1, 90, options.angle))
                 throw Refused{"--angle takes degrees, from 0.1 to 90", 2};
             ++i;
+        } else if (word == "--seconds") {
+            if (!number_of(next, 0, 1e6, options.seconds))
+                throw Refused{"--seconds takes a time, > 0", 2};
+            ++i;
         } else if (word.size() > 1 && word[0] == '-') {
             throw Refused{word + ": no such option; raymap-step --help tells those that are", 2};
         } else if (options.input.empty()) {
@@ -80,7 +86,7 @@ static Options options_of(int count, char **words)
 static void convert(const Options &options)
 {
     Progress progress(options.input, options.quiet);
-    bound_process(options.input);
+    bound_process(options.input, static_cast<unsigned>(std::ceil(options.seconds)));
     Assembly assembly;
     const Document document = read_document(options, assembly, progress);
     build_tree(options, document, assembly, progress);
@@ -114,22 +120,24 @@ int main(int count, char **words)
         std::fputs(usage, stdout);
         return 0;
     }
-    std::string text;
+    std::string text, input = "raymap-step";
     int status = 5;
     try {
-        cad::convert(cad::options_of(count, words));
+        const cad::Options options = cad::options_of(count, words);
+        input = options.input;
+        cad::convert(options);
         return 0;
     } catch (const cad::Refused &refused) {
         text = refused.text;
         status = refused.status;
     } catch (const Standard_Failure &failure) {
-        text = std::string(words[1]) + ": OpenCASCADE: " + failure.DynamicType()->Name() + " " +
+        text = input + ": OpenCASCADE: " + failure.DynamicType()->Name() + " " +
                failure.GetMessageString();
         status = 3;
     } catch (const std::bad_alloc &) {
-        text = std::string(words[1]) + ": not enough memory";
+        text = input + ": not enough memory";
     } catch (const std::exception &failure) {
-        text = std::string(words[1]) + ": " + failure.what();
+        text = input + ": " + failure.what();
     }
     std::fprintf(stderr, "raymap-step: %s\n", cad::printable(text).c_str());
     return status;

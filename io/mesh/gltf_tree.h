@@ -6,7 +6,7 @@
 #ifndef RMAP_GLTF_TREE_H
 #define RMAP_GLTF_TREE_H
 
-#include "geometry/mesh.h"
+#include "io/mesh/mesh_builder.h"
 
 struct rmap_gltf_node {
     char *name; /* "": it has none */
@@ -18,10 +18,12 @@ struct rmap_gltf_mesh {
     char *name;
     struct rmap_mesh *mesh; /* NULL: no node has it, or it has no triangles */
     int32_t *material;      /* [n_face]; -1: none */
+    struct rmap_mesh_left_out left_out;
 };
 
 /* As glTF has them: colours and factors are linear; KHR_materials_transmission and _ior. What says
- * nothing of metal is none, though glTF's default is 1: it is a guess at what things are. */
+ * nothing of metal is none, though glTF's default is 1: it is a guess at what things are. Blended
+ * ones (alphaMode) let light through, unless their colour covers all. */
 struct rmap_gltf_material {
     char *name;
     double colour[3], metalness, roughness, transmission, index;

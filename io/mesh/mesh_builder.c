@@ -184,18 +184,32 @@ enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *b, const
     char text[LONGEST];
     if (!name[0])
         name = material;
-    const bool taken = material[0] && name_taken(b, name);
+    if (b->wants_materials && b->part >= 0)
+        name = material;
+    const bool taken = name != material && material[0] && name_taken(b, name);
     (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material : "");
     const size_t n_before = b->n_face;
     enum rmap_status st = rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
     if (st != RMAP_OK || !b->wants_materials || b->n_face == n_before)
         return st;
-    RMAP_TRY(RMAP_RESERVE(b->face_material, b->cap_face_material, b->n_face, b->err));
-    while (b->n_face_material < n_before)
-        b->face_material[b->n_face_material++] = NULL;
-    b->face_material[b->n_face_material++] = rmap_strdup(material);
+    RMAP_TRY(rmap_mesh_builder_fill_parts(b, b->n_face));
+    b->face_part[n_before] = b->part;
+    b->face_material[n_before] = rmap_strdup(material);
     if (!b->face_material[n_before])
         st = rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu faces", b->n_face);
+out:
+    return st;
+}
+
+enum rmap_status rmap_mesh_builder_fill_parts(struct rmap_mesh_builder *b, size_t n)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(RMAP_RESERVE(b->face_material, b->cap_face_material, n + 1, b->err));
+    RMAP_TRY(RMAP_RESERVE(b->face_part, b->cap_face_part, n + 1, b->err));
+    for (; b->n_face_material < n; b->n_face_material++) {
+        b->face_material[b->n_face_material] = NULL;
+        b->face_part[b->n_face_material] = -1;
+    }
 out:
     return st;
 }
@@ -246,6 +260,12 @@ enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rm
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh *mesh = NULL;
+    if (!b->n_triangle && b->left_out.undefined > 0)
+        return rmap_error_set(b->err, RMAP_INPUT,
+                              "none of its %zu triangles has an area: %zu have corners that are no "
+                              "numbers (NaN or infinite), triangle %zu first",
+                              b->left_out.degenerate + b->left_out.undefined, b->left_out.undefined,
+                              b->left_out.first);
     if (!b->n_triangle && b->left_out.degenerate + b->left_out.undefined > 0)
         return rmap_error_set(b->err, RMAP_INPUT, "none of its %zu triangles has an area",
                               b->left_out.degenerate + b->left_out.undefined);
@@ -283,6 +303,7 @@ void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
     for (size_t i = 0; i < b->n_face_material; i++)
         rmap_free(b->face_material[i]);
     rmap_free(b->face_material);
+    rmap_free(b->face_part);
     rmap_free(b->face_name);
     rmap_free(b->tangent);
     rmap_free(b->uv);

@@ -20,15 +20,17 @@ struct rmap_mesh_builder {
     float (*vertex)[3];
     uint32_t (*triangle)[3];
     uint32_t *face;
-    char **face_name, **face_material; /* the latter where they are wanted */
+    char **face_name, **face_material; /* the latter and parts where they are wanted */
+    int32_t *face_part;                /* of the file; -1: it names none */
     struct rmap_true_surface *surface; /* [n_face]; NULL: no file gave one */
     float (*tangent)[3]; /* of those that had texture coordinates; only where they are wanted */
     float (*uv)[6];      /* as of a struct rmap_mesh; only where they are wanted */
     bool wants_tangents, wants_uv, has_tangents, has_uv, wants_materials;
-    bool v_down; /* of the file's texture coordinates */
+    bool v_down;  /* of the file's texture coordinates */
+    int32_t part; /* that faces are of which are closed next */
     size_t n_vertex, n_triangle, n_face, n_face_material;
-    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_face_material, cap_tangent,
-        cap_uv, cap_surface;
+    size_t cap_vertex, cap_triangle, cap_face, cap_face_name, cap_face_material, cap_face_part,
+        cap_tangent, cap_uv, cap_surface;
     uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
     size_t n_slot;
     struct rmap_mesh_left_out left_out;
@@ -53,9 +55,14 @@ rmap_mesh_builder_close_surface(struct rmap_mesh_builder *builder, const char *n
                                 const struct rmap_true_surface *surface) RMAP_MUST_USE;
 
 /* The same for a part of a file, either of whose names may be "": parts of one name are told apart
- * by their material. */
+ * by their material. Where materials are wanted faces are called by them, if the file names parts.
+ */
 enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *builder, const char *name,
                                               const char *material) RMAP_MUST_USE;
+
+/* Materials and parts, none yet, of the first n faces. RMAP_SYSTEM. */
+enum rmap_status rmap_mesh_builder_fill_parts(struct rmap_mesh_builder *builder,
+                                              size_t n) RMAP_MUST_USE;
 
 /* The mesh, at its size. RMAP_INPUT when there is no triangle. */
 enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *builder,

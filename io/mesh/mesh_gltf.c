@@ -27,6 +27,7 @@ struct gatherer {
     struct rmap_gltf_tree *tree; /* where nodes and materials go; NULL: all is one mesh */
     int32_t *material;           /* [builder->n_face] of the mesh in hand */
     size_t cap_material;
+    size_t mesh, primitive; /* in hand */
 };
 
 /* ---- places ---- */
@@ -104,7 +105,11 @@ static enum rmap_status add_triangles(struct gatherer *g, size_t mode, size_t n_
             const size_t at = corner_of(mode, i, mirrored ? 2 - k : k);
             const double index = indexed ? g->corner.value[at] : (double)at;
             if (!(index >= 0 && index < (double)g->point.n))
-                return rmap_gltf_refuse(&g->gltf, "a triangle has a vertex that is not there");
+                return rmap_gltf_refuse(
+                    &g->gltf,
+                    "meshes[%zu].primitives[%zu]: triangle %zu has vertex %.0f, "
+                    "a vertex that is not there: there are 0 to %.0f",
+                    g->mesh, g->primitive, i + 1, index, (double)g->point.n - 1);
             const double *v = &g->point.value[3 * (size_t)index];
             if (textured)
                 memcpy(uv[k], &g->texture.value[2 * (size_t)index], sizeof uv[k]);
@@ -163,6 +168,8 @@ static enum rmap_status add_mesh(struct gatherer *g, size_t index, const struct 
         const size_t n_before = g->builder->n_face;
         const json_t *attributes = json_object_get(part, "attributes");
         size_t mode, position, texture, indices, material;
+        g->mesh = index;
+        g->primitive = i;
         RMAP_TRY(rmap_gltf_charge(&g->gltf, 1));
         if (!rmap_gltf_count(part, "mode", TRIANGLES, &mode) ||
             !rmap_gltf_count(part, "indices", 0, &indices) ||
@@ -294,6 +301,16 @@ static double factor_of(const json_t *object, const char *key, double otherwise)
     return fmin(fmax(number, 0), 10);
 }
 
+/* Some programs write BLEND whatever the alpha is. */
+static bool is_blended(const json_t *material, const json_t *metal, const json_t *base)
+{
+    const char *mode = json_string_value(json_object_get(material, "alphaMode"));
+    const json_t *alpha = json_array_get(base, 3);
+    const bool covers =
+        alpha && json_number_value(alpha) >= 1 && !json_object_get(metal, "baseColorTexture");
+    return mode && strcmp(mode, "BLEND") == 0 && !covers;
+}
+
 static enum rmap_status read_materials(struct gatherer *g)
 {
     const json_t *list = json_object_get(g->gltf.root, "materials");
@@ -312,6 +329,8 @@ static enum rmap_status read_materials(struct gatherer *g)
             .transmission = factor_of(json_object_get(more, "KHR_materials_transmission"),
                                       "transmissionFactor", 0),
             .index = factor_of(json_object_get(more, "KHR_materials_ior"), "ior", 1.5)};
+        if (is_blended(from, metal, base))
+            to->transmission = fmax(to->transmission, 1);
         for (size_t k = 0; k < 3; k++) {
             const json_t *part = json_array_get(base, k);
             to->colour[k] = part ? fmin(fmax(json_number_value(part), 0), 1) : 1;
@@ -341,6 +360,7 @@ static enum rmap_status read_meshes(struct gatherer *g, struct rmap_error *err)
         to->name = rmap_strdup(name_of(json_array_get(list, (size_t)i)));
         st = to->name ? add_mesh(g, (size_t)i, &identity)
                       : rmap_error_set(err, RMAP_SYSTEM, "out of memory for meshes");
+        to->left_out = builder.left_out;
         if (st == RMAP_OK && builder.n_triangle > 0) {
             st = rmap_mesh_builder_finish(&builder, &to->mesh);
             to->material = g->material;

@@ -305,9 +305,26 @@ static bool next_value(struct ply *ply, enum type type, double *value)
     return true;
 }
 
+/* "line 12: " of a file that is text. */
+static void put_line(const struct ply *ply, char line[40])
+{
+    unsigned long long n = 1;
+    line[0] = 0;
+    for (size_t i = 0; ply->form == ASCII && i < ply->at; i++)
+        n += ply->text[i] == '\n';
+    if (ply->form == ASCII)
+        (void)snprintf(line, 40, "line %llu: ", n);
+}
+
 static enum rmap_status cut_off(struct ply *ply)
 {
-    return refuse(ply, "it ends before what its header promises, or holds what is no number");
+    char line[40];
+    while (ply->form == ASCII && isspace((unsigned char)ply->text[ply->at]))
+        ply->at++;
+    put_line(ply, line);
+    return rmap_error_set(ply->builder->err, RMAP_INPUT,
+                          "%sit ends before what its header promises, or holds what is no number",
+                          line);
 }
 
 /* *value as an index or count in [0, limit). */
@@ -321,7 +338,20 @@ static bool next_index(struct ply *ply, enum type type, uint64_t limit, uint64_t
     return true;
 }
 
-static enum rmap_status read_list(struct ply *ply, const struct property *property, size_t *n_ret)
+/* start: where it was to stand. */
+static enum rmap_status refuse_corner(struct ply *ply, uint64_t row, size_t start)
+{
+    char line[40];
+    if (ply->at == start)
+        return cut_off(ply);
+    put_line(ply, line);
+    return rmap_error_set(ply->builder->err, RMAP_INPUT,
+                          "%sface %llu has a vertex that is not there: there are 0 to %lld", line,
+                          (unsigned long long)row + 1, (long long)ply->n_vertex - 1);
+}
+
+static enum rmap_status read_list(struct ply *ply, const struct property *property, uint64_t row,
+                                  size_t *n_ret)
 {
     enum rmap_status st = RMAP_OK;
     uint64_t n = 0;
@@ -332,8 +362,9 @@ static enum rmap_status read_list(struct ply *ply, const struct property *proper
     if (corners)
         RMAP_TRY(RMAP_RESERVE(ply->corner, ply->cap_corner, (size_t)n, ply->builder->err));
     for (uint64_t i = 0; i < n; i++) {
+        const size_t start = ply->at;
         if (corners && !next_index(ply, property->type, ply->n_vertex, &ply->corner[i]))
-            return refuse(ply, "it ends early, or a face has a vertex that is not there");
+            return refuse_corner(ply, row, start);
         if (!corners && !next_value(ply, property->type, &skipped))
             return cut_off(ply);
     }
@@ -380,7 +411,7 @@ static enum rmap_status read_row(struct ply *ply, const struct element *element,
         const struct property *property = &element->property[i];
         double value = 0;
         if (property->is_list) {
-            RMAP_TRY(read_list(ply, property, &n_corner));
+            RMAP_TRY(read_list(ply, property, row, &n_corner));
             continue;
         }
         if (!next_value(ply, property->type, &value))

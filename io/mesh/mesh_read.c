@@ -17,6 +17,7 @@
 #include "io/mesh/gltf_numbers.h"
 #include "io/mesh/mesh_builder.h"
 #include "io/mesh/mesh_read.h"
+#include "io/mesh/text_fault.h"
 
 #define NODE_DEPTH_MAX 256
 #define CORNERS_MAX    4096
@@ -25,7 +26,14 @@ struct gatherer {
     const struct aiScene *scene;
     double scale;
     struct rmap_mesh_builder *builder;
+    const struct rmap_obj_names *names; /* or NULL */
 };
+
+static bool ends_in(const char *path, const char *ending)
+{
+    size_t len = strlen(path), ending_len = strlen(ending);
+    return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
+}
 
 /* ---- what assimp made of a file ---- */
 
@@ -70,8 +78,11 @@ static enum rmap_status close_face(struct gatherer *g, const struct aiNode *node
                                   &material);
     if (strcmp(material.data, AI_DEFAULT_MATERIAL_NAME) == 0)
         material = (struct aiString){0};
-    return rmap_mesh_builder_close_part(
-        g->builder, mesh->mName.length ? mesh->mName.data : node->mName.data, material.data);
+    const char *name = mesh->mName.length ? mesh->mName.data : node->mName.data;
+    g->builder->part = rmap_obj_part(g->names, node->mName.data); /* meshes may be materials' */
+    if (g->builder->part < 0)
+        g->builder->part = rmap_obj_part(g->names, name);
+    return rmap_mesh_builder_close_part(g->builder, name, material.data);
 }
 
 /* Neither STL nor OBJ places its parts. */
@@ -169,22 +180,36 @@ static void close_source(struct aiFileIO *io, struct aiFile *file)
     ((struct source *)io)->open = false;
 }
 
-static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
-                                            double scale, struct rmap_mesh_builder *builder)
+/* What assimp says, or the line that it does not name. */
+static enum rmap_status refuse(const char *path, const uint8_t *bytes, size_t nbytes,
+                               struct rmap_error *err)
 {
-    struct source source = {
-        .io = {open_source, close_source, NULL}, .path = path, .bytes = bytes, .nbytes = nbytes};
+    char why[200];
+    const char *text = aiGetErrorString();
+    if (text && strstr(text, "bad_alloc"))
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for mesh %s", path);
+    if (ends_in(path, ".obj") ? rmap_obj_fault(bytes, nbytes, why, sizeof why)
+                              : rmap_stl_fault(bytes, nbytes, why, sizeof why))
+        return rmap_error_set(err, RMAP_INPUT, "%s", why);
+    return rmap_error_set(err, RMAP_INPUT, "%.300s (is the file whole?)",
+                          text && text[0] ? text : "it is no mesh that can be understood");
+}
+
+/* names: of the parts, whose text it is then; NULL: of none. */
+static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
+                                            double scale, const struct rmap_obj_names *names,
+                                            struct rmap_mesh_builder *builder)
+{
+    struct source source = {.io = {open_source, close_source, NULL},
+                            .path = path,
+                            .bytes = names ? names->text : bytes,
+                            .nbytes = names ? names->nbytes : nbytes};
     source.file =
         (struct aiFile){read_items, write_items, tell, size_of, seek, flush, (char *)&source};
     const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
-    if (!scene) {
-        const char *text = aiGetErrorString();
-        if (text && strstr(text, "bad_alloc"))
-            return rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for mesh %s", path);
-        return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
-                              text && text[0] ? text : "it is no mesh that can be understood");
-    }
-    struct gatherer g = {scene, scale, builder};
+    if (!scene)
+        return refuse(path, bytes, nbytes, builder->err);
+    struct gatherer g = {scene, scale, builder, names};
     enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
     aiReleaseImport(scene);
     return st;
@@ -216,14 +241,10 @@ static enum rmap_status check_polygons(const uint8_t *text, size_t nbytes, struc
     return RMAP_OK;
 }
 
-static bool ends_in(const char *path, const char *ending)
-{
-    size_t len = strlen(path), ending_len = strlen(ending);
-    return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
-}
-
+/* names: of the parts of an OBJ file; NULL: they are not wanted. */
 static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_t nbytes,
-                                   double scale, struct rmap_mesh_builder *builder)
+                                   double scale, struct rmap_obj_names *names,
+                                   struct rmap_mesh_builder *builder)
 {
     enum rmap_status st = RMAP_OK;
     if (nbytes == 0)
@@ -234,7 +255,12 @@ static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_
         return rmap_ply_read(bytes, nbytes, scale, builder);
     if (ends_in(path, ".obj"))
         st = check_polygons(bytes, nbytes, builder->err);
-    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, builder) : st;
+    if (st == RMAP_OK && names && ends_in(path, ".obj")) {
+        st = rmap_obj_names_read(bytes, nbytes, names, builder->err);
+        if (st == RMAP_OK && names->text)
+            return read_through_assimp(path, bytes, nbytes, scale, names, builder);
+    }
+    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, NULL, builder) : st;
 }
 
 static bool is_known(const char *path)
@@ -246,7 +272,8 @@ static bool is_known(const char *path)
     return fits;
 }
 
-static enum rmap_status read_file(const char *path, double scale, struct rmap_mesh_builder *builder)
+static enum rmap_status read_file(const char *path, double scale, struct rmap_obj_names *names,
+                                  struct rmap_mesh_builder *builder)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *bytes = NULL;
@@ -255,7 +282,7 @@ static enum rmap_status read_file(const char *path, double scale, struct rmap_me
         RMAP_TRY(rmap_error_set(builder->err, RMAP_INPUT,
                                 "its name must end in .stl, .obj, .ply, .gltf or .glb"));
     RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, builder->err));
-    st = read_bytes(path, bytes, nbytes, scale, builder);
+    st = read_bytes(path, bytes, nbytes, scale, names, builder);
 out:
     rmap_free(bytes);
     return st;
@@ -271,7 +298,7 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, &builder));
+    RMAP_TRY(read_file(path, scale, NULL, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
     *left_out_ret = builder.left_out;
 out:
@@ -281,22 +308,32 @@ out:
     return st;
 }
 
-enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                      char ***material_ret, struct rmap_error *err)
+void rmap_mesh_file_fini(struct rmap_mesh_file *file)
+{
+    for (size_t f = 0; file->material && f < file->mesh->n_face; f++)
+        rmap_free(file->material[f]);
+    rmap_free(file->material);
+    rmap_free(file->part);
+    rmap_mesh_destroy(file->mesh);
+    rmap_obj_names_fini(&file->names);
+}
+
+enum rmap_status rmap_mesh_read_file(const char *path, double scale, struct rmap_mesh_file *file,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_materials = true};
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, &builder));
-    RMAP_TRY(
-        RMAP_RESERVE(builder.face_material, builder.cap_face_material, builder.n_face + 1, err));
-    while (builder.n_face_material < builder.n_face)
-        builder.face_material[builder.n_face_material++] = NULL;
-    RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
-    *material_ret = builder.face_material;
+    RMAP_TRY(read_file(path, scale, &file->names, &builder));
+    RMAP_TRY(rmap_mesh_builder_fill_parts(&builder, builder.n_face));
+    RMAP_TRY(rmap_mesh_builder_finish(&builder, &file->mesh));
+    file->left_out = builder.left_out;
+    file->material = builder.face_material;
+    file->part = builder.face_part;
     builder.face_material = NULL;
+    builder.face_part = NULL;
     builder.n_face_material = 0;
 out:
     rmap_mesh_builder_fini(&builder);

@@ -8,6 +8,7 @@
 
 #include "io/mesh/bundle.h"
 #include "io/mesh/mesh_builder.h"
+#include "io/mesh/obj_names.h"
 
 /* Kept of texture coordinates: where u grows on each triangle, and they themselves. */
 enum { RMAP_MESH_TANGENTS = 1, RMAP_MESH_UV = 2 };
@@ -19,9 +20,18 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
                                 struct rmap_mesh_left_out *left_out_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same with the materials that an OBJ file names; *material_ret: [n_face], with NULL or ""
- * where there is none, each and all to be freed. */
-enum rmap_status rmap_mesh_read_parts(const char *path, double scale, struct rmap_mesh **mesh_ret,
-                                      char ***material_ret, struct rmap_error *err) RMAP_MUST_USE;
+/* What is in a file, with its parts and materials as an OBJ file names them. */
+struct rmap_mesh_file {
+    struct rmap_mesh *mesh;
+    char **material;             /* [n_face] NULL or "": none */
+    int32_t *part;               /* [n_face] -1: of none that has a name */
+    struct rmap_obj_names names; /* of parts */
+    struct rmap_mesh_left_out left_out;
+};
+
+/* Zero-initialise, fini in any case. */
+enum rmap_status rmap_mesh_read_file(const char *path, double scale, struct rmap_mesh_file *file,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+void rmap_mesh_file_fini(struct rmap_mesh_file *file);
 
 #endif

@@ -65,11 +65,6 @@ void rmap_reader_check_labels(struct rmap_reader *reader, const struct rmap_yaml
 
 /* ---- what a rule matches ---- */
 
-struct above {
-    const struct above *next;
-    const char *name;
-};
-
 static const char *text_of(const struct rmap_yaml_node *node, const char *key)
 {
     const struct rmap_yaml_node *value = rmap_yaml_get(node, key);
@@ -99,7 +94,7 @@ static bool id_fits(const char *wanted, const char *id)
 }
 
 static bool one_fits(const char *key, const struct rmap_yaml_node *wanted,
-                     const struct rmap_yaml_node *node, const struct above *above)
+                     const struct rmap_yaml_node *node, const struct rmap_attribute_above *above)
 {
     const char *own = text_of(node, key);
     bool fits = false;
@@ -116,7 +111,7 @@ static bool one_fits(const char *key, const struct rmap_yaml_node *wanted,
 
 /* One of those that are listed. */
 static bool some_fits(const char *key, const struct rmap_yaml_node *wanted,
-                      const struct rmap_yaml_node *node, const struct above *above)
+                      const struct rmap_yaml_node *node, const struct rmap_attribute_above *above)
 {
     bool fits = false;
     if (wanted->kind != RMAP_YAML_LIST)
@@ -126,9 +121,8 @@ static bool some_fits(const char *key, const struct rmap_yaml_node *wanted,
     return fits;
 }
 
-/* All that is asked for but the colour. */
-static bool words_fit(const struct rmap_yaml_node *match, const struct rmap_yaml_node *node,
-                      const struct above *above)
+bool rmap_attribute_fits(const struct rmap_yaml_node *match, const struct rmap_yaml_node *node,
+                         const struct rmap_attribute_above *above)
 {
     static const char *const key[] = {"name", "group", "id", "material"};
     bool fits = true;
@@ -239,7 +233,7 @@ static const struct rmap_geometry_entry *geometry_of(const struct rmap_reader *r
 
 /* What the rule makes of the object; true: it is to be left out. */
 static bool apply(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
-                  struct rmap_yaml_node *object, const struct above *above)
+                  struct rmap_yaml_node *object, const struct rmap_attribute_above *above)
 {
     const struct rmap_yaml_node *match = rmap_yaml_get(rule->node, "match"),
                                 *set = rmap_yaml_get(rule->node, "set"),
@@ -250,7 +244,7 @@ static bool apply(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
                is_mesh =
                    entry && entry->geometry >= 0 && reader->scene->geometry[entry->geometry].mesh;
     bool omit = false;
-    if (!words_fit(match, object, above))
+    if (!rmap_attribute_fits(match, object, above))
         return false;
     if (colour && !face)
         set_coloured_faces(reader, rule, colour, object);
@@ -269,25 +263,27 @@ static bool apply(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
 
 /* What an earlier rule left out is nothing for the later ones, which say so. */
 static void tell_omitted(struct rmap_reader *reader, size_t by, const struct rmap_yaml_node *object,
-                         const struct above *above)
+                         const struct rmap_attribute_above *above)
 {
     for (size_t r = by + 1; r < reader->n_rule; r++) {
         struct rmap_attribute_rule *rule = &reader->rule[r];
         const char *name = text_of(object, "name");
-        if (rule->omitted_line > 0 || !words_fit(rmap_yaml_get(rule->node, "match"), object, above))
+        if (rule->omitted_line > 0 ||
+            !rmap_attribute_fits(rmap_yaml_get(rule->node, "match"), object, above))
             continue;
         rule->omitted_line = reader->rule[by].node->line;
         (void)snprintf(rule->body, sizeof rule->body, "%s", name ? name : "");
     }
 }
 
-static void walk(struct rmap_reader *reader, struct rmap_yaml_node *list, const struct above *above)
+static void walk(struct rmap_reader *reader, struct rmap_yaml_node *list,
+                 const struct rmap_attribute_above *above)
 {
     size_t n = 0;
     for (size_t i = 0; list->kind == RMAP_YAML_LIST && i < list->n_item; i++) {
         struct rmap_yaml_node *node = list->item[i].value;
         const char *name = text_of(node, "name");
-        const struct above here = {above, name ? name : ""};
+        const struct rmap_attribute_above here = {above, name ? name : ""};
         const bool group = rmap_yaml_get(node, "objects") || rmap_yaml_get(node, "sources");
         bool omit = false;
         if (rmap_yaml_get(node, "objects"))

@@ -9,6 +9,16 @@
 
 #include "io/scene/scene_reader.h"
 
+/* The groups that an object is in, from the innermost on. */
+struct rmap_attribute_above {
+    const struct rmap_attribute_above *next;
+    const char *name;
+};
+
+/* Whether the object has all that a rule's `match` asks for, but for its colour and faces. */
+bool rmap_attribute_fits(const struct rmap_yaml_node *match, const struct rmap_yaml_node *object,
+                         const struct rmap_attribute_above *above);
+
 /* Once geometries are read. */
 void rmap_reader_apply_attributes(struct rmap_reader *reader);
 

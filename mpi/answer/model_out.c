@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "io/assembly/assembly_guess.h"
+#include "mpi/answer/model_rules.h"
 #include "mpi/command/arguments.h"
 #include "mpi/command/json_out.h"
 
@@ -89,10 +90,9 @@ json_t *rmap_model_json(const struct rmap_assembly *a, const char *path, const c
 static const struct {
     unsigned change;
     const char *word;
-} changes[] = {{RMAP_PART_MOVED, "moved"},
-               {RMAP_PART_RESHAPED, "changed"},
-               {RMAP_PART_RENAMED, "renamed"},
-               {RMAP_PART_RECOLOURED, "recoloured"}};
+} changes[] = {{RMAP_PART_MOVED, "moved"},         {RMAP_PART_RESHAPED, "changed"},
+               {RMAP_PART_SCALED, "scaled"},       {RMAP_PART_RENAMED, "renamed"},
+               {RMAP_PART_REGROUPED, "regrouped"}, {RMAP_PART_RECOLOURED, "recoloured"}};
 enum { N_CHANGE = sizeof changes / sizeof *changes };
 
 struct tally {
@@ -115,12 +115,20 @@ static struct tally tally(const struct rmap_model_revision *r)
     return n;
 }
 
-/* How far the part's origin went, in the world. */
-static double distance(const struct rmap_model_revision *r, size_t i)
+static const char *group_of(const struct rmap_assembly *a, size_t i)
 {
-    const struct rmap_affine from = rmap_assembly_world(r->before, (size_t)r->match->from[i]),
-                             to = rmap_assembly_world(r->after, i);
-    return rmap_length(rmap_sub(to.t, from.t));
+    const int32_t up = a->part[i].parent;
+    return up < 0 ? "the top" : a->part[up].label;
+}
+
+static void print_motion(const struct rmap_part_motion *motion, unsigned change, FILE *out)
+{
+    if (change & RMAP_PART_MOVED && motion->distance > 0)
+        (void)fprintf(out, "   by %.6g mm", motion->distance);
+    if (change & RMAP_PART_MOVED && motion->turn > 0)
+        (void)fprintf(out, "   turned by %.6g degrees", motion->turn);
+    if (change & RMAP_PART_SCALED)
+        (void)fprintf(out, "   to %.6g times its size", motion->scale);
 }
 
 static void print_change(const struct rmap_model_revision *r, size_t i, FILE *out)
@@ -140,10 +148,13 @@ static void print_change(const struct rmap_model_revision *r, size_t i, FILE *ou
             before = ", ";
         }
     (void)fprintf(out, "%*s%s", width < 12 ? (int)(12 - width) : 1, "", part->label);
-    if (change & RMAP_PART_MOVED)
-        (void)fprintf(out, "   by %.6g mm", distance(r, i));
+    print_motion(&r->match->motion[i], change, out);
     if (change & RMAP_PART_RENAMED)
-        (void)fprintf(out, "   is '%s' in the file now; the scene keeps its name", part->name);
+        (void)fprintf(out, "   '%s' -> '%s' in the file; the scene keeps its name",
+                      r->before->part[r->match->from[i]].name, part->name);
+    if (change & RMAP_PART_REGROUPED)
+        (void)fprintf(out, "   from %s to %s", group_of(r->before, (size_t)r->match->from[i]),
+                      group_of(r->after, i));
     (void)fputc('\n', out);
 }
 
@@ -191,8 +202,22 @@ static json_t *change_json(const struct rmap_model_revision *r, size_t i)
             (void)json_array_append_new(words, json_string(changes[k].word));
     json_t *json =
         json_pack("{s:s, s:s, s:o}", "name", part->label, "in_file", part->name, "change", words);
-    if (r->match->from[i] >= 0 && r->match->change[i] & RMAP_PART_MOVED)
-        (void)json_object_set_new(json, "moved_by", json_real(distance(r, i)));
+    const unsigned change = r->match->from[i] >= 0 ? r->match->change[i] : 0;
+    const struct rmap_part_motion *motion = &r->match->motion[i];
+    if (change & RMAP_PART_MOVED) {
+        (void)json_object_set_new(json, "moved_by", json_real(motion->distance));
+        (void)json_object_set_new(json, "turned_by", json_real(motion->turn));
+    }
+    if (change & RMAP_PART_SCALED)
+        (void)json_object_set_new(json, "scaled_by", json_real(motion->scale));
+    if (change & RMAP_PART_RENAMED)
+        (void)json_object_set_new(json, "was",
+                                  json_string(r->before->part[r->match->from[i]].name));
+    if (change & RMAP_PART_REGROUPED)
+        (void)json_object_set_new(json, "groups",
+                                  json_pack("[s, s]",
+                                            group_of(r->before, (size_t)r->match->from[i]),
+                                            group_of(r->after, i)));
     return json;
 }
 
@@ -220,6 +245,16 @@ json_t *rmap_revision_json(const struct rmap_model_revision *r, const char *path
                                         (json_int_t)r->stored->n_mesh_kept, "written",
                                         (json_int_t)r->stored->n_mesh_written, "removed",
                                         (json_int_t)r->stored->n_mesh_removed));
-    (void)json_object_set_new(json, "findings", rmap_json_findings(&r->after->findings));
+    json_t *findings = rmap_json_findings(&r->before->findings), *more;
+    (void)json_array_extend(findings, more = rmap_json_findings(&r->after->findings));
+    json_decref(more);
+    for (int k = 0; k < RMAP_MODEL_RULE_FILES; k++) {
+        (void)json_array_extend(findings, more = rmap_json_findings(&r->rules[k]));
+        for (size_t i = 0; i < json_array_size(more); i++)
+            (void)json_object_set_new(json_array_get(more, i), "file",
+                                      json_string(r->rules[k].file));
+        json_decref(more);
+    }
+    (void)json_object_set_new(json, "findings", findings);
     return json;
 }

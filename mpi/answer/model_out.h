@@ -16,6 +16,7 @@ struct rmap_model_revision {
     const struct rmap_assembly *before, *after;
     const struct rmap_assembly_match *match;
     const struct rmap_model_stored *stored;
+    const struct rmap_diagnostics *rules; /* [RMAP_MODEL_RULE_FILES] */
     bool dry_run;
 };
 void rmap_revision_print(const struct rmap_model_revision *revision, const char *scene, FILE *out);

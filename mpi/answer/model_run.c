@@ -4,10 +4,14 @@
  */
 #include "mpi/answer/model_run.h"
 
+#include <string.h>
+#include <unistd.h>
+
 #include "base/alloc.h"
 #include "base/unit.h"
 #include "io/file/directory.h"
 #include "mpi/answer/model_out.h"
+#include "mpi/answer/model_rules.h"
 #include "mpi/command/command.h"
 #include "mpi/command/import_check.h"
 #include "mpi/command/import_folder.h"
@@ -53,11 +57,31 @@ static enum rmap_status request_of(const struct rmap_arguments *given, const cha
                                            .folder = folder,
                                            .chord = rmap_argument(given, "chord"),
                                            .angle = rmap_argument(given, "angle"),
+                                           .unit = word ? word : "",
                                            .is_update = given->n_operand > 1,
                                            .scale = unit ? unit->size / mm : 1};
     return word && !unit ? rmap_error_set(err, RMAP_USAGE,
                                           "--unit %.40s: a length is in nm um mm cm m in", word)
                          : RMAP_OK;
+}
+
+/* What was asked for at the import, where nothing else is asked for now. */
+static void remember(const struct rmap_assembly *before, struct rmap_model_request *request,
+                     char number[2][32])
+{
+    const double mm = 1e-3;
+    const struct rmap_written_unit *unit =
+        before->file_unit[0] ? rmap_unit_of_scene(before->file_unit, RMAP_DIMENSION_LENGTH) : NULL;
+    (void)snprintf(number[0], 32, "%.17g", before->chord);
+    (void)snprintf(number[1], 32, "%.17g", before->angle);
+    if (!request->chord && before->chord > 0)
+        request->chord = number[0];
+    if (!request->angle && before->angle > 0)
+        request->angle = number[1];
+    if (request->unit[0] || !unit || strcmp(before->schema, "glTF 2.0") == 0)
+        return;
+    request->unit = before->file_unit;
+    request->scale = unit->size / mm;
 }
 
 static void tell_kept(const struct rmap_context *context, const struct rmap_model_stored *stored)
@@ -134,11 +158,12 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     const char *folder = given->operand[0];
     struct rmap_assembly before = {0}, after = {0};
     struct rmap_assembly_match match = {0};
+    struct rmap_diagnostics rules[RMAP_MODEL_RULE_FILES] = {{0}};
     struct rmap_model_stored stored = {0};
     struct rmap_model_request request;
     const bool force = rmap_argument(given, "force") != NULL,
                dry_run = rmap_argument(given, "dry-run") != NULL;
-    char *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
+    char number[2][32], *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
     if (!scene)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
     if (!rmap_model_is_one(given->operand[1]))
@@ -148,18 +173,24 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
                                 given->operand[1]));
     RMAP_TRY(request_of(given, given->operand[1], folder, &request, err));
     RMAP_TRY(rmap_model_read_stored(folder, &before, err));
+    RMAP_TRY(rmap_model_tell_missing(folder, &before.findings, err));
+    remember(&before, &request, number);
     RMAP_TRY(rmap_model_check_edits(folder, false, force || dry_run, err));
     RMAP_TRY(rmap_model_read(&request, &after, &made, err));
     RMAP_TRY(rmap_interrupt_stopped(err));
+    rmap_diagnostics_print(&before.findings, stderr);
     rmap_diagnostics_print(&after.findings, stderr);
     RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
     RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));
     RMAP_TRY(rmap_assembly_settle_labels(&after, err));
     RMAP_TRY(rmap_assembly_settle_files(&after, err));
+    RMAP_TRY(rmap_model_check_rules(folder, &before, &after, &match, rules, err));
+    for (int k = 0; k < RMAP_MODEL_RULE_FILES; k++)
+        rmap_diagnostics_print(&rules[k], stderr);
     if (!dry_run)
         RMAP_TRY(rmap_model_store(folder, made, &after, &before, &match, force, &stored, err));
     tell_kept(context, &stored);
-    const struct rmap_model_revision revision = {&before, &after, &match, &stored, dry_run};
+    const struct rmap_model_revision revision = {&before, &after, &match, &stored, rules, dry_run};
     if (context->json)
         st = rmap_json_print(rmap_revision_json(&revision, request.path, scene), stdout, err);
     else if (!context->quiet)
@@ -168,6 +199,8 @@ out:
     rmap_model_clean(made);
     rmap_model_stored_fini(&stored);
     rmap_assembly_match_fini(&match);
+    for (int k = 0; k < RMAP_MODEL_RULE_FILES; k++)
+        rmap_diagnostics_fini(&rules[k]);
     rmap_assembly_fini(&before);
     rmap_assembly_fini(&after);
     rmap_free(scene);

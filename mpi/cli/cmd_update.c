@@ -28,12 +28,13 @@ const struct rmap_command rmap_command_update = {
     .operands = "FOLDER MODEL",
     .help =
         "Takes the next revision of a model into the FOLDER that `raymap import` made: parts are\n"
-        "found again by their ids, names and shapes, keep their names in the scene and so all "
-        "that\n"
-        "rules in attributes.yaml give them. Meshes that are as they were stay untouched; "
-        "scene.yaml\n"
-        "and attributes.yaml are not written. Tells what was kept, moved, changed, is new, is "
-        "gone.\n\n"
+        "found again by their ids, names, places and shapes, keep their names and ids in the scene "
+        "and\n"
+        "so all that rules in attributes.yaml give them. Meshes that are as they were stay "
+        "untouched;\n"
+        "scene.yaml and attributes.yaml are not written. --chord, --angle and --unit are those of "
+        "the\n"
+        "import. Tells what was kept, moved, changed, renamed, is new, is gone.\n\n"
         "  raymap import lamp-a.step -o lamp\n"
         "  raymap update lamp lamp-b.step",
     .options = options,

@@ -215,9 +215,9 @@ enum rmap_status rmap_model_read(const struct rmap_model_request *request,
 {
     *made_ret = NULL;
     rmap_diagnostics_init(&assembly->findings, request->path);
-    return is_step(request->path)
-               ? read_step(request, assembly, made_ret, err)
-               : rmap_assembly_read_mesh(request->path, request->scale, assembly, err);
+    return is_step(request->path) ? read_step(request, assembly, made_ret, err)
+                                  : rmap_assembly_read_mesh(request->path, request->scale,
+                                                            request->unit, assembly, err);
 }
 
 static enum rmap_status remove_one(void *context, int directory, const char *name,

@@ -14,8 +14,9 @@ struct rmap_model_request {
     const char *path;
     const char *folder;        /* in which meshes are made, in a folder of their own */
     const char *chord, *angle; /* for raymap-step, in mm and degrees; NULL: as it likes */
+    const char *unit;          /* of the lengths of files that have none; "": mm */
     bool is_update;            /* nobody asks what touches */
-    double scale;              /* of the lengths of files that have no unit, to mm */
+    double scale;              /* of the unit, to mm */
 };
 
 /* Whether the name ends as one of them. */

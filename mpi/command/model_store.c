@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/assembly/assembly_scene.h"
@@ -78,17 +79,50 @@ enum rmap_status rmap_model_check_edits(const char *folder, bool with_user, bool
     return st;
 }
 
-/* A mesh that somebody took away is of no shape, so that an update brings it again. */
-static enum rmap_status forget_missing(const char *folder, struct rmap_assembly *assembly,
+static char *mesh_path(const char *folder, const char *file)
+{
+    return rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, file);
+}
+
+/* Of a mesh file's bytes; 0: it cannot be read. */
+static uint64_t digest_of(const char *path)
+{
+    enum { BLOCK = 1 << 16 };
+    FILE *file = fopen(path, "rb");
+    XXH3_state_t *state = file ? XXH3_createState() : NULL;
+    uint8_t *block = state ? rmap_alloc(BLOCK, 1) : NULL;
+    uint64_t digest = 0;
+    if (block && XXH3_64bits_reset(state) == XXH_OK) {
+        for (size_t n; (n = fread(block, 1, BLOCK, file)) > 0;)
+            (void)XXH3_64bits_update(state, block, n);
+        digest = ferror(file) ? 0 : XXH3_64bits_digest(state);
+    }
+    rmap_free(block);
+    (void)XXH3_freeState(state);
+    if (file)
+        (void)fclose(file);
+    return digest;
+}
+
+/* A mesh that somebody took away or changed is of no shape, so that an update brings it again. */
+static enum rmap_status forget_damaged(const char *folder, struct rmap_assembly *assembly,
                                        struct rmap_error *err)
 {
     for (size_t i = 0; i < assembly->n_shape; i++) {
-        char *path =
-            rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, assembly->shape[i].file);
+        struct rmap_assembly_shape *shape = &assembly->shape[i];
+        char *path = mesh_path(folder, shape->file);
         if (!path)
             return no_memory(err);
-        if (access(path, R_OK) != 0)
-            memset(assembly->shape[i].hash, '0', sizeof assembly->shape[i].hash - 1);
+        const char *trouble = rmap_input_file_trouble(path);
+        const uint64_t digest = trouble ? 0 : digest_of(path);
+        if (trouble || (shape->digest && digest != shape->digest)) {
+            rmap_diagnostics_add(&assembly->findings, RMAP_SEVERITY_WARNING, 0, 0,
+                                 RMAP_ASSEMBLY_MESHES
+                                 "/%s is not as it was written (%s): made again",
+                                 shape->file, trouble ? trouble : "other bytes");
+            memset(shape->hash, '0', sizeof shape->hash - 1);
+            shape->digest = 0;
+        }
         rmap_free(path);
     }
     return RMAP_OK;
@@ -115,7 +149,7 @@ enum rmap_status rmap_model_read_stored(const char *folder, struct rmap_assembly
     if (st == RMAP_OK)
         st = rmap_assembly_settle_labels(assembly, err);
     if (st == RMAP_OK)
-        st = forget_missing(folder, assembly, err);
+        st = forget_damaged(folder, assembly, err);
     if (st != RMAP_OK)
         rmap_error_context(err, "%s", path);
 out:
@@ -153,10 +187,10 @@ static enum rmap_status store_json(const char *folder, const struct rmap_assembl
 
 /* From where the converter made it, or from memory. */
 static enum rmap_status store_mesh(const char *folder, const char *made,
-                                   const struct rmap_assembly_shape *shape, struct rmap_error *err)
+                                   struct rmap_assembly_shape *shape, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char *to = rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, shape->file),
+    char *to = mesh_path(folder, shape->file),
          *from = made ? rmap_path_format("%s/" RMAP_MODEL_MADE "/%s", made, shape->made) : NULL;
     if (!to || (made && !from))
         st = no_memory(err);
@@ -165,6 +199,8 @@ static enum rmap_status store_mesh(const char *folder, const char *made,
     else if (!made || rename(from, to) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "mesh %s cannot be put in place: %s", to,
                             made ? strerror(errno) : "nobody made it");
+    if (st == RMAP_OK)
+        shape->digest = digest_of(to);
     rmap_free(to);
     rmap_free(from);
     return st;
@@ -182,10 +218,9 @@ static void remove_unused(const char *folder, const struct rmap_assembly *before
                           const struct rmap_assembly *after, struct rmap_model_stored *stored)
 {
     for (size_t i = 0; before && i < before->n_shape; i++) {
-        char *path =
-            has_file(after, before->shape[i].file)
-                ? NULL
-                : rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, before->shape[i].file);
+        char *path = has_file(after, before->shape[i].file)
+                         ? NULL
+                         : mesh_path(folder, before->shape[i].file);
         stored->n_mesh_removed += path && unlink(path) == 0;
         rmap_free(path);
     }
@@ -213,7 +248,7 @@ static enum rmap_status announce(const char *folder, const struct rmap_assembly 
 }
 
 static enum rmap_status store_meshes(const char *folder, const char *made,
-                                     const struct rmap_assembly *assembly,
+                                     struct rmap_assembly *assembly,
                                      const struct rmap_assembly_match *match,
                                      struct rmap_model_stored *stored, struct rmap_error *err)
 {
@@ -229,20 +264,37 @@ static enum rmap_status store_meshes(const char *folder, const char *made,
     return st;
 }
 
+/* with_user: the user's, too; without, those of them that are not there. */
 static enum rmap_status store_texts(const char *folder, const struct rmap_assembly *assembly,
                                     bool with_user, bool force, struct rmap_model_stored *stored,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < N_TEXT && st == RMAP_OK; i++) {
-        if (text[i].of_user && !with_user)
-            continue;
         char *path = rmap_model_path(folder, text[i].name);
-        st = path ? rmap_edits_put(path, force, text[i].put, assembly, &stored->kept[i], err)
-                  : no_memory(err);
+        if (!path)
+            return no_memory(err);
+        if (!text[i].of_user || with_user || access(path, F_OK) != 0)
+            st = rmap_edits_put(path, force, text[i].put, assembly, &stored->kept[i], err);
         rmap_free(path);
     }
     return st;
+}
+
+enum rmap_status rmap_model_tell_missing(const char *folder, struct rmap_diagnostics *findings,
+                                         struct rmap_error *err)
+{
+    for (size_t i = 0; i < N_TEXT; i++) {
+        char *path = rmap_model_path(folder, text[i].name);
+        if (!path)
+            return no_memory(err);
+        if (access(path, F_OK) != 0)
+            rmap_diagnostics_add(findings, RMAP_SEVERITY_WARNING, 0, 0,
+                                 "%s is not there any more: made anew, %s", text[i].name,
+                                 text[i].of_user ? "without what you wrote in it" : "as always");
+        rmap_free(path);
+    }
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_model_store(const char *folder, const char *made,

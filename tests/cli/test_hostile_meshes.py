@@ -143,6 +143,37 @@ def nodes():
         {"attributes": {"POSITION": 0}, "indices": 1}] * 400}]), "it unfolds to more than")
 
 
+def places():
+    """What is wrong in a mesh is named by its line, or its triangle."""
+    tetrahedron = (((0, 0, 0), (0, 1, 0), (1, 0, 0)), ((0, 0, 0), (1, 0, 0), (0, 0, 1)), ((0, 0, 0), (0, 0, 1), (0, 1, 0)), ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    lines = ["solid t"]
+    for t in tetrahedron:
+        lines += ["facet normal 0 0 0", "outer loop"] + ["vertex %d %d %d" % v for v in t] + ["endloop", "endfacet"]
+    for name, line, words, status in (("nan.stl", "vertex nan 0 1", "triangle 2 first", 0), ("word.stl", "vertex 0 abc 1", "line 12: 'vertex 0 abc 1'", 3),
+                                      ("short.stl", "vertex 0 1", "line 12: 'vertex 0 1' is no point", 3)):
+        pathlib.Path(name).write_text("\n".join(lines[:11] + [line] + lines[12:] + ["endsolid t"]) + "\n")
+        check(name, words, status=status)
+    pathlib.Path("nans.stl").write_text("\n".join(lines).replace("vertex 0", "vertex nan").replace("vertex 1", "vertex inf"))
+    check("nans.stl", "none of its 4 triangles has an area", "triangle 1 first")
+    points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    for name, text, words in (("index.obj", points + "f 1 3 2\nf 1 2 9\n", "line 6: face 2 has vertex 9"), ("back.obj", points + "f -1 -2 -3\r\nf 1/1 2/1 -9/1\n", "line 6: face 2 has vertex -9"),
+                              ("zero.obj", points + "f 1 0 2", "line 5: face 1 has vertex 0"), ("word.obj", points.replace("v 0 1", "v x 1") + "f 1 2 4", "line 3: 'v x 1 0'")):
+        pathlib.Path(name).write_text(text)
+        check(name, words)
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int " \
+           "vertex_indices\nend_header\n" + points.replace("v ", "")
+    pathlib.Path("index.ply").write_text(head + "3 0 2 1\n3 0 1 9\n")
+    check("index.ply", "line 15: face 2 has a vertex that is not there: there are 0 to 3")
+    pathlib.Path("word.ply").write_text(head.replace("0 1 0", "0 x 0") + "3 0 2 1\n3 0 1 2\n")
+    check("word.ply", "line 12: it ends before what its header promises, or holds what is no number")
+    pathlib.Path("index2.ply").write_bytes(head.replace("ascii", "binary_little_endian").partition("end_header\n")[0].encode() + b"end_header\n" + POINTS
+                                           + struct.pack("<BiiiBiii", 3, 0, 2, 1, 3, 0, 1, 9))
+    check("index2.ply", ": face 2 has a vertex that is not there: there are 0 to 3")
+    check(gltf("index.gltf", meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], buffers=[
+        {"byteLength": 72, "uri": "data:;base64," + base64.b64encode(POINTS + CORNERS[:8] + b"\x09\0" + CORNERS[10:]).decode()}]),
+        "meshes[0].primitives[0]: triangle 2 has vertex 9")
+
+
 def counts():
     check(gltf_sparse("many.gltf", 10**9, 0), "it unfolds to more than")
     check(gltf_sparse("far.gltf", 4, 1 << 30), "replaces what is not there")
@@ -168,6 +199,6 @@ def polygons():
 
 
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-for part in (files, nodes, counts, polygons):
+for part in (files, nodes, places, counts, polygons):
     part()
 sys.exit(failures != 0)

@@ -2,50 +2,20 @@
 # SPDX-License-Identifier: MIT
 """`raymap import` and `update` of models: the tree, names, colours, units and instances of glTF, OBJ and STEP; rules outlive a
 revision in which a part was moved, renamed, changed, added and taken away; edits are never lost; `faces` split a mesh without a hole."""
-import base64
 import json
 import os
 import pathlib
 import re
 import shutil
-import struct
 import subprocess
 
 import asking
-import numpy as np
 from asking import check, run
+from gltf_models import TRIANGLES, box, gltf
 
 shutil.rmtree("here", ignore_errors=True)
 pathlib.Path("here").mkdir()
 STEP = pathlib.Path(os.environ["BUILD_DIR"]) / "raymap-step"
-
-CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
-SIDES = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
-TRIANGLES = np.array([t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
-
-
-def box(sx, sy, sz):
-    return CORNERS * [sx, sy, sz], TRIANGLES
-
-
-def gltf(name, meshes, materials, nodes, roots):
-    """meshes: name: [(points, triangles, material)]; in m."""
-    body, views, accessors, listed = b"", [], [], []
-    for mesh, parts in meshes.items():
-        primitives = []
-        for points, triangles, material in parts:
-            for data, kind, component in ((points.astype("<f4"), "VEC3", 5126), (triangles.astype("<u4").ravel(), "SCALAR", 5125)):
-                views.append({"buffer": 0, "byteOffset": len(body), "byteLength": data.nbytes})
-                accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(data), "type": kind})
-                body += data.tobytes()
-            primitives.append({"attributes": {"POSITION": len(accessors) - 2}, "indices": len(accessors) - 1, "material": material})
-        listed.append({"name": mesh, "primitives": primitives})
-    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": roots}], "nodes": nodes, "meshes": listed,
-                "materials": materials, "accessors": accessors, "bufferViews": views,
-                "buffers": [{"byteLength": len(body), "uri": "data:application/octet-stream;base64," + base64.b64encode(body).decode()}]}
-    pathlib.Path("here", name).write_text(json.dumps(document), encoding="utf-8")
-    return "here/" + name
-
 
 MATERIALS = [
     {"name": "steel", "pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.6, 0.6, 1], "metallicFactor": 1, "roughnessFactor": 0}},
@@ -207,6 +177,85 @@ def check_obj():
     run("import", "here/a.obj", "-o", "here/obj", "--strict", "--force", status=3)
 
 
+def check_obj_names():
+    """Whole names, parts of one first word and of one name apart, each with the materials of its own faces; groups that go on."""
+    points, _ = box(1, 1, 1)
+    lines, k = ["mtllib b.mtl"], 0
+
+    def cube(name, *materials):
+        nonlocal k
+        lines.extend([name] + ["v %g %g %g" % tuple(p + [3 * k, 0, 0]) for p in points])
+        for i, t in enumerate(TRIANGLES):
+            if i * len(materials) % 12 == 0 and materials[i * len(materials) // 12]:
+                lines.append("usemtl " + materials[i * len(materials) // 12])
+            lines.append("f %d %d %d" % tuple(t + 1 + 8 * k))
+        k += 1
+
+    cube("o front wheel", "red paint")
+    cube("o front lamp", "red glass")
+    cube("o wheel", "red paint", "steel")
+    cube("o wheel", "steel", "red paint")
+    cube("g left side", "steel")
+    cube("g right side", "red paint")
+    cube("g left side", "steel")
+    pathlib.Path("here/b.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    pathlib.Path("here/b.mtl").write_text("newmtl red paint\nKd 1 0 0\nnewmtl red glass\nKd 1 1 1\nd 0.1\nnewmtl steel\nKd 0 0 1\n", encoding="utf-8")
+    run("import", "here/b.obj", "-o", "here/names", "--quiet")
+    parts = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/names/parts.yaml")))
+    check(list(parts) == ["front_wheel", "front_lamp", "wheel", "wheel.2", "left_side", "right_side"], f"names: {list(parts)}")
+    material = {n: re.search("material: '?([a-z ]+)", p).group(1) for n, p in parts.items()}
+    check(material == {"front_wheel": "red paint", "front_lamp": "red glass", "wheel": "red paint", "wheel.2": "steel", "left_side": "steel",
+                       "right_side": "red paint"}, f"materials: {material}")
+    check("inside: 'index_1.5'" in parts["front_lamp"] and "faces: [{faces: [1], surface: paint_0000ff" in parts["wheel"]
+          and "faces: [{faces: [1], surface: paint_ff0000" in parts["wheel.2"], f"of faces: {parts}")
+    written = text("here/names/parts.yaml")
+    check("wheel: 2 faces, closed, 1 x 1 x 1 mm" in written and "left side: 2 faces, closed, 7 x 1 x 1 mm" in written, written)
+    # Before the first name, and without any, it is the file's.
+    pathlib.Path("here/c.obj").write_text("\n".join(line for line in lines if line[0] not in "og") + "\n", encoding="utf-8")
+    run("import", "here/c.obj", "-o", "here/names2", "--quiet")
+    check("name: c, id" in text("here/names2/parts.yaml"), "without names")
+
+
+def check_shared():
+    """Meshes of equal geometry are one, whatever each part looks like; blended ones are clear."""
+    screw, half = box(0.002, 0.002, 0.006), MATERIALS[:1] + [
+        {"name": "film", "alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0, 1, 0, 0.4]}},
+        {"name": "solid", "alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 1, 1]}},
+        {"name": "plain blend", "alphaMode": "BLEND"}]
+    other = (screw[0] * [1, 1, 2], screw[1])
+
+    def model(name, first):
+        order = ["screw 0", "screw 1", "screw 2", "two", "two b"][first:]
+        meshes = {"m0": [(*screw, 0)], "m1": [(*screw, 1)], "m2": [(*screw, 0)], "m3": [(other[0], other[1][:6], 0), (other[0], other[1][6:], 2)],
+                  "m4": [(other[0], other[1][:6], 0), (other[0], other[1][6:], 3)]}
+        kept = dict(list(meshes.items())[first:])
+        nodes = [{"name": n, "mesh": i, "translation": [0.01 * (i + first), 0, 0]} for i, n in enumerate(order)]
+        return gltf(name, kept, half, nodes, list(range(len(nodes))))
+
+    told = json.loads(run("import", model("s.gltf", 0), "-o", "here/shared", "--json"))
+    parts = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/shared/parts.yaml")))
+    check(told["shapes"] == 3 and [parts[f"screw_{k}"].split(",")[0] for k in range(3)] == ["geometry: m0"] * 3, f"shared: {told} {parts}")
+    check("fresnel, inside: 'index_1.5'" in parts["screw_1"] and "metal_" in parts["screw_2"] and "geometry: m3" in parts["two"]
+          and "geometry: m4" in parts["two_b"], f"looks are the parts' own: {parts}")
+    check("paint_0000ff" in parts["two"] and "fresnel" not in parts["two"] and told["transparent"] == 1, f"alpha 1 covers: {parts['two']}")
+    says_nothing("here/shared/scene.yaml")
+    told = json.loads(run("update", "here/shared", model("s2.gltf", 1), "--json"))
+    check({p["name"]: p["change"] for p in told["parts"]} == {"screw_0": ["gone"]} and told["meshes"]["written"] == 0, f"no mesh is swapped: {told}")
+    now = dict(re.findall(r"  - {name: (\S+), id: \w+, (.*)}", text("here/shared/parts.yaml")))
+    check(now == {n: p for n, p in parts.items() if n != "screw_0"}, f"{now}")
+
+
+def check_no_numbers():
+    """Triangles that an import leaves out are told, by their numbers."""
+    points, triangles = box(0.002, 0.002, 0.006)
+    points[7] *= float("nan")
+    first = next(i for i, t in enumerate(triangles) if 7 in t) + 1
+    path = gltf("nan.gltf", {"screw": [(points, triangles, 0)]}, MATERIALS, [{"name": "s", "mesh": 0}], [0])
+    done = subprocess.run([os.environ["RAYMAP"], "import", path, "-o", "here/nan"], text=True, capture_output=True, check=False)
+    check(done.returncode == 0 and f"mesh 'screw': {sum(7 in t for t in triangles)} triangles, number {first} first" in done.stderr, f"{done.stderr}")
+    check("left out" in run("import", path, "-o", "here/nan", "--strict", status=3), "--strict refuses")
+
+
 def check_faces():
     """Light that starts in a box whose faces are objects of their own meets one of them, and never passes between."""
     pathlib.Path("here/faces.yaml").write_text("""raymap: 1
@@ -270,6 +319,9 @@ check_rules()
 check_update()
 check_edits()
 check_obj()
+check_obj_names()
+check_shared()
+check_no_numbers()
 check_faces()
 check_step()
 check_exact_faces()

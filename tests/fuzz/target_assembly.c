@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * An assembly from a stranger, as JSON or as glTF, and its materials: it is refused with a
- * sentence, or becomes texts that are YAML, and a revision of another; memory that cannot be had is
- * told.
+ * An assembly from a stranger, as JSON or as glTF, its materials, and names and faults of OBJ and
+ * STL: it is refused with a sentence, or becomes texts that are YAML, and a revision of another;
+ * memory that cannot be had is told.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +11,8 @@
 #include "io/assembly/assembly_match.h"
 #include "io/assembly/assembly_scene.h"
 #include "io/mesh/gltf_tree.h"
+#include "io/mesh/obj_names.h"
+#include "io/mesh/text_fault.h"
 #include "io/scene/yaml_tree.h"
 #include "target.h"
 
@@ -68,6 +70,33 @@ out:
     return st;
 }
 
+/* A revision in which nothing changed. */
+static enum rmap_status use_twice(const char *text, size_t nbytes, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_assembly before = {0}, after = {0};
+    struct rmap_assembly_match match = {0};
+    RMAP_TRY(rmap_assembly_read_json(text, nbytes, &before, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&before, err));
+    RMAP_TRY(rmap_assembly_read_json(text, nbytes, &after, err));
+    RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
+    for (size_t i = 0; i < after.n_part; i++)
+        rmap_fuzz_demand(match.from[i] >= 0 && match.change[i] == 0 &&
+                             match.to[match.from[i]] == (int32_t)i,
+                         "all is as it was");
+    RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));
+    RMAP_TRY(rmap_assembly_settle_labels(&after, err));
+    for (size_t i = 0; i < after.n_part; i++)
+        rmap_fuzz_demand(after.part[i].number == before.part[match.from[i]].number &&
+                             strcmp(after.part[i].label, before.part[match.from[i]].label) == 0,
+                         "names and numbers are kept");
+out:
+    rmap_assembly_match_fini(&match);
+    rmap_assembly_fini(&before);
+    rmap_assembly_fini(&after);
+    return st;
+}
+
 static void read_gltf(const uint8_t *data, size_t nbytes, struct rmap_error *err)
 {
     struct rmap_gltf_tree tree = {0};
@@ -76,6 +105,19 @@ static void read_gltf(const uint8_t *data, size_t nbytes, struct rmap_error *err
     for (size_t i = 0; st == RMAP_OK && i < tree.n_node; i++)
         rmap_fuzz_demand(tree.node[i].parent < (int32_t)i, "parents come first");
     rmap_gltf_tree_fini(&tree);
+}
+
+static void read_obj(const uint8_t *data, size_t nbytes, struct rmap_error *err)
+{
+    struct rmap_obj_names names = {0};
+    char why[200] = "";
+    const enum rmap_status st = rmap_obj_names_read(data, nbytes, &names, err);
+    rmap_fuzz_demand(st == RMAP_OK || err->text[0], "what is wrong is said");
+    for (size_t i = 0; st == RMAP_OK && i < names.n; i++)
+        rmap_fuzz_demand(names.name[i][0] != 0 && (unsigned char)names.name[i][0] > ' ', "a name");
+    rmap_obj_names_fini(&names);
+    rmap_fuzz_demand(!rmap_obj_fault(data, nbytes, why, sizeof why) || why[0], "a reason");
+    rmap_fuzz_demand(!rmap_stl_fault(data, nbytes, why, sizeof why) || why[0], "a reason");
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
@@ -91,13 +133,17 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
     memcpy(text, data + 2, nbytes - 2);
     if (data[1] >= 'a') /* letters: one of the first calls for memory fails */
         rmap_alloc_fail_at(1 + (data[1] - 'a') * 5);
-    if (data[0] % 3 == 0) {
+    if (data[0] % 4 == 0) {
         st = rmap_assembly_read_json(text, nbytes - 2, &assembly, &err);
         if (st == RMAP_OK)
             st = use(&assembly, &err);
+        if (st == RMAP_OK)
+            st = use_twice(text, nbytes - 2, &err);
         rmap_fuzz_demand(st == RMAP_OK || err.text[0], "what is wrong is said");
-    } else if (data[0] % 3 == 1) {
+    } else if (data[0] % 4 == 1) {
         read_gltf((const uint8_t *)text, nbytes - 2, &err);
+    } else if (data[0] % 4 == 3) {
+        read_obj((const uint8_t *)text, nbytes - 2, &err);
     } else {
         st = rmap_assembly_read_mtl(text, &assembly, &err);
         rmap_fuzz_demand(st == RMAP_OK || err.text[0], "what is wrong is said");
@@ -140,6 +186,8 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,"
         "\"uri\":"
         "\"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}",
+        "3Amtllib a.mtl\no a b\nv 0 0 0\nv 1 0 0\r\nv 0 1 x\ng c d\nusemtl m\nf 1/2/3 -1 9\ng  \no "
+        "a b\ng c d\nf 1 2 3\nvertex 1 2\n",
         "2Anewmtl a b\nKd 1 0.5 0\nd 0.2\nNi 1.5\nnewmtl c\nTr 1\nPm 1\nPr 0.3\n",
         "0c{\"format\":\"raymap-assembly\",\"version\":1,\"shapes\":[{\"id\":\"s1\",\"file\":\"l."
         "ply\","
