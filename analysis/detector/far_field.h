@@ -14,10 +14,11 @@
 void rmap_far_field_cells(const uint32_t n[2], uint32_t cells[2]);
 
 /* Of an image in such cells and in cd: the candelas that, linear between the angles (n + 1 of
- * gamma, planes C clockwise about the axis), send the same flux into each pair of cells; 0 where
- * that were less. RMAP_SYSTEM; *file is the caller's to finish in any case. */
+ * gamma, planes C clockwise about the axis), send the same flux into each pair of cells. Where that
+ * asked for less than 0 the flux goes to the angles beside; in all it stays. moved_ret: how much of
+ * it, in parts of all. RMAP_SYSTEM; *file is the caller's to finish in any case. */
 enum rmap_status rmap_far_field_fit(const struct rmap_detector_image *image,
-                                    struct rmap_lamp_file *file,
+                                    struct rmap_lamp_file *file, double *moved_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

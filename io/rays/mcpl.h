@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * What an MCPL file of version 3 begins with. Behind it: a double where one_weight says so; texts,
- * each behind its length of 32 bits: the program, remarks, names of data, data; then particles.
+ * What an MCPL file of version 2 or 3 begins with. Behind it: a double where one_weight says so;
+ * texts, each behind its length of 32 bits: the program, remarks, names of data, data; then
+ * particles.
  */
 #ifndef RMAP_MCPL_H
 #define RMAP_MCPL_H

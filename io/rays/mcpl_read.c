@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * MCPL, version 3 (Kittelmann et al. 2017, doi:10.1016/j.cpc.2017.04.012): its photons. Read here
- * and not by the library of that name, which ends the program where a file is damaged.
+ * MCPL, versions 2 and 3 (Kittelmann et al. 2017, doi:10.1016/j.cpc.2017.04.012): its photons. Read
+ * here and not by the library of that name, which ends the program where a file is damaged.
  */
 #include <math.h>
 #include <string.h>
@@ -13,8 +13,9 @@
 struct mcpl {
     struct rmap_ray_bytes *bytes;
     struct rmap_mcpl_head head;
-    double weight; /* of all */
-    size_t width;  /* of a number */
+    double weight;   /* of all */
+    size_t width;    /* of a number */
+    bool octahedral; /* version 2 */
 };
 
 static enum rmap_status skip_text(struct mcpl *self)
@@ -31,12 +32,11 @@ static enum rmap_status take_head(struct mcpl *self)
     struct rmap_error *err = self->bytes->err;
     RMAP_TRY(rmap_ray_take(self->bytes, head, sizeof *head, "its head"));
     if (memcmp(head->magic, "MCPL", 4) != 0)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "it does not begin with MCPL"));
+    self->octahedral = memcmp(head->magic, "MCPL002L", 8) == 0;
+    if (!self->octahedral && memcmp(head->magic, "MCPL003L", 8) != 0)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "it does not begin with MCPL; one that is packed (.gz) is to be "
-                                "unpacked first"));
-    if (memcmp(head->magic, "MCPL003L", 8) != 0)
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "it is of version %.4s: version 3, little-endian, is read "
+                                "it is of version %.4s: versions 2 and 3, little-endian, are read "
                                 "(mcpltool --extract writes such files)",
                                 head->magic + 4));
     self->width = head->single ? 4 : 8;
@@ -86,6 +86,19 @@ static void unpack(const double packed[2], bool minus, double d[3])
     d[left_out] = copysign(sqrt(rest > 0.0 ? rest : 0.0), minus ? -1.0 : 1.0);
 }
 
+/* Version 2: a place on the octahedron |x| + |y| + |z| = 1, its lower half folded out (Engelhardt &
+ * Dachsbacher 2008); minus: z is 0. */
+static void unpack_octahedral(const double packed[2], bool minus, double d[3])
+{
+    const double z = 1.0 - fabs(packed[0]) - fabs(packed[1]);
+    for (int k = 0; k < 2; k++)
+        d[k] = z < 0.0 ? copysign(1.0 - fabs(packed[1 - k]), packed[k]) : packed[k];
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + z * z);
+    for (int k = 0; k < 2; k++)
+        d[k] /= length;
+    d[2] = minus ? 0.0 : z / length;
+}
+
 /* Of the Particle Data Group's number of a particle, in elementary charges; 0 of others than the
  * long-lived ones. */
 static double charge_of(int32_t code)
@@ -114,7 +127,7 @@ static int32_t take_particle(const struct mcpl *self, const uint8_t *at,
     for (int k = 0; k < 2; k++)
         packed[k] = number(self, &at);
     const double energy = number(self, &at);
-    unpack(packed, signbit(energy), value + RMAP_RAY_DX);
+    (self->octahedral ? unpack_octahedral : unpack)(packed, signbit(energy), value + RMAP_RAY_DX);
     value[RMAP_RAY_NM] = 1e-6 * RMAP_EV_NM / fabs(energy);
     value[RMAP_RAY_DEPOSIT] = fabs(energy);
     value[RMAP_RAY_TIME] = 1e6 * number(self, &at);

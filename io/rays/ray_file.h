@@ -15,10 +15,10 @@ enum rmap_ray_format {
     RMAP_RAYS_LIGHTTOOLS, /* .ray */
     RMAP_RAYS_CSV,        /* .csv, .txt */
     RMAP_RAYS_HDF5,       /* .h5, .hdf5 */
-    RMAP_RAYS_MCPL        /* .mcpl, version 3 */
+    RMAP_RAYS_MCPL        /* .mcpl, versions 2 and 3 */
 };
 
-/* By the end of the name, in any case; false: by none. */
+/* By the end of the name, in any case, before .gz; false: by none. */
 bool rmap_ray_format_of(const char *path, enum rmap_ray_format *format_ret);
 
 struct rmap_ray_wanted {
@@ -27,8 +27,8 @@ struct rmap_ray_wanted {
     size_t n_passed_over; /* set: MCPL's particles that are no photons */
 };
 
-/* The whole file, which is regular. RMAP_INPUT with the line or row and what is wrong there, the
- * text names the path; RMAP_SYSTEM. */
+/* The whole file, which is regular; one that is packed by gzip (but HDF5) is unpacked. RMAP_INPUT
+ * with the line or row and what is wrong there, the text names the path; RMAP_SYSTEM. */
 enum rmap_status rmap_ray_file_read(const char *path, enum rmap_ray_format format,
                                     struct rmap_ray_wanted *wanted, struct rmap_file_rays **set_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;

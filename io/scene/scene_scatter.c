@@ -65,10 +65,12 @@ static bool fits(struct rmap_reader *reader, const struct rmap_model_read *read,
     const enum rmap_scatter_model model = read->its->model;
     const bool needs = read->its->by_roughness || rmap_scatter_is_facets(read->its);
     if (is_fresnel && !needs) {
-        rmap_reader_error(reader, read->node,
-                          "%s says how much it reflects, not how much passes: on a fresnel surface "
-                          "use harvey or k_correlation with a roughness, ggx, beckmann or unified",
-                          rmap_scatter_name[model].name);
+        rmap_reader_error(
+            reader, read->node,
+            "%s says how much it reflects, not how much passes: on a fresnel surface "
+            "use harvey or k_correlation with a roughness, ggx, beckmann, slope_error "
+            "or unified",
+            rmap_scatter_name[model].name);
         return false;
     }
     return true;

@@ -21,6 +21,7 @@ struct parameters {
     double b0[RMAP_CHANNEL_MAX], l[RMAP_CHANNEL_MAX], s[RMAP_CHANNEL_MAX], r[RMAP_CHANNEL_MAX];
     double sigma_alpha[RMAP_CHANNEL_MAX], spike[RMAP_CHANNEL_MAX], lobe[RMAP_CHANNEL_MAX],
         back[RMAP_CHANNEL_MAX];
+    double gaussian, pillbox;                 /* angles */
     double roughness, correlation, reference; /* lengths in the scene's unit; nm */
     bool relative;                            /* a table is of what is reflected */
     enum { VISIBLE, SOLAR } band;
@@ -36,7 +37,9 @@ static const struct rmap_range width = {1e-6, 10, "from 0.000001 to 10", RMAP_DI
                                incline = {0.1, 2, "from 0.1 to 2", RMAP_DIMENSION_NONE},
                                index_of_dust = {0, 10, "from 0 to 10", RMAP_DIMENSION_NONE},
                                degrees = {1e-3, 60, "from 0.001 to 60 degrees",
-                                          RMAP_DIMENSION_NONE};
+                                          RMAP_DIMENSION_NONE},
+                               slope = {5e-3, 10, "from 0.005 to 10 degrees (0.1 to 175 mrad)",
+                                        RMAP_DIMENSION_ANGLE};
 
 #define SPECTRUM(member) RMAP_KEY_SHARES, offsetof(struct parameters, member)
 const struct rmap_mapping rmap_scatter_keys = {
@@ -60,6 +63,8 @@ const struct rmap_mapping rmap_scatter_keys = {
      {"correlation", RMAP_KEY_NUMBER, offsetof(struct parameters, correlation),
       &rmap_range_positive_length},
      {"sigma_alpha", SPECTRUM(sigma_alpha), &degrees},
+     {"gaussian", RMAP_KEY_ANGLE, offsetof(struct parameters, gaussian), &slope},
+     {"pillbox", RMAP_KEY_ANGLE, offsetof(struct parameters, pillbox), &slope},
      {"spike", SPECTRUM(spike), &rmap_range_share},
      {"lobe", SPECTRUM(lobe), &rmap_range_share},
      {"back", SPECTRUM(back), &rmap_range_share},
@@ -207,6 +212,24 @@ static bool read_facets(struct lobe *lobe)
         copy(lobe, RMAP_SHAPE_ALPHA_Y, lobe->its->shape[RMAP_SHAPE_ALPHA_X], 1.0);
     }
     return lobe->reader->diagnostics->n_error == before;
+}
+
+static bool read_slope_error(struct lobe *lobe)
+{
+    const struct parameters *p = &lobe->parameters;
+    const bool pillbox = has(lobe, "pillbox");
+    if (pillbox == has(lobe, "gaussian")) {
+        rmap_reader_error(lobe->reader, lobe->node,
+                          "a slope error is 'gaussian: 2 mrad', its rms along each axis, or "
+                          "'pillbox: 4 mrad', the most that it is");
+        return false;
+    }
+    for (int i = 0; i < lobe->n; i++) {
+        lobe->its->shape[RMAP_SHAPE_ALPHA_X][i] = pillbox ? p->pillbox : sqrt(2.0) * p->gaussian;
+        lobe->its->shape[RMAP_SHAPE_ALPHA_Y][i] = lobe->its->shape[RMAP_SHAPE_ALPHA_X][i];
+        lobe->its->shape[RMAP_SHAPE_PILLBOX][i] = pillbox ? 1.0 : 0.0;
+    }
+    return true;
 }
 
 static bool read_unified(struct lobe *lobe)
@@ -402,6 +425,8 @@ static bool read_model(struct lobe *lobe)
     case RMAP_SCATTER_GGX:
     case RMAP_SCATTER_BECKMANN:
         return read_facets(lobe);
+    case RMAP_SCATTER_SLOPE_ERROR:
+        return read_slope_error(lobe);
     case RMAP_SCATTER_UNIFIED:
         return read_unified(lobe);
     case RMAP_SCATTER_TABLE:

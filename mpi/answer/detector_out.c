@@ -4,10 +4,10 @@
  */
 #include "mpi/answer/detector_out.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "analysis/detector/far_field.h"
 #include "analysis/detector/lux_table.h"
 #include "analysis/figure/figure_polar.h"
 #include "analysis/figure/figure_spot.h"
@@ -201,6 +201,22 @@ out:
     return st;
 }
 
+enum rmap_status rmap_detector_far_field(const struct rmap_detector_image *image,
+                                         struct rmap_lamp_file *file, struct rmap_error *err)
+{
+    enum { MUCH = 10 }; /* per cent */
+    double moved = 0.0;
+    const enum rmap_status st = rmap_far_field_fit(image, file, &moved, err);
+    if (st == RMAP_OK && 100.0 * moved > MUCH)
+        fprintf(stderr,
+                "raymap: '%s': %.0f %% of the light changes more between neighbouring angles than "
+                "straight lines between %u angles gamma and %u planes C show: the flux is right, "
+                "beams come out too wide; ask for --cells %ux%u or more\n",
+                image->detector->name, 100.0 * fmin(moved, 1.0), image->n[0] / 2 + 1,
+                image->n[1] / 2, image->n[0], image->n[1] > 2 ? image->n[1] : 1);
+    return st;
+}
+
 static enum rmap_status write_lamp(const struct rmap_detector_image *image, const char *criterion,
                                    const char *path, struct rmap_error *err)
 {
@@ -213,7 +229,7 @@ static enum rmap_status write_lamp(const struct rmap_detector_image *image, cons
     for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
         if (2 * (c % image->n[0]) < image->n[0])
             words.down_lm += image->value[c] * rmap_detector_bins_extent(&image->bins, c);
-    enum rmap_status st = rmap_far_field_fit(image, &file, err);
+    enum rmap_status st = rmap_detector_far_field(image, &file, err);
     RMAP_TRY(st);
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
     rmap_lamp_file_write(&file, rmap_output_is(path, ".ies") ? RMAP_LAMP_IES : RMAP_LAMP_EULUMDAT,

@@ -5,6 +5,7 @@
 #ifndef RMAP_DETECTOR_OUT_H
 #define RMAP_DETECTOR_OUT_H
 
+#include "analysis/detector/far_field.h"
 #include "analysis/detector/spot.h"
 #include "analysis/figure/figure_detector.h"
 
@@ -12,6 +13,11 @@ extern const char *const rmap_detector_suffixes[];
 
 /* .ies or .ldt: of an image in the cells of rmap_far_field_cells alone. */
 bool rmap_detector_is_lamp_file(const char *path);
+
+/* rmap_far_field_fit, with a line on stderr where the angles do not resolve a beam. */
+enum rmap_status rmap_detector_far_field(const struct rmap_detector_image *image,
+                                         struct rmap_lamp_file *file,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* By the suffix. .csv: a row per cell; .h5: value, standard_error, rays, rgb, spectral cube; .npy:
  * the values alone, of a spectral image the cube; .npz: all of it; .exr: linear RGB, of an image

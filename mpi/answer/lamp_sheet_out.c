@@ -6,11 +6,11 @@
 
 #include <string.h>
 
-#include "analysis/detector/far_field.h"
 #include "analysis/detector/image_unit.h"
 #include "analysis/photometry/ugr_table.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
+#include "mpi/answer/detector_out.h"
 #include "mpi/command/argument_numbers.h"
 #include "mpi/command/balance.h"
 
@@ -131,7 +131,7 @@ enum rmap_status rmap_photometry_out(const struct rmap_detector_image *image,
 {
     struct rmap_lamp_file file = {.n_around = 0};
     struct rmap_lamp lamp = {.n_around = 0};
-    enum rmap_status st = rmap_far_field_fit(image, &file, err);
+    enum rmap_status st = rmap_detector_far_field(image, &file, err);
     RMAP_TRY(st);
     RMAP_TRY(rmap_lamp_init(file.around_deg, file.n_around, file.polar_deg, file.n_polar,
                             file.candela, &lamp, err));

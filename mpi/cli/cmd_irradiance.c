@@ -18,6 +18,7 @@
 #include "mpi/answer/draw_request.h"
 #include "mpi/answer/irradiance_out.h"
 #include "mpi/command/asked.h"
+#include "mpi/command/dim.h"
 #include "mpi/command/find_camera.h"
 #include "mpi/command/hint.h"
 #include "mpi/command/json_out.h"
@@ -35,6 +36,7 @@ static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'source(sun)'"},
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
+    RMAP_DIM_OPTIONS,
     {"side", 0, "SIDE",
      "light that arrives on the front of the surfaces (of closed bodies the outside), their back, "
      "or both (default); pictures show that side alone",
@@ -310,6 +312,7 @@ static enum rmap_status show(const struct rmap_context *context, struct request 
         return rmap_json_print(rmap_json_of_map(rmap_irradiance_image_json(image), map), stdout,
                                err);
     st = rmap_irradiance_image_print(image, stdout, err);
+    rmap_dim_print(map);
 out:
     return st;
 }
@@ -343,6 +346,7 @@ static enum rmap_status run_irradiance(const struct rmap_context *context,
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
+    RMAP_TRY(rmap_agree(context, rmap_dim_read(given, map, err), err));
     st = choose(&request, map, &cells, &ask, err);
     if (st == RMAP_OK && asked.n > 0)
         st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);

@@ -24,6 +24,12 @@ static bool is_ggx(const struct rmap_scattering *at)
     return at->scatter->model == RMAP_SCATTER_GGX;
 }
 
+/* Slopes are even within a circle, an ellipse where it is stretched. */
+static bool is_pillbox(const struct rmap_scattering *at)
+{
+    return at->scatter->model == RMAP_SCATTER_SLOPE_ERROR && shape_of(at, RMAP_SHAPE_PILLBOX) > 0.0;
+}
+
 static struct rmap_vec3 towards_light(const struct rmap_scattering *at)
 {
     return rmap_scale(at->in, -1.0);
@@ -34,8 +40,7 @@ static double square(double x)
     return x * x;
 }
 
-/* Facets' normals per solid angle, of GGX and BECKMANN per area of the surface; of UNIFIED not
- * normalised. */
+/* Facets' normals per solid angle and area of the surface; of UNIFIED not normalised. */
 static double facets(const struct rmap_scattering *at, struct rmap_vec3 m)
 {
     if (!(m.z > 0.0))
@@ -46,6 +51,8 @@ static double facets(const struct rmap_scattering *at, struct rmap_vec3 m)
     }
     double ax = shape_of(at, RMAP_SHAPE_ALPHA_X), ay = shape_of(at, RMAP_SHAPE_ALPHA_Y);
     double tilt = square(m.x / ax) + square(m.y / ay), z2 = m.z * m.z;
+    if (is_pillbox(at))
+        return tilt > z2 ? 0.0 : 1.0 / (RMAP_PI * ax * ay * z2 * z2);
     return is_ggx(at) ? 1.0 / (RMAP_PI * ax * ay * square(tilt + z2))
                       : rmap_portable_exp(-tilt / z2) / (RMAP_PI * ax * ay * z2 * z2);
 }
@@ -64,6 +71,16 @@ static double erfc_of(double x)
     return left > 0.0 ? left : 0.0;
 }
 
+/* Integral of (q / h - 1) 2 sqrt(1 - q^2) / pi over q from h to 1. */
+static double pillbox_hidden(double h)
+{
+    double root = sqrt(1.0 - h * h);
+    double left =
+        2.0 / RMAP_PI *
+        (root * root * root / (3.0 * h) - 0.5 * (rmap_portable_angle(h, root) - h * root));
+    return left > 0.0 ? left : 0.0;
+}
+
 /* Smith's auxiliary function of a direction: 1 / (1 + it) of its facets are seen from there (Heitz
  * 2014, JCGT 3 (2) 32). */
 static double hidden(const struct rmap_scattering *at, struct rmap_vec3 w)
@@ -76,6 +93,8 @@ static double hidden(const struct rmap_scattering *at, struct rmap_vec3 w)
     if (!(slope2 > 0.0))
         return 0.0;
     double h = 1.0 / sqrt(slope2);
+    if (is_pillbox(at)) /* of a circle's chords, 2 sqrt(1 - q^2) / pi, those with q > h */
+        return h < 1.0 ? pillbox_hidden(h) : 0.0;
     double left = rmap_portable_exp(-h * h) * 0.28209479177387814347 / h - 0.5 * erfc_of(h);
     return left > 0.0 ? left : 0.0;
 }
@@ -179,6 +198,25 @@ static struct rmap_vec3 draw_beckmann(const struct rmap_scattering *at,
     return back(at, m);
 }
 
+/* The same of slopes within a circle, drawn again unless they are seen. */
+static struct rmap_vec3 draw_pillbox(const struct rmap_scattering *at, const struct rmap_draw *draw)
+{
+    struct rmap_vec3 view = stretched(at), across, along = tangent_of(view, &across);
+    double c = view.z, s = sqrt(view.x * view.x + view.y * view.y);
+    double u[4], cosine, sine, q = 0.0, r = 0.0;
+    for (int k = 0; k < RMAP_TRIES_MAX; k++) {
+        draw_numbers(draw, k, u);
+        rmap_azimuth(u[2], &cosine, &sine);
+        q = sqrt(u[1]) * cosine;
+        r = sqrt(u[1]) * sine;
+        if (u[0] * (c + s) < c + s * q)
+            break;
+    }
+    struct rmap_vec3 m = rmap_axpy(q, along, rmap_scale(across, r));
+    m.z = 1.0;
+    return back(at, m);
+}
+
 /* Does light meet the facet, and go to the right side of the surface from it? */
 static bool fits(const struct rmap_scattering *at, struct rmap_vec3 m)
 {
@@ -209,6 +247,8 @@ struct rmap_vec3 rmap_facet_draw(const struct rmap_scattering *at, const struct 
 {
     if (is_unified(at))
         return draw_unified(at, draw);
+    if (is_pillbox(at))
+        return draw_pillbox(at, draw);
     return is_ggx(at) ? draw_ggx(at, draw) : draw_beckmann(at, draw);
 }
 
@@ -259,7 +299,9 @@ static struct rmap_vec3 facet_at(const struct rmap_scattering *at, double part, 
         return m;
     }
     double left = (1.0 - part) * (1.0 - part); /* steep ones count much */
-    double tan2 = is_ggx(at) ? 1.0 / left - 1.0 : -rmap_portable_log(left);
+    double tan2 = is_pillbox(at) ? 1.0 - left
+                  : is_ggx(at)   ? 1.0 / left - 1.0
+                                 : -rmap_portable_log(left);
     double tangent = sqrt(tan2);
     struct rmap_vec3 m =
         rmap_normalize(rmap_vec3(shape_of(at, RMAP_SHAPE_ALPHA_X) * tangent * cosine,

@@ -78,6 +78,7 @@ static double radial(const struct rmap_scattering *at, double x)
     case RMAP_SCATTER_KLEMS:
     case RMAP_SCATTER_CONTAMINATION:
     case RMAP_SCATTER_OREN_NAYAR:
+    case RMAP_SCATTER_SLOPE_ERROR:
     case RMAP_SCATTER_COUNT:
         break;
     }
@@ -486,7 +487,7 @@ enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_chann
                                        int32_t far, const double *n1, const double *n2,
                                        struct rmap_error *err)
 {
-    if (scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN ||
+    if ((rmap_scatter_is_facets(scatter) && scatter->model != RMAP_SCATTER_UNIFIED) ||
         scatter->model == RMAP_SCATTER_CONTAMINATION || rmap_scatter_is_table(scatter))
         return RMAP_OK;
     if (!rmap_scatter_uses_index(scatter))

@@ -36,7 +36,9 @@
  *   TABLE, KLEMS   measured: table.h
  *   CONTAMINATION  particles: dust.h
  *   OREN_NAYAR     a relief of Lambert's facets, with what meets several of them (EON: Portsmouth,
- *                  Kutz & Hill 2025, JCGT 14 (1) 116) */
+ *                  Kutz & Hill 2025, JCGT 14 (1) 116)
+ *   SLOPE_ERROR    facets of slopes that are normal, or a pillbox: even within a circle (Wendelin,
+ *                  Dobos & Lewandowski 2013, SolTrace, NREL/TP-5500-59163) */
 #define RMAP_SCATTER_TABLE(X)                                                                      \
     X(0, LAMBERT, "lambert", "tis", true)                                                          \
     X(1, GAUSSIAN, "gaussian", "sigma tis", true)                                                  \
@@ -51,7 +53,8 @@
     X(10, TABLE, "table", "file relative", false)                                                  \
     X(11, KLEMS, "klems", "file band", false)                                                      \
     X(12, CONTAMINATION, "contamination", "level slope area n k", false)                           \
-    X(13, OREN_NAYAR, "oren_nayar", "r tis", true)
+    X(13, OREN_NAYAR, "oren_nayar", "r tis", true)                                                 \
+    X(14, SLOPE_ERROR, "slope_error", "gaussian pillbox", true)
 
 enum rmap_scatter_model {
 #define RMAP_SCATTER_ENUM(number, symbol, name, keys, reciprocal) RMAP_SCATTER_##symbol,
@@ -88,7 +91,8 @@ enum {
     RMAP_SHAPE_S,         /* HARVEY, K_CORRELATION; by roughness: l in vacuum */
     RMAP_SHAPE_ROUGHNESS, /* the same: in wavelengths in vacuum */
     RMAP_SHAPE_ALPHA_X = 0,
-    RMAP_SHAPE_ALPHA_Y, /* GGX, BECKMANN */
+    RMAP_SHAPE_ALPHA_Y, /* GGX, BECKMANN, SLOPE_ERROR */
+    RMAP_SHAPE_PILLBOX, /* SLOPE_ERROR: 1, or 0: normal */
     RMAP_SHAPE_SPIKE = 1,
     RMAP_SHAPE_LOBE,
     RMAP_SHAPE_BACK,          /* UNIFIED */
@@ -129,7 +133,7 @@ struct rmap_scatter {
 static inline bool rmap_scatter_is_facets(const struct rmap_scatter *scatter)
 {
     return scatter->model == RMAP_SCATTER_GGX || scatter->model == RMAP_SCATTER_BECKMANN ||
-           scatter->model == RMAP_SCATTER_UNIFIED;
+           scatter->model == RMAP_SCATTER_SLOPE_ERROR || scatter->model == RMAP_SCATTER_UNIFIED;
 }
 
 static inline bool rmap_scatter_is_table(const struct rmap_scatter *scatter)
@@ -206,8 +210,8 @@ double rmap_rough_share(double roughness, bool passes, double n1, double cos_1, 
 
 /* Facets, facet.c. */
 
-/* A facet's normal (towards the light): of GGX and BECKMANN by the area that light sees, of UNIFIED
- * by angle, one that reflects to z > 0 and, where the surface refracts, refracts to z < 0. */
+/* A facet's normal (towards the light): by the area that light sees, but of UNIFIED by angle, one
+ * that reflects to z > 0 and, where the surface refracts, refracts to z < 0. */
 struct rmap_vec3 rmap_facet_draw(const struct rmap_scattering *at, const struct rmap_draw *draw);
 
 /* Share of the light from a facet to `out` that no other facet is in the way of. */

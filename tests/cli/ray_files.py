@@ -110,8 +110,8 @@ def mcpl_read(library, path):
     return 10 * rows[:, :3], rows[:, 3:6], 1239.841984332e-6 / rows[:, 6], 1e6 * rows[:, 7], rows[:, 8], rows[:, 9]
 
 
-def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single=False, codes=None, polarised=False):
-    """polarised: a flag, or the vectors. Version 3: directions by adaptive projection, positions in cm, energies in MeV, times in ms."""
+def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single=False, codes=None, polarised=False, version=3):
+    """polarised: a flag, or the vectors. Version 2: directions on an octahedron, of which z = 0 is told by the energy's sign. 3: directions by adaptive projection, positions in cm, energies in MeV, times in ms."""
     number = "<f4" if single else "<f8"
     d = np.asarray(direction, float)
     a, b, c = np.abs(d).T
@@ -123,6 +123,10 @@ def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single
     packed = np.select([first, second, third], [inverse, d[:, 0], d[:, 0]]), np.select([first, second, third], [d[:, 1], inverse, d[:, 1]])
     sign = np.select([first, second, third], [d[:, 0], d[:, 1], d[:, 2]])
     energy = np.copysign(1239.841984332e-6 / np.asarray(nm, float), sign)
+    if version == 2:
+        x, y, z = (d / np.abs(d).sum(1)[:, None]).T
+        packed = np.where(z < 0, (1 - np.abs(y)) * np.where(x < 0, -1, 1), x), np.where(z < 0, (1 - np.abs(x)) * np.where(y < 0, -1, 1), y)
+        energy = np.where(z == 0, -1, 1) * np.abs(energy)
     fields = ([("p", number, 3)] if np.any(polarised) else []) + [("x", number, 3), ("u", number, 2), ("e", number), ("t", number)]
     fields += [("w", number)] if weight is not None else []
     fields += [("c", "<i4")] if codes is not None else []
@@ -137,7 +141,7 @@ def mcpl(path, position, direction, nm, time_ns, weight=None, flags=None, single
         rows["c"] = codes
     if flags is not None:
         rows["f"] = flags
-    head = struct.pack("<8sQ2I3IiII", b"MCPL003L", len(d), 1, 1, flags is not None, np.any(polarised), single, 0 if codes is not None else 22,
+    head = struct.pack("<8sQ2I3IiII", b"MCPL00%dL" % version, len(d), 1, 1, flags is not None, np.any(polarised), single, 0 if codes is not None else 22,
                        rows.dtype.itemsize, weight is None)
     head += struct.pack("<d", 1.0) if weight is None else b""
     for word in (b"test", b"a remark", b"name", b"data"):

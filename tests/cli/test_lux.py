@@ -63,6 +63,20 @@ def check_dimming():
     box = "voxels", "room.raymap", "--cells", 2, "--region", "0,0,0,99,99,99", "--json"
     light = [json.loads(run(*box, *more))["fluence_rate"]["total"]["value"] for more in ((), ("--maintenance", 0.8))]
     check(abs(light[1] / light[0] - 0.8) < 1e-9, f"voxels {light}")
+    def wall(*words, ranks=1):
+        return json.loads(run("irradiance", "room.raymap", "wall", "--cells", "100", "--json", *words, ranks=ranks))
+
+    alone = {name: wall("--where", f"source({name})") for name in ("lamp", "spot", "sky", "sun")}
+    dimmed = wall("--dim", "lamp=0.5,sky=0,s?n=2", "--maintenance", 0.8)
+    for key in "flux", "absorbed":
+        parts = [(f, alone[name][key]["value"]) for name, f in (("lamp", 0.4), ("spot", 0.8), ("sun", 1.6))]
+        check(abs(dimmed[key]["value"] / sum(f * v for f, v in parts) - 1) < 1e-9, f"irradiance, {key}: {dimmed[key]} {parts}")
+    error = math.hypot(*(f * alone[name]["flux"]["standard_error"] for name, f in (("lamp", 0.4), ("spot", 0.8), ("sun", 1.6))))
+    check(abs(dimmed["flux"]["standard_error"] / error - 1) < 1e-6, f"irradiance: {dimmed['flux']} +- {error}")
+    check((dimmed["maintenance"], dimmed["dim"]) == (0.8, {"lamp": 0.5, "sky": 0, "sun": 2}), f"{dimmed}")
+    check(wall("--dim", "lamp=0.5,sky=0,s?n=2", "--maintenance", 0.8, ranks=2) == dimmed, "irradiance on two ranks")
+    check("dimmed         maintenance factor 0.8; without lamp" in
+          run("irradiance", "room.raymap", "wall", "--dim", "lamp=0", "--maintenance", 0.8), "irradiance says so")
     for words, status, said in ((("--dim", "lmp=0"), 3, "no source named 'lmp' in this map (did you mean 'lamp'?)"),
                                 (("--dim", "nothing=0"), 3, "it has 'lamp'"), (("--dim", "lamp"), 2, "as lamp=0.5"),
                                 (("--dim", "lamp=-1"), 2, "as lamp=0.5"), (("--maintenance", "1.2"), 2, "above 0 and up to 1")):

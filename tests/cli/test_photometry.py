@@ -88,6 +88,22 @@ def check_sheets():
     check("no intensity grid" in told, told)
 
 
+def check_narrow():
+    """Beams that the angles do not resolve keep their flux, and are told; those that they resolve keep it angle by angle."""
+    beams = {"cone": "type: point, direction: [0, 0, 1], cone: 3", "aside": "type: point, direction: [0.6, 0.3, 0.8], cone: 2",
+             "wide": "type: point, direction: [0, 0, 1], cone: 90"}
+    for name, beam in beams.items():
+        scene("beam.yaml", [f"name: beam, {beam}, flux: 100 lm"], "detectors: [{name: far, type: intensity, cells: [18, 12]}]\n")
+        run("trace", "beam.yaml", "-o", "beam.raymap", "-n", 20000, "-q", "--force")
+        for cells in "18x1", "18x12", "90x36":
+            for file in "beam.ies", "beam.ldt":
+                told = run("detector", "beam.raymap", "far", "--cells", cells, "-o", file, "--force", both=True)
+                check(("beams come out too wide" in told) == (name != "wide"), f"{name} in {cells}: {told}")
+                scene("again.yaml", [f"name: beam, type: lamp, file: {file}"])
+                flux = json.loads(run("check", "again.yaml", "--json", "--lamp", "beam"))["lamp"]["flux"]["total"]
+                check(abs(flux - 100) < 1e-4, f"{name} in {cells}: {flux} of 100 lm in {file}")
+
+
 A = 0.09  # of the luminaire's opening, m2
 LAMBERT = ies(lamp(1), size=(0.3, 0.3, 0))  # L = 1000 cd / A, whatever the direction
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Rays from files: the same ones in every format, each in its turn, with their colours; mistakes are told; maps need no file and are
 the same on any number of ranks and in either encoding; rows are drawn by their powers; starts on a surface."""
+import gzip
 import json
 import pathlib
 
@@ -60,6 +61,12 @@ def formats():
                                   "energy": (1239.841984332e-3 / nm, "keV")}), True
     yield ray_files.mcpl("h.mcpl", place, way, nm, time), True
     yield ray_files.mcpl("i.mcpl", place, way, nm, time, np.ones(N), event, True, np.full(N, 22), True), True
+    yield ray_files.mcpl("j.mcpl", place, way, nm, time, np.ones(N), event, version=2), True
+    for name in "d.csv", "i.mcpl", "a.tm25ray":  # packed, by the name or not
+        pathlib.Path(name + ".gz").write_bytes(gzip.compress(pathlib.Path(name).read_bytes()))
+        yield name + ".gz", True
+    pathlib.Path("k.mcpl").write_bytes(pathlib.Path("i.mcpl.gz").read_bytes())
+    yield "k.mcpl", True
 
 
 def check_formats():
@@ -153,8 +160,12 @@ def check_mistakes():
             ("y.csv", "x,y,z,dx,dy,dz\n1,2,3,0,0,1,5\n", "line 2: ',5': there are more numbers than columns"),
             ("y.csv", "x,y,z,dx,dy,dz\n", "it has no rays"),
             ("y.csv", "x,y,z,dx,dy,dz,time (mm)\n", "'mm' is no unit of its column 'time'"),
-            ("y.mcpl", b"\x1f\x8b" + bytes(60), "it does not begin with MCPL; one that is packed (.gz)"),
-            ("y.mcpl", photons.replace(b"MCPL003L", b"MCPL002L"), "it is of version 002L: version 3"),
+            ("y.mcpl", b"MCPM" + bytes(60), "it does not begin with MCPL"),
+            ("y.mcpl", b"\x1f\x8b" + bytes(60), "it is packed (.gz), and damaged or cut short"),
+            ("y.mcpl.gz", gzip.compress(photons)[:-20], "it is packed (.gz), and damaged or cut short"),
+            ("y.mcpl.gz", gzip.compress(photons[:-3]), "it says that it has 1000 particles, and ends after 999"),
+            ("y.h5.gz", gzip.compress(b""), "'y.h5.gz' is no file of rays by its name"),
+            ("y.mcpl", photons.replace(b"MCPL003L", b"MCPL001L"), "it is of version 001L: versions 2 and 3"),
             ("y.mcpl", photons[:-3], "it says that it has 1000 particles, and ends after 999"),
             ("y.h5", b"no HDF5", "it is no HDF5 file"),
             ("y.abc", b"", "'y.abc' is no file of rays by its name")):

@@ -81,7 +81,7 @@ static size_t seed_tm25(uint8_t *to, size_t cap)
     return nbytes;
 }
 
-static size_t seed_mcpl(uint8_t *to, size_t cap)
+static size_t seed_mcpl(uint8_t *to, size_t cap, char version)
 {
     enum { N = 2 };
     struct rmap_mcpl_head head = {.magic = {'M', 'C', 'P', 'L', '0', '0', '3', 'L'},
@@ -89,6 +89,7 @@ static size_t seed_mcpl(uint8_t *to, size_t cap)
                                   .flags = 1,
                                   .single = 1,
                                   .particle_nbytes = 40};
+    head.magic[6] = version;
     const uint32_t empty = 0, flags = 7;
     const float row[8] = {1, 2, 3, 0.5F, 0.5F, 2e-6F, 1, 1};
     const int32_t code = 22;
@@ -121,5 +122,5 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
     };
     if (k < sizeof seed / sizeof *seed)
         return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
-    return k == 4 ? seed_mcpl(to, cap) : k == 5 ? seed_tm25(to, cap) : 0;
+    return k < 6 ? seed_mcpl(to, cap, k == 4 ? '3' : '2') : k == 6 ? seed_tm25(to, cap) : 0;
 }

@@ -72,19 +72,26 @@ def check_spike():
 
 def check_slope_error():
     """A mirror of slope error s rms per axis, facets of alpha = s sqrt 2, turns light by 2 s in the plane of incidence
-    and by 2 s cos(theta) across."""
+    and by 2 s cos(theta) across; slopes within a circle of radius r have s = r / 2, and light stays in an ellipse of which it fills
+    every part alike."""
     s = 0.002
-    mirror = f"{{type: mirror, reflectance: 0.9, scatter: {{model: beckmann, alpha: {s * math.sqrt(2)}}}}}"
-    for degrees in 0, 45, 70:
-        target = trace("slopes", beam(mirror, degrees), many(100_000))
+    models = [f"beckmann, alpha: {s * math.sqrt(2)}", "slope_error, gaussian: 2 mrad", "slope_error, pillbox: 4 mrad"]
+    for degrees, model in [(0, models[0]), *((d, m) for d in (0, 45, 70) for m in models[1:])]:
+        mirror = f"{{type: mirror, reflectance: 0.9, scatter: {{model: {model}}}}}"
+        target = trace("slopes", beam(mirror, degrees), many(50_000))
         (end,) = columns(target, "ray/end_direction")
         drop(target)
         end = end[end[:, 2] > 0].astype(float)
         angle = math.radians(degrees)
         along = end @ [math.cos(angle), 0, -math.sin(angle)]
         for what, found, want in (("along", along, 2 * s), ("across", end[:, 1], 2 * s * math.cos(angle))):
-            checks.z(f"slope error at {degrees} degrees, {what}", found.std(), want,
+            checks.z(f"{model} at {degrees} degrees, {what}", found.std(), want,
                      want / math.sqrt(2 * len(end)) + 1e-3 * want)
+        if "pillbox" in model:
+            out = numpy.hypot(along / (4 * s), end[:, 1] / (4 * s * math.cos(angle)))
+            checks.true(f"pillbox at {degrees} degrees: {out.max()}", 0.99 < out.max() < 1.03)
+            for part in 0.3, 0.7:
+                checks.share(f"pillbox at {degrees} degrees: within {part}", (out < part).sum(), len(out), part ** 2)
 
 
 # ---- trace against render: a screen lit by a plate alone ----
@@ -123,6 +130,7 @@ MODELS = {
     "ggx": "{type: mirror, metal: {n: 0.7, k: 4}, scatter: {model: ggx, alpha: 0.4}}",
     "ggx, two alphas": "{type: scatter, reflectance: 0.8, reflect: {model: ggx, alpha: [0.6, 0.2]}}",
     "beckmann": "{type: scatter, reflectance: 0.8, reflect: {model: beckmann, alpha: [0.2, 0.5]}}",
+    "pillbox": "{type: mirror, reflectance: 0.8, scatter: {model: slope_error, pillbox: 9}}",
     "unified": "{type: scatter, reflectance: 0.8, reflect: {model: unified, sigma_alpha: 12, spike: 0.1, lobe: 0.5, back: 0.2}}",
     "retro": "{type: scatter, reflectance: 0.8, reflect: {model: retro, sigma: 0.5}}",
     "oren_nayar": "{type: scatter, reflectance: 0.8, reflect: {model: oren_nayar, r: 0.9}}",
