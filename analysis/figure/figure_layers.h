@@ -26,6 +26,7 @@ struct rmap_solid {
     const struct rmap_painted *painted; /* NULL: none */
     int width, height;                  /* pixels of the layers */
     double scale;                       /* of them per picture pixel */
+    double (*tint)[3];                  /* [n_object] sRGB of faces in full light, 0 to 1 */
     struct rmap_solid_pixel
         *pixel[RMAP_LAYER_COUNT]; /* the nearest faces; glass, painted: NULL without any */
     float nearest, farthest;      /* depths */

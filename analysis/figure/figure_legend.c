@@ -11,7 +11,9 @@
 #include "analysis/figure/figure_rays.h"
 #include "analysis/figure/figure_section.h"
 #include "analysis/figure/figure_solid.h"
+#include "analysis/figure/object_colour.h"
 #include "analysis/table/figure_axes.h"
+#include "base/alloc.h"
 #include "base/grouped.h"
 
 enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, MIXTURES_SHOWN = 3, BAR_ROOM = 230 };
@@ -113,29 +115,54 @@ static void add_wavelengths(struct legend *legend, const struct rmap_scene *scen
 }
 
 /* Of a section: of what it cuts. */
-static bool has_look(const struct rmap_scene *scene, const struct rmap_view *view,
+static bool is_shown(const struct rmap_scene *scene, const struct rmap_view *view, size_t object,
                      enum rmap_look wanted)
 {
-    for (size_t o = 0; o < scene->n_object; o++)
-        if (rmap_object_look(scene, o) == wanted &&
-            (!view->section || rmap_view_meets(scene, view, o)))
-            return true;
-    return false;
+    return rmap_object_look(scene, object) == wanted &&
+           (!view->section || rmap_view_meets(scene, view, object));
 }
 
-/* Lines in a section, faces in a view of solids. */
+/* Lines in a section, faces in a view of solids: as all objects of the look have them, or else as
+ * it is without colours. False: none is shown. */
+static bool sample_of(const struct rmap_scene *scene, const struct rmap_view *view,
+                      enum rmap_look look, const double (*colour)[3], char face[8], bool *alike)
+{
+    bool any = false;
+    *alike = true;
+    for (size_t o = 0; o < scene->n_object; o++) {
+        double tint[3];
+        char its[8];
+        if (!is_shown(scene, view, o, look))
+            continue;
+        rmap_object_tint(look, colour[o], tint);
+        (void)snprintf(its, sizeof its, "#%02x%02x%02x", (int)(240 * tint[0]), (int)(240 * tint[1]),
+                       (int)(240 * tint[2]));
+        if (view->section)
+            rmap_object_ink(look, colour[o], its);
+        *alike = *alike && (!any || strcmp(its, face) == 0);
+        if (!any)
+            memcpy(face, its, sizeof its);
+        any = true;
+    }
+    if (!*alike)
+        (void)snprintf(face, 8, "%s", view->section ? rmap_look_style[look].ink : "#c4c4c4");
+    return any;
+}
+
 static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
                          const struct rmap_view *view)
 {
-    for (int k = 0; k < RMAP_LOOK_COUNT; k++) {
-        const struct rmap_look_style *style = &rmap_look_style[k];
-        char face[8];
-        (void)snprintf(face, sizeof face, "#%02x%02x%02x", (int)(240 * style->tint[0]),
-                       (int)(240 * style->tint[1]), (int)(240 * style->tint[2]));
-        if (has_look(scene, view, (enum rmap_look)k))
-            add_sample(legend, view->section ? style->ink : face, view->section ? 1.3 : 8.0,
-                       style->word);
+    double(*colour)[3] = rmap_object_colours(scene);
+    for (int k = 0; colour && k < RMAP_LOOK_COUNT; k++) {
+        char face[8] = "", word[64];
+        bool alike;
+        if (!sample_of(scene, view, (enum rmap_look)k, (const double(*)[3])colour, face, &alike))
+            continue;
+        (void)snprintf(word, sizeof word, "%s%s", rmap_look_style[k].word,
+                       alike ? "" : ", each in its colour");
+        add_sample(legend, face, view->section ? 1.3 : 8.0, word);
     }
+    rmap_free(colour);
 }
 
 /* A sample with a text that may take some lines, as wide as the frame. */

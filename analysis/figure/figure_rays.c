@@ -25,13 +25,12 @@ static const double WEAKEST = 0.35, HIDDEN = 0.16;
 /* Between two looks at what hides a line, in pixels. */
 static const double LOOK = 1.5;
 
-void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8])
+void rmap_paper_ink(const double linear[3], char ink[8])
 {
     double rgb[3], lab[3];
     uint8_t byte[3];
-    rmap_colour_display(&scene->channels, share, scene->flux_unit == RMAP_FLUX_LM, rgb);
     for (int k = 0; k < 3; k++)
-        rgb[k] = fmax(rgb[k], 0.0);
+        rgb[k] = fmax(linear[k], 0.0);
     rmap_rgb_to_oklab(rgb, lab);
     double chroma = hypot(lab[1], lab[2]);
     double most =
@@ -46,6 +45,13 @@ void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[
     }
     rmap_srgb_encode(rgb, byte);
     (void)snprintf(ink, 8, "#%02x%02x%02x", byte[0], byte[1], byte[2]);
+}
+
+void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8])
+{
+    double rgb[3];
+    rmap_colour_display(&scene->channels, share, scene->flux_unit == RMAP_FLUX_LM, rgb);
+    rmap_paper_ink(rgb, ink);
 }
 
 /* A line being drawn; NaN lifts the pen. */

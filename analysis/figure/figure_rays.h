@@ -40,7 +40,8 @@ enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rma
 /* Opacity of the strongest of so many rays. */
 double rmap_ray_opacity(double n_ray);
 
-/* "#rrggbb" on white paper for light with these shares. */
+/* "#rrggbb" of a colour, darkened until it shows on white paper; of light with these shares. */
+void rmap_paper_ink(const double linear[3], char ink[8]);
 void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8]);
 
 /* The ink of a segment, a row of /segment, of its light as it arrives or of the ray's group; its

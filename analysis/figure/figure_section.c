@@ -5,6 +5,7 @@
 #include "analysis/figure/figure_section.h"
 
 #include "analysis/figure/figure_outline.h"
+#include "analysis/figure/object_colour.h"
 #include "base/alloc.h"
 
 /* Media denser than this are filled as glass (or water). */
@@ -129,8 +130,9 @@ enum rmap_status rmap_section_draw(const struct rmap_scene *scene, struct rmap_m
 {
     enum rmap_status st = RMAP_OK;
     struct section section = {.scene = scene, .frame = frame};
+    double(*colour)[3] = rmap_object_colours(scene);
     section.first_run = rmap_alloc(scene->n_object + 1, sizeof *section.first_run);
-    if (!section.first_run)
+    if (!section.first_run || !colour)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
     for (size_t o = 0; o < scene->n_object; o++) {
         const struct rmap_object *object = &scene->object[o];
@@ -139,14 +141,15 @@ enum rmap_status rmap_section_draw(const struct rmap_scene *scene, struct rmap_m
         section.first_run[o + 1] = section.outline.n_run;
     }
     RMAP_TRY(fill_glass(&section, svg, err));
-    for (size_t o = 0; o < scene->n_object; o++)
-        RMAP_TRY(rmap_outline_draw(
-            &section.outline, section.first_run[o], section.first_run[o + 1] - section.first_run[o],
-            frame, svg,
-            &(struct rmap_svg_style){.stroke = rmap_look_style[rmap_object_look(scene, o)].ink,
-                                     .width = 1.3},
-            err));
+    for (size_t o = 0; o < scene->n_object; o++) {
+        char ink[8];
+        rmap_object_ink(rmap_object_look(scene, o), colour[o], ink);
+        RMAP_TRY(rmap_outline_draw(&section.outline, section.first_run[o],
+                                   section.first_run[o + 1] - section.first_run[o], frame, svg,
+                                   &(struct rmap_svg_style){.stroke = ink, .width = 1.3}, err));
+    }
 out:
+    rmap_free(colour);
     rmap_outline_fini(&section.outline);
     rmap_free(section.first_run);
     return st;

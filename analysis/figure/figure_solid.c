@@ -2,9 +2,11 @@
  *
  * Faces of bodies, put into layers one after the other.
  */
+#include <string.h>
+
 #include "analysis/figure/figure_detector.h"
 #include "analysis/figure/figure_layers.h"
-#include "analysis/figure/figure_section.h"
+#include "analysis/figure/object_colour.h"
 #include "base/alloc.h"
 #include "io/export/raster.h"
 
@@ -21,6 +23,9 @@ static const double CREASE_COS = 0.9397; /* cos 20 degrees */
 /* A face of glass covers what is behind it so far; and a point is behind a body when it is by more
  * than this part of the scene's depth: rays end on surfaces. */
 static const double GLASS_COVER = 0.45, BEHIND = 0.006;
+
+/* sRGB of a body on which lines are as dark as on paper. */
+static const double WHITE_BODY = 0.94;
 
 static bool is_glass(const struct rmap_scene *scene, size_t object)
 {
@@ -90,6 +95,19 @@ static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_erro
     return RMAP_OK;
 }
 
+static enum rmap_status find_tints(struct rmap_solid *canvas, struct rmap_error *err)
+{
+    canvas->tint = rmap_object_colours(canvas->scene);
+    if (!canvas->tint)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+    for (size_t o = 0; o < canvas->scene->n_object; o++) {
+        double tint[3];
+        rmap_object_tint(rmap_object_look(canvas->scene, o), canvas->tint[o], tint);
+        memcpy(canvas->tint[o], tint, sizeof tint);
+    }
+    return RMAP_OK;
+}
+
 /* Empty layers of the size of the frame. */
 static enum rmap_status solid_init(const struct rmap_scene *scene,
                                    const struct rmap_painted *painted,
@@ -102,7 +120,8 @@ static enum rmap_status solid_init(const struct rmap_scene *scene,
                                   .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
     canvas->width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
     canvas->height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
-    return clear_layers(canvas, err);
+    const enum rmap_status st = find_tints(canvas, err);
+    return st == RMAP_OK ? clear_layers(canvas, err) : st;
 }
 
 /* After the last one: how near and how far all of it is. */
@@ -168,13 +187,18 @@ static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, 
                                     rmap_view_distance(view, (double)canvas->nearest)) /
                                        range
                                  : 0.0;
+        /* darker than the body whose face it is on, whatever its colour */
+        const double *body = canvas->tint[front->object];
+        const double part = layer == RMAP_LAYER_BODY
+                                ? fmin(fmax(body[0], fmax(body[1], body[2])) / WHITE_BODY, 1.0)
+                                : 1.0;
         for (int k = 0; k < 3; k++)
-            rgb[k] = 0.35 + 0.33 * fmin(fmax(far, 0.0), 1.0);
+            rgb[k] = part * (0.35 + 0.33 * fmin(fmax(far, 0.0), 1.0));
         return;
     }
     if (at->object == NOTHING)
         return;
-    const double *tint = rmap_look_style[rmap_object_look(canvas->scene, at->object)].tint;
+    const double *tint = canvas->tint[at->object];
     const double part = layer == RMAP_LAYER_GLASS ? GLASS_COVER : 1.0;
     for (int k = 0; k < 3; k++)
         rgb[k] += part * (tint[k] * (0.80 + 0.20 * at->shade / 255.0) - rgb[k]);
@@ -512,5 +536,6 @@ void rmap_solid_destroy(struct rmap_solid *canvas)
         return;
     for (int layer = 0; layer < RMAP_LAYER_COUNT; layer++)
         rmap_free(canvas->pixel[layer]);
+    rmap_free(canvas->tint);
     rmap_free(canvas);
 }

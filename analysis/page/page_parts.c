@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "analysis/criterion/path_order.h"
+#include "analysis/figure/object_colour.h"
 #include "analysis/figure/tessellation.h"
 #include "analysis/page/page_pack.h"
 #include "analysis/page/page_parts.h"
@@ -449,49 +450,21 @@ static const char *look_of(const struct rmap_scene *scene, const struct rmap_obj
                                                                                          : "opaque";
 }
 
-/* Linear RGB of light with so much of each channel, all channels of the same power. */
-static void colour_of(const struct rmap_channels *channels, const double *part, double rgb[3])
-{
-    double colour[RMAP_CHANNEL_MAX][3], sum[3] = {0.0, 0.0, 0.0};
-    rmap_channel_colours(channels, 0, colour);
-    for (int c = 0; c < channels->n; c++)
-        for (int k = 0; k < 3; k++)
-            sum[k] += (part ? part[c] : 1.0) * colour[c][k];
-    if (channels->mode == RMAP_COLOUR_RGB)
-        for (int k = 0; k < 3; k++)
-            rgb[k] = sum[k];
-    else
-        rmap_xyz_to_rgb(sum, rgb);
-}
-
-/* Linear RGB of what a surface throws back of white light. */
-static void albedo(const struct rmap_scene *scene, const struct rmap_surface *surface,
-                   double rgb[3])
-{
-    double part[RMAP_CHANNEL_MAX], white[3];
-    for (int c = 0; c < scene->channels.n; c++)
-        part[c] = surface->reflect_diffuse[c] + surface->reflect_specular[c];
-    colour_of(&scene->channels, part, rgb);
-    colour_of(&scene->channels, NULL, white);
-    for (int k = 0; k < 3; k++)
-        rgb[k] = fabs(white[k]) > 0.0 ? fmin(fmax(rgb[k] / white[k], 0.0), 1.0) : part[0];
-}
-
 static json_t *objects(const struct rmap_scene *scene)
 {
-    json_t *list = json_array();
-    for (size_t i = 0; i < scene->n_object; i++) {
+    double(*rgb)[3] = rmap_object_colours(scene);
+    json_t *list = rgb ? json_array() : NULL;
+    for (size_t i = 0; rgb && i < scene->n_object; i++) {
         const struct rmap_object *object = &scene->object[i];
         const struct rmap_surface *surface = &scene->surface[object->surface_front];
-        double rgb[3];
-        albedo(scene, surface, rgb);
         json_array_append_new(
             list, json_pack("{s:o, s:i, s:i, s:o, s:s, s:[f, f, f], s:o}", "name",
                             rmap_page_string(object->name), "parent", (int)object->parent,
                             "geometry", (int)object->geometry, "matrix", matrix(&object->to_world),
-                            "look", look_of(scene, object), "albedo", rgb[0], rgb[1], rgb[2],
-                            "surface", rmap_page_string(surface->name)));
+                            "look", look_of(scene, object), "albedo", rgb[i][0], rgb[i][1],
+                            rgb[i][2], "surface", rmap_page_string(surface->name)));
     }
+    rmap_free(rgb);
     return list;
 }
 

@@ -173,7 +173,7 @@ const sourceLine = outlineMaterial(() => ({ ink: scheme.dark ? "#fb9a62" : "#c24
 /* sRGB of what it reflects, never darker than can be told from the ground. */
 function tintOf(object) {
   if (object.look === "glass") return scheme.dark ? [0.5, 0.72, 0.92] : [0.55, 0.75, 0.93];
-  if (object.look === "metal") return [0.72, 0.7, 0.76];
+  if (object.look === "metal") return object.albedo.map((v, k) => [0.72, 0.7, 0.76][k] * (0.35 + 0.65 * Math.pow(v, 1 / 2.2)));
   const least = scheme.dark ? 0.16 : 0.3;
   return object.albedo.map((v) => least + (0.93 - least) * Math.pow(v, 1 / 2.2));
 }

@@ -11,6 +11,7 @@
 #include <strings.h>
 
 #include "analysis/figure/figure_rays.h"
+#include "analysis/figure/object_colour.h"
 #include "analysis/figure/scene_mesh.h"
 #include "analysis/table/colour_map.h"
 #include "base/alloc.h"
@@ -27,20 +28,36 @@ struct build {
     const struct rmap_portion *rays;
     const struct rmap_ray_paint *paint;
     struct rmap_glb *glb;
-    size_t material[RMAP_LOOK_COUNT];
+    double (*colour)[3];          /* [n_object] linear RGB */
+    size_t *material;             /* [n_surface] 1 + its index; 0: none yet */
     struct rmap_glb_shape *shape; /* [n_geometry] */
-    size_t *mesh;                 /* [n_geometry][RMAP_LOOK_COUNT] 1 + its index; 0: none yet */
+    size_t *last;                 /* [n_geometry] 1 + object that has it last; 0: none yet */
+    struct made {
+        size_t mesh, before; /* before: 1 + object that has the geometry before this one */
+    } * made;                /* [n_object] */
 };
 
-static enum rmap_status add_materials(struct build *self, struct rmap_error *err)
+/* That of the surface, in the colour of what it throws back. */
+static enum rmap_status material_of(struct build *self, size_t object, size_t *index_ret,
+                                    struct rmap_error *err)
 {
-    static const struct rmap_glb_material given[RMAP_LOOK_COUNT] = {
-        [RMAP_LOOK_REFRACTING] = {"glass", {0.75, 0.87, 0.95, 0.3}, 0.0, 0.05},
-        [RMAP_LOOK_MIRROR] = {"mirror", {0.85, 0.85, 0.88, 1.0}, 1.0, 0.1},
-        [RMAP_LOOK_OTHER] = {"other", {0.62, 0.61, 0.58, 1.0}, 0.0, 0.9}};
+    static const struct rmap_glb_material like[RMAP_LOOK_COUNT] = {
+        [RMAP_LOOK_REFRACTING] = {"", {0.75, 0.87, 0.95, 0.3}, 0.0, 0.05},
+        [RMAP_LOOK_MIRROR] = {"", {0.0, 0.0, 0.0, 1.0}, 1.0, 0.1},
+        [RMAP_LOOK_OTHER] = {"", {0.0, 0.0, 0.0, 1.0}, 0.0, 0.9}};
+    const size_t surface = (size_t)self->scene->object[object].surface_front;
+    const enum rmap_look look = rmap_object_look(self->scene, object);
+    struct rmap_glb_material its = like[look];
+    size_t *known = &self->material[surface];
     enum rmap_status st = RMAP_OK;
-    for (int k = 0; k < RMAP_LOOK_COUNT && st == RMAP_OK; k++)
-        st = rmap_glb_add_material(self->glb, &given[k], &self->material[k], err);
+    its.name = self->scene->surface[surface].name;
+    for (int k = 0; k < 3 && look != RMAP_LOOK_REFRACTING; k++)
+        its.colour[k] = self->colour[object][k];
+    if (*known == 0) {
+        st = rmap_glb_add_material(self->glb, &its, known, err);
+        *known += st == RMAP_OK;
+    }
+    *index_ret = *known > 0 ? *known - 1 : 0;
     return st;
 }
 
@@ -74,7 +91,7 @@ static enum rmap_status add_skewed(struct build *self, size_t object, const stru
     enum rmap_status st = RMAP_OK;
     const struct rmap_object *given = &self->scene->object[object];
     struct rmap_glb_shape shape;
-    size_t index = 0;
+    size_t index = 0, material = 0;
     float(*point)[3] = rmap_alloc(mesh->n_vertex + 1, sizeof *point);
     if (!point)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a glTF scene");
@@ -89,8 +106,8 @@ static enum rmap_status add_skewed(struct build *self, size_t object, const stru
     RMAP_TRY(rmap_glb_add_shape(self->glb, (const float(*)[3])point, mesh->n_vertex,
                                 (const uint32_t(*)[3])mesh->triangle, mesh->n_triangle, &shape,
                                 err));
-    RMAP_TRY(rmap_glb_add_mesh(self->glb, given->name, &shape,
-                               self->material[rmap_object_look(self->scene, object)], &index, err));
+    RMAP_TRY(material_of(self, object, &material, err));
+    RMAP_TRY(rmap_glb_add_mesh(self->glb, given->name, &shape, material, &index, err));
     st = rmap_glb_place(self->glb, given->name, index, NULL, err);
 out:
     rmap_free(point);
@@ -102,28 +119,28 @@ static enum rmap_status add_object(struct build *self, size_t object, const stru
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_object *given = &self->scene->object[object];
-    const enum rmap_look material = rmap_object_look(self->scene, object);
     const size_t geometry = (size_t)given->geometry;
-    size_t *known = &self->mesh[geometry * RMAP_LOOK_COUNT + (size_t)material];
-    const bool first = self->mesh[geometry * RMAP_LOOK_COUNT] == 0 &&
-                       self->mesh[geometry * RMAP_LOOK_COUNT + 1] == 0 &&
-                       self->mesh[geometry * RMAP_LOOK_COUNT + 2] == 0;
+    size_t like = self->last[geometry], material = 0; /* of one surface: one mesh */
     double matrix[16];
     if (mesh->n_triangle == 0)
         return RMAP_OK;
     if (!is_plain(&given->to_world))
         return add_skewed(self, object, mesh, err);
-    if (first)
+    if (like == 0)
         RMAP_TRY(rmap_glb_add_shape(self->glb, (const float(*)[3])mesh->vertex, mesh->n_vertex,
                                     (const uint32_t(*)[3])mesh->triangle, mesh->n_triangle,
                                     &self->shape[geometry], err));
-    if (*known == 0) {
-        RMAP_TRY(rmap_glb_add_mesh(self->glb, given->name, &self->shape[geometry],
-                                   self->material[material], known, err));
-        ++*known;
+    while (like > 0 && self->scene->object[like - 1].surface_front != given->surface_front)
+        like = self->made[like - 1].before;
+    if (like == 0) {
+        RMAP_TRY(material_of(self, object, &material, err));
+        RMAP_TRY(rmap_glb_add_mesh(self->glb, given->name, &self->shape[geometry], material,
+                                   &self->made[object].mesh, err));
+        self->made[object].before = self->last[geometry];
+        self->last[geometry] = like = object + 1;
     }
     matrix_of(&given->to_world, matrix);
-    st = rmap_glb_place(self->glb, given->name, *known - 1, matrix, err);
+    st = rmap_glb_place(self->glb, given->name, self->made[like - 1].mesh, matrix, err);
 out:
     return st;
 }
@@ -133,8 +150,11 @@ static enum rmap_status add_objects(struct build *self, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh **mesh = NULL;
     self->shape = rmap_alloc(self->scene->n_geometry + 1, sizeof *self->shape);
-    self->mesh = rmap_alloc(self->scene->n_geometry + 1, RMAP_LOOK_COUNT * sizeof *self->mesh);
-    if (!self->shape || !self->mesh)
+    self->last = rmap_alloc(self->scene->n_geometry + 1, sizeof *self->last);
+    self->made = rmap_alloc(self->scene->n_object + 1, sizeof *self->made);
+    self->material = rmap_alloc(self->scene->n_surface + 1, sizeof *self->material);
+    self->colour = rmap_object_colours(self->scene);
+    if (!self->shape || !self->last || !self->made || !self->material || !self->colour)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a glTF scene"));
     RMAP_TRY(rmap_scene_meshes_create(self->scene, &mesh, err));
     for (size_t o = 0; o < self->scene->n_object; o++)
@@ -265,7 +285,6 @@ enum rmap_status rmap_scene_glb_write(const struct rmap_map *map, const struct r
     struct build self = {.map = map, .scene = rmap_map_scene(map), .rays = rays, .paint = paint};
     RMAP_TRY(
         rmap_glb_create(self.scene->unit_m, rmap_view_has_z_upright(self.scene), &self.glb, err));
-    RMAP_TRY(add_materials(&self, err));
     RMAP_TRY(add_objects(&self, err));
     for (size_t k = 0; k < paint->n_group; k++)
         RMAP_TRY(add_rays(&self, k, paint->group[k].label, err));
@@ -281,6 +300,9 @@ out:
     rmap_whole_file_fini(&whole);
     rmap_glb_destroy(self.glb);
     rmap_free(self.shape);
-    rmap_free(self.mesh);
+    rmap_free(self.last);
+    rmap_free(self.made);
+    rmap_free(self.material);
+    rmap_free(self.colour);
     return st;
 }

@@ -39,6 +39,8 @@
 #define RMAP_FEATURE_SCATTER                                                                       \
     "scatter" /* compact portions may leave out colours that follow from scatter models */
 
+#define RMAP_FEATURE_METALS                                                                        \
+    "metals" /* and those of metals, and of facets of boundaries, with models */
 #define RMAP_FEATURE_TURBID                                                                        \
     "turbid" /* compact portions may leave out what follows from scattering and luminescence */
 

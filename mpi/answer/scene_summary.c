@@ -211,31 +211,40 @@ static void print_gradients(const struct rmap_scene *scene, FILE *out)
                 scene->n_gradient - SHOWN_MAX);
 }
 
+static const char *const meridian_name[2] = {"x", "y"};
+
+static void print_lens(const struct rmap_scene *scene, const struct rmap_paraxial *p, FILE *out)
+{
+    if (isinf(p->focal_length)) {
+        fputs("no power\n", out);
+        return;
+    }
+    fprintf(out, "EFL %.6g, BFL %.6g, f/%.4g, half field %.3g deg\n", p->focal_length,
+            p->back_focus, p->f_number, p->field_deg);
+    fprintf(out,
+            "      entrance pupil %.5g wide, at %.5g from the first vertex; exit pupil %.5g wide, "
+            "at %.5g from the last; stop: %s\n",
+            p->entrance_diameter, p->entrance, p->exit_diameter, p->exit,
+            scene->object[p->stop].name);
+}
+
 static void print_lenses(const struct rmap_scene *scene, FILE *out)
 {
     const int channel = middle_channel(scene);
-    struct rmap_paraxial p;
+    struct rmap_paraxial p[2];
     char light[32] = "";
     size_t n = 0;
     if (scene->channels.mode == RMAP_COLOUR_SPECTRAL)
         (void)snprintf(light, sizeof light, " at %.6g nm", scene->channels.wavelength_nm[channel]);
     for (size_t g = 0; g < scene->n_group && n < SHOWN_MAX; g++) {
-        if (!rmap_paraxial_of(scene, (int32_t)g, channel, &p))
-            continue;
-        if (n++ == 0)
+        const int n_meridian = rmap_paraxial_of(scene, (int32_t)g, channel, p);
+        if (n_meridian > 0 && n++ == 0)
             fprintf(out, "  lenses, first order%s, %s\n", light, scene->unit);
-        fprintf(out, "    %s: ", scene->group[g].name);
-        if (isinf(p.focal_length)) {
-            fputs("no power\n", out);
-            continue;
+        for (int k = 0; k < n_meridian; k++) {
+            fprintf(out, "    %s%s%s: ", scene->group[g].name, n_meridian > 1 ? ", along " : "",
+                    n_meridian > 1 ? meridian_name[k] : "");
+            print_lens(scene, &p[k], out);
         }
-        fprintf(out, "EFL %.6g, BFL %.6g, f/%.4g, half field %.3g deg\n", p.focal_length,
-                p.back_focus, p.f_number, p.field_deg);
-        fprintf(
-            out,
-            "      entrance pupil %.5g wide, at %.5g from the first vertex; exit pupil %.5g wide, "
-            "at %.5g from the last; stop: %s\n",
-            p.entrance_diameter, p.entrance, p.exit_diameter, p.exit, scene->object[p.stop].name);
     }
 }
 
@@ -294,29 +303,39 @@ static json_t *light_json(const struct rmap_scene *scene)
                      "wavelengths", wavelengths);
 }
 
+/* meridian: NULL: all are alike. */
+static json_t *lens_json(const struct rmap_scene *scene, size_t group, int channel,
+                         const struct rmap_paraxial *p, const char *meridian)
+{
+    json_t *json = json_pack(
+        "{s:s, s:o, s:I, s:o, s:o, s:o, s:s, s:{s:o, s:o}, s:{s:o, s:o}, s:o, s:o}", "name",
+        scene->group[group].name, "wavelength",
+        scene->channels.mode == RMAP_COLOUR_SPECTRAL
+            ? json_real(scene->channels.wavelength_nm[channel])
+            : json_null(),
+        "surfaces", (json_int_t)p->n_surface, "focal_length", rmap_json_number(p->focal_length),
+        "back_focus", rmap_json_number(p->back_focus), "front_focus",
+        rmap_json_number(p->front_focus), "stop", scene->object[p->stop].name, "entrance_pupil",
+        "from_first_vertex", rmap_json_number(p->entrance), "diameter",
+        rmap_json_number(p->entrance_diameter), "exit_pupil", "from_last_vertex",
+        rmap_json_number(p->exit), "diameter", rmap_json_number(p->exit_diameter), "f_number",
+        rmap_json_number(p->f_number), "half_field", rmap_json_number(p->field_deg));
+    if (meridian)
+        (void)json_object_set_new(json, "meridian", json_string(meridian));
+    return json;
+}
+
 static json_t *lenses_json(const struct rmap_scene *scene)
 {
     const int channel = middle_channel(scene);
-    struct rmap_paraxial p;
+    struct rmap_paraxial p[2];
     json_t *list = json_array();
-    for (size_t g = 0; g < scene->n_group; g++)
-        if (rmap_paraxial_of(scene, (int32_t)g, channel, &p))
+    for (size_t g = 0; g < scene->n_group; g++) {
+        const int n = rmap_paraxial_of(scene, (int32_t)g, channel, p);
+        for (int k = 0; k < n; k++)
             (void)json_array_append_new(
-                list,
-                json_pack(
-                    "{s:s, s:o, s:I, s:o, s:o, s:o, s:s, s:{s:o, s:o}, s:{s:o, s:o}, s:o, s:o}",
-                    "name", scene->group[g].name, "wavelength",
-                    scene->channels.mode == RMAP_COLOUR_SPECTRAL
-                        ? json_real(scene->channels.wavelength_nm[channel])
-                        : json_null(),
-                    "surfaces", (json_int_t)p.n_surface, "focal_length",
-                    rmap_json_number(p.focal_length), "back_focus", rmap_json_number(p.back_focus),
-                    "front_focus", rmap_json_number(p.front_focus), "stop",
-                    scene->object[p.stop].name, "entrance_pupil", "from_first_vertex",
-                    rmap_json_number(p.entrance), "diameter", rmap_json_number(p.entrance_diameter),
-                    "exit_pupil", "from_last_vertex", rmap_json_number(p.exit), "diameter",
-                    rmap_json_number(p.exit_diameter), "f_number", rmap_json_number(p.f_number),
-                    "half_field", rmap_json_number(p.field_deg)));
+                list, lens_json(scene, g, channel, &p[k], n > 1 ? meridian_name[k] : NULL));
+    }
     return list;
 }
 

@@ -212,6 +212,16 @@ static void set_off(struct rmap_batch_ray *ray, struct rmap_vec3 position,
     ray->state[5] = direction.z;
 }
 
+/* What the light is weighed with, with the sign of the side. */
+static double met_cosine(const struct rmap_retrace *r, const struct rmap_turning *turning,
+                         double cosine, struct rmap_vec3 direction, struct rmap_vec3 normal)
+{
+    if (!r->metals || !(cosine == cosine))
+        return cosine;
+    const double met = rmap_step_facet_cosine(turning, fabs(cosine), direction, normal);
+    return cosine < 0.0 ? -met : met;
+}
+
 /* batch.c: one segment, up to the next one. */
 static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 {
@@ -241,8 +251,10 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
         batch_cross(run, ray, facing.position, facing.t);
     if (met && row + 1 < ray->end) {
         const struct rmap_turning turning = turning_of(r, ray, facing.position, cosine);
-        direction = rmap_step_turned(
-            &turning, direction, cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
+        const struct rmap_vec3 normal =
+            cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0);
+        ray->segment->cosine = met_cosine(r, &turning, cosine, direction, normal);
+        direction = rmap_step_turned(&turning, direction, normal);
     }
     set_off(ray, facing.position, direction);
     /* what follows was taken to start on this object */
@@ -466,9 +478,11 @@ static void scatter_pack(const struct rmap_retrace *r, size_t n, struct rmap_bat
         const struct rmap_turning turning = turning_of(
             r, pack->ray[i], rmap_vec3(pack->px[i], pack->py[i], pack->pz[i]), pack->cosine[i]);
         const double side = pack->cosine[i] < 0.0 ? 1.0 : -1.0;
-        const struct rmap_vec3 out =
-            rmap_step_turned(&turning, rmap_vec3(pack->dx[i], pack->dy[i], pack->dz[i]),
-                             rmap_vec3(pack->nx[i] * side, pack->ny[i] * side, pack->nz[i] * side));
+        const struct rmap_vec3 in = {pack->dx[i], pack->dy[i], pack->dz[i]},
+                               normal = {pack->nx[i] * side, pack->ny[i] * side,
+                                         pack->nz[i] * side};
+        const struct rmap_vec3 out = rmap_step_turned(&turning, in, normal);
+        pack->cosine[i] = met_cosine(r, &turning, pack->cosine[i], in, normal);
         pack->dx[i] = out.x;
         pack->dy[i] = out.y;
         pack->dz[i] = out.z;

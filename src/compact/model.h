@@ -121,9 +121,9 @@ struct rmap_encounter {
     int32_t object;
     bool front;
     const struct rmap_surface *surface;
-    bool weighed; /* as struct rmap_retrace has it */
+    bool weighed, metals; /* as struct rmap_retrace has them */
     const struct rmap_medium *near, *far;
-    double cosine; /* of incidence, in [0, 1] */
+    double cosine; /* of incidence, in [0, 1]; at the facet, where that is predicted */
     uint32_t event;
     int channel; /* that the ray ends with; -1: several */
 };
@@ -159,6 +159,7 @@ struct rmap_retrace {
     const int32_t *crossing_detector;
     bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
     bool weighed; /* colours beside scatter models are predicted */
+    bool metals;  /* and those of metals and of facets that have models */
     bool turbid;  /* so is what happens inside media */
     bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
                      absorbs */

@@ -405,6 +405,9 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
                                          .near = near,
                                          .far = far,
                                          .channel = walk->channel > 0 ? walk->channel : 0};
+    double met = front ? -cosine : cosine;
+    if (r->metals && r->colour && !rmap_colour_single(&walk->light.colour))
+        met = rmap_step_facet_cosine(&turning, met, walk->direction, normal);
     walk->direction = rmap_step_turned(&turning, walk->direction, normal);
     if (!r->colour || !near || !(cosine == cosine))
         return;
@@ -414,9 +417,10 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
         .front = front,
         .surface = front ? object->front : object->back,
         .weighed = r->weighed,
+        .metals = r->metals,
         .near = near,
         .far = rmap_medium_beyond(r->model, r->object[row], front, near),
-        .cosine = cosine < 0.0 ? -cosine : cosine,
+        .cosine = met,
         .event = event,
         .channel = walk->channel};
     if (!(encounter.cosine <= 1.0))
@@ -559,6 +563,7 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
                                  .crossing_detector = portion->registration.detector,
                                  .placed = header->placed,
                                  .weighed = header->weighed,
+                                 .metals = header->metals,
                                  .turbid = header->turbid,
                                  .colour = true,
                                  .lane = lane};

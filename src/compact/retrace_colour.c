@@ -10,6 +10,7 @@
 #include "base/rng.h"
 #include "compact/model.h"
 #include "compact/retrace_colour.h"
+#include "optics/fresnel.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 #include "trace/interact.h"
@@ -94,22 +95,6 @@ static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_lig
     weigh(light, r);
 }
 
-/* As optics/fresnel.c, but for hypot, which rounds in another way where it is another library's:
- * the tracer marks what metals did as unpredicted. */
-static double metal(double n1, double n, double k, double cos_i)
-{
-    double m_n = n / n1, m_k = k / n1, sin2 = 1.0 - cos_i * cos_i;
-    double real = m_n * m_n - m_k * m_k - sin2, imaginary = 2.0 * m_n * m_k;
-    double ab2 = sqrt(real * real + imaginary * imaginary), half = 0.5 * (ab2 + real);
-    double a = sqrt(half > 0.0 ? half : 0.0);
-    double s_sum = ab2 + cos_i * cos_i, s_mix = 2.0 * a * cos_i;
-    double p_sum = ab2 * cos_i * cos_i + sin2 * sin2, p_mix = s_mix * sin2;
-    if (s_sum + s_mix <= 0.0 || p_sum + p_mix <= 0.0)
-        return 1.0;
-    double rs = (s_sum - s_mix) / (s_sum + s_mix);
-    return 0.5 * rs * (1.0 + (p_sum - p_mix) / (p_sum + p_mix));
-}
-
 static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_light *light)
 {
     const struct rmap_surface *surface = e->surface;
@@ -121,7 +106,8 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
             return;
         }
         for (int i = light->colour.begin; i < light->colour.end; i++)
-            p[i] = metal(e->near->n[i], surface->metal_n[i], surface->metal_k[i], e->cosine);
+            p[i] = rmap_fresnel_metal_portable(e->near->n[i], surface->metal_n[i],
+                                               surface->metal_k[i], e->cosine);
         weigh(light, p);
         return;
     case RMAP_EVENT_REFLECT_DIFFUSE:
@@ -141,6 +127,7 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
     }
 }
 
+/* At the facet that was met, where there are facets. */
 static double share_of(const struct rmap_scatter_side *side, struct rmap_vec3 in, bool facets,
                        bool passes, bool diffuse)
 {
@@ -165,6 +152,7 @@ static void weigh_share(const struct rmap_encounter *e, bool facets,
                                      .object = &e->scene->object[e->object],
                                      .front = e->front,
                                      .surface = e->surface,
+                                     .portable = e->metals,
                                      .near = (int32_t)(e->near - e->scene->medium),
                                      .far = (int32_t)(e->far - e->scene->medium)};
     double p[RMAP_CHANNEL_MAX];

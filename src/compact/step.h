@@ -92,36 +92,64 @@ struct rmap_turning {
     struct rmap_vec3 position;
 };
 
-/* By the scatter model of the side that is met; direction after a diffuse event. */
-static inline struct rmap_vec3 rmap_step_scattered(const struct rmap_turning *turning,
-                                                   const struct rmap_surface *surface,
-                                                   struct rmap_vec3 direction,
-                                                   struct rmap_vec3 normal)
+/* The side that is met, of a surface with a scatter model for the event. False: it has none; a path
+ * may be of any events, and of any media. */
+static inline bool rmap_step_side(const struct rmap_turning *turning, struct rmap_vec3 normal,
+                                  struct rmap_scatter_side *side)
 {
+    const struct rmap_object *object = &turning->scene->object[turning->object];
     const struct rmap_medium *near = turning->near, *far = turning->far;
     const bool passes = (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE) != 0;
-    const struct rmap_draw draw = {turning->seed, turning->ray, turning->step};
-    struct rmap_scatter_side side = {.scene = turning->scene,
-                                     .object = &turning->scene->object[turning->object],
-                                     .front = turning->front,
-                                     .position = turning->position,
-                                     .primitive = turning->primitive,
-                                     .surface = surface,
-                                     .channel = turning->channel,
-                                     .normal = normal};
-    /* a path may be of any events, and of any media */
-    if (!rmap_surface_scatter(turning->scene, surface, passes))
-        return direction;
-    const struct rmap_object *object = side.object;
+    *side = (struct rmap_scatter_side){
+        .scene = turning->scene,
+        .object = object,
+        .front = turning->front,
+        .position = turning->position,
+        .primitive = turning->primitive,
+        .surface =
+            &turning->scene->surface[turning->front ? object->surface_front : object->surface_back],
+        .channel = turning->channel,
+        .normal = normal};
+    if (!rmap_surface_scatter(turning->scene, side->surface, passes))
+        return false;
     const int32_t beyond = turning->front ? object->medium_back : object->medium_front;
     if (!passes && beyond >= 0)
         far = &turning->scene->medium[beyond];
-    side.near = near ? (int32_t)(near - turning->scene->medium) : 0;
-    side.far = far ? (int32_t)(far - turning->scene->medium) : side.near;
-    side.n1 = near ? near->n[turning->channel] : 1.0;
-    side.n2 = far ? far->n[turning->channel] : side.n1;
-    rmap_scatter_frame(&side);
-    return rmap_scatter_turned(&side, passes, direction, &draw);
+    side->near = near ? (int32_t)(near - turning->scene->medium) : 0;
+    side->far = far ? (int32_t)(far - turning->scene->medium) : side->near;
+    side->n1 = near ? near->n[turning->channel] : 1.0;
+    side->n2 = far ? far->n[turning->channel] : side->n1;
+    rmap_scatter_frame(side);
+    return true;
+}
+
+/* Cosine at which the light met a facet, > 0; `cosine`: that at the surface, where the event is
+ * none of a facet's, or does not depend on it. */
+static inline double rmap_step_facet_cosine(const struct rmap_turning *turning, double cosine,
+                                            struct rmap_vec3 direction, struct rmap_vec3 normal)
+{
+    const double least = 1e-300;
+    struct rmap_scatter_side side;
+    struct rmap_facet facet;
+    if (!(turning->event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE)) ||
+        !rmap_step_side(turning, normal, &side) || !rmap_scatter_by_facet(&side))
+        return cosine;
+    const struct rmap_draw draw = {turning->seed, turning->ray, turning->step};
+    rmap_facet_meet(&side, direction, &draw, &facet);
+    return facet.cos_i > least ? facet.cos_i : least;
+}
+
+/* By the scatter model of the side that is met; direction after a diffuse event. */
+static inline struct rmap_vec3 rmap_step_scattered(const struct rmap_turning *turning,
+                                                   struct rmap_vec3 direction,
+                                                   struct rmap_vec3 normal)
+{
+    const struct rmap_draw draw = {turning->seed, turning->ray, turning->step};
+    struct rmap_scatter_side side;
+    return rmap_step_side(turning, normal, &side)
+               ? rmap_scatter_turned(&side, (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE) != 0,
+                                     direction, &draw)
+               : direction;
 }
 
 /* Direction after a surface, whose normal points to the light. */
@@ -137,7 +165,7 @@ static inline struct rmap_vec3 rmap_step_turned(const struct rmap_turning *turni
         const struct rmap_surface *surface =
             &turning->scene->surface[turning->front ? object->surface_front : object->surface_back];
         if (rmap_surface_scatters(surface))
-            return rmap_step_scattered(turning, surface, direction, normal);
+            return rmap_step_scattered(turning, direction, normal);
         rmap_rng(turning->seed, turning->ray, turning->step, RMAP_RNG_SURFACE, u);
         if (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE)
             normal = rmap_scale(normal, -1.0);

@@ -79,9 +79,8 @@ double rmap_sag_bend(const struct rmap_sag *sag, struct rmap_vec3 d, double leas
 /* Turned about z the profile is the same. */
 bool rmap_sag_is_revolved(const struct rmap_sag *sag);
 
-/* The curvature of its profile on the axis; false where the profile is inclined there, or differs
- * along x and y. */
-bool rmap_sag_vertex(const struct rmap_sag *sag, double *curvature);
+/* Second derivatives of its profile on the axis: xx, xy, yy; false where it is inclined there. */
+bool rmap_sag_vertex(const struct rmap_sag *sag, double curvature[3]);
 
 /* Nothing but z = 0, and no Fresnel surface. */
 bool rmap_sag_is_plane(const struct rmap_sag *sag);

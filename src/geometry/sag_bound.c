@@ -342,13 +342,30 @@ const char *rmap_sag_finish(struct rmap_sag *sag, const struct rmap_aperture *ap
                : "the sag is not finite";
 }
 
-/* Of slope / r what does not change with r: terms in r fall out of the difference. */
-bool rmap_sag_vertex(const struct rmap_sag *sag, double *curvature)
+/* Slopes along x (or y) over that of a step that way: of what is odd in it, so that terms as x^2 in
+ * the slope fall out; and terms in |x| fall out of the difference of two steps. */
+static void second_derivatives(const struct rmap_sag *sag, double step, bool y, double of[2])
 {
-    const double r = STEP * sag->far;
-    *curvature =
-        2 * rmap_sag_profile(sag, 0.5 * r, 0).x / (0.5 * r) - rmap_sag_profile(sag, r, 0).x / r;
-    return rmap_sag_is_revolved(sag) && !(sag->n_power > 0 && sag->power[0] != 0);
+    const double x = y ? 0 : step, other = y ? step : 0;
+    const struct rmap_height ahead = rmap_sag_profile(sag, x, other),
+                             behind = rmap_sag_profile(sag, -x, -other);
+    of[0] = (ahead.x - behind.x) / (2 * step);
+    of[1] = (ahead.y - behind.y) / (2 * step);
+}
+
+bool rmap_sag_vertex(const struct rmap_sag *sag, double curvature[3])
+{
+    const double r = STEP * sag->far, level = 1e-12;
+    const struct rmap_height vertex = rmap_sag_profile(sag, 0, 0);
+    double far[2][2], near[2][2];
+    for (int k = 0; k < 2; k++) {
+        second_derivatives(sag, r, k == 1, far[k]);
+        second_derivatives(sag, 0.5 * r, k == 1, near[k]);
+    }
+    for (int k = 0; k < 3; k++)
+        curvature[k] = 2 * near[k > 1][k > 0] - far[k > 1][k > 0];
+    return fabs(vertex.x) <= level && fabs(vertex.y) <= level &&
+           !(sag->n_power > 0 && sag->power[0] != 0);
 }
 
 double rmap_sag_bend(const struct rmap_sag *sag, struct rmap_vec3 d, double least, double near,

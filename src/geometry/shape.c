@@ -251,10 +251,13 @@ bool rmap_shape_is_flat(const struct rmap_shape *shape)
                                          : shape->curvature == 0 && shape->n_asphere == 0;
 }
 
-bool rmap_shape_vertex(const struct rmap_shape *shape, double *curvature)
+bool rmap_shape_vertex(const struct rmap_shape *shape, double curvature[3])
 {
-    if (shape->type == RMAP_SHAPE_CONIC)
-        *curvature = shape->curvature + (shape->n_asphere > 0 ? 2.0 * shape->asphere[0] : 0.0);
+    if (shape->type == RMAP_SHAPE_CONIC) {
+        curvature[0] = curvature[2] =
+            shape->curvature + (shape->n_asphere > 0 ? 2.0 * shape->asphere[0] : 0.0);
+        curvature[1] = 0.0;
+    }
     return shape->type == RMAP_SHAPE_CONIC ||
            (shape->type == RMAP_SHAPE_SAG && rmap_sag_vertex(shape->sag[0], curvature));
 }

@@ -107,9 +107,9 @@ double rmap_shape_height(const struct rmap_shape *shape, double x, double y);
 bool rmap_shape_is_flat(const struct rmap_shape *shape);
 bool rmap_shape_is_revolved(const struct rmap_shape *shape);
 
-/* Curvature of a CONIC or SAG at its vertex; false: there is no one such number, as the surface is
- * another, or inclined, or differs along x and y there. */
-bool rmap_shape_vertex(const struct rmap_shape *shape, double *curvature);
+/* Second derivatives xx, xy, yy of a CONIC or SAG at its vertex; false: the surface is another, or
+ * inclined there. */
+bool rmap_shape_vertex(const struct rmap_shape *shape, double curvature[3]);
 
 /* Sag of a CONIC or SAG at radius r (of a SAG: along x); NaN where the conic ends before r. */
 double rmap_shape_sag(const struct rmap_shape *shape, double r);

@@ -35,4 +35,8 @@ static inline struct rmap_fresnel rmap_fresnel_dielectric(double n1, double n2, 
 /* Unpolarised reflectance, (rs + rp) / 2, of a metal n + i k seen from index n1. */
 double rmap_fresnel_metal(double n1, double n, double k, double cos_i);
 
+/* The same without hypot, which rounds in another way where it is another library's: the same bits
+ * everywhere, as what compact maps are decoded with must be. The tracer takes the one above. */
+double rmap_fresnel_metal_portable(double n1, double n, double k, double cos_i);
+
 #endif

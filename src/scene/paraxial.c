@@ -12,16 +12,17 @@ enum { SURFACES_MAX = 256 };
 /* In the order of their vertices. Of a stop the curvature is 0 and both indices are equal. */
 struct vertex {
     int32_t object;
-    double z, curvature, aperture;
-    double before, after; /* refractive indices */
+    double z, curvature, aperture; /* in the meridian */
+    double before, after;          /* refractive indices */
     bool is_stop;
 };
 
 struct train {
     struct vertex vertex[SURFACES_MAX];
     size_t n, n_stop;
-    struct rmap_vec3 origin, axis;
+    struct rmap_vec3 origin, axis, across[2]; /* x and y of the first */
     double scale;
+    int meridian; /* 0: along x; 1: along y */
 };
 
 /* (y, n u) before to those after. */
@@ -39,6 +40,8 @@ static bool on_axis(struct train *train, const struct rmap_affine *frame)
         train->origin = frame->t;
         train->axis = axis;
         train->scale = scale;
+        train->across[0] = rmap_normalize(rmap_affine_vector(frame, rmap_vec3(1, 0, 0)));
+        train->across[1] = rmap_cross(axis, train->across[0]);
     }
     const struct rmap_vec3 from = rmap_sub(frame->t, train->origin);
     const double along = rmap_dot(from, train->axis);
@@ -50,6 +53,29 @@ static bool on_axis(struct train *train, const struct rmap_affine *frame)
 static double index_of(const struct rmap_scene *scene, int32_t medium, int channel)
 {
     return scene->medium[medium].n[channel];
+}
+
+/* What a surface is in the meridian: curvature and half width. False: the meridians mix. */
+static bool set_profile(const struct train *train, const struct rmap_object *object,
+                        const struct rmap_shape *shape, const double bend[3], struct vertex *vertex)
+{
+    const double scale = train->scale, size = fabs(bend[0]) + fabs(bend[2]), skewed = 1e-9;
+    struct rmap_vec3 l[2];
+    double second[2][2];
+    for (int k = 0; k < 2; k++)
+        l[k] = rmap_affine_vector(&object->to_local, train->across[k]);
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++)
+            second[i][k] = bend[0] * l[i].x * l[k].x + bend[2] * l[i].y * l[k].y +
+                           bend[1] * (l[i].x * l[k].y + l[i].y * l[k].x);
+    const struct rmap_vec3 *its = &l[train->meridian];
+    const bool round = fabs(bend[0] - bend[2]) + fabs(bend[1]) <= skewed * size &&
+                       fabs(rmap_dot(*its, *its) * scale * scale - 1.0) < 1e-12;
+    vertex->curvature = round ? bend[0] / scale : scale * second[train->meridian][train->meridian];
+    vertex->aperture = scale * shape->aperture;
+    if (shape->type == RMAP_SHAPE_SAG)
+        vertex->aperture = shape->outline.half[fabs(its->y) > fabs(its->x)] / rmap_length(*its);
+    return round || fabs(second[0][1]) * scale * scale <= skewed * size;
 }
 
 /* False: nothing that a lens has. */
@@ -68,8 +94,8 @@ static bool add(struct train *train, const struct rmap_scene *scene, int32_t o, 
                          object->medium_back == RMAP_MEDIUM_ANY;
     if (shape->type == RMAP_SHAPE_DISC && !is_stop)
         return true;
-    double curvature = 0.0;
-    const bool refracts = rmap_shape_vertex(shape, &curvature) && object->medium_front >= 0 &&
+    double bend[3] = {0.0, 0.0, 0.0};
+    const bool refracts = rmap_shape_vertex(shape, bend) && object->medium_front >= 0 &&
                           object->medium_back >= 0 &&
                           rmap_scene_transmits(scene, object->surface_front);
     if ((!is_stop && !refracts) || train->n == SURFACES_MAX || !on_axis(train, &object->to_world))
@@ -79,7 +105,7 @@ static bool add(struct train *train, const struct rmap_scene *scene, int32_t o, 
     *vertex = (struct vertex){
         .object = o,
         .z = rmap_dot(rmap_sub(object->to_world.t, train->origin), train->axis),
-        .aperture = scale * (is_stop ? shape->inner : shape->aperture),
+        .aperture = scale * shape->inner,
         .before = 1.0,
         .after = 1.0,
         .is_stop = is_stop,
@@ -89,8 +115,7 @@ static bool add(struct train *train, const struct rmap_scene *scene, int32_t o, 
         return true;
     vertex->before = index_of(scene, object->medium_back, channel);
     vertex->after = index_of(scene, object->medium_front, channel);
-    vertex->curvature = curvature / scale;
-    return true;
+    return set_profile(train, object, shape, bend, vertex);
 }
 
 static int by_z(const void *a, const void *b)
@@ -199,10 +224,10 @@ static bool is_within(const struct rmap_scene *scene, int32_t inner, int32_t gro
     return inner == group;
 }
 
-bool rmap_paraxial_of(const struct rmap_scene *scene, int32_t group, int channel,
-                      struct rmap_paraxial *out)
+static bool solve_meridian(const struct rmap_scene *scene, int32_t group, int channel, int meridian,
+                           struct rmap_paraxial *out)
 {
-    struct train train = {.n = 0};
+    struct train train = {.n = 0, .meridian = meridian};
     *out = (struct rmap_paraxial){.n_surface = 0};
     for (size_t o = 0; o < scene->n_object; o++)
         if (is_within(scene, scene->object[o].parent, group) &&
@@ -226,4 +251,27 @@ bool rmap_paraxial_of(const struct rmap_scene *scene, int32_t group, int channel
     out->index[1] = last->after;
     solve(&train, out);
     return true;
+}
+
+static bool alike(const struct rmap_paraxial *p)
+{
+    const double x[] = {p[0].focal_length,  p[0].back_focus,        p[0].front_focus,
+                        p[0].entrance,      p[0].entrance_diameter, p[0].exit,
+                        p[0].exit_diameter, p[0].field_deg};
+    const double y[] = {p[1].focal_length,  p[1].back_focus,        p[1].front_focus,
+                        p[1].entrance,      p[1].entrance_diameter, p[1].exit,
+                        p[1].exit_diameter, p[1].field_deg};
+    for (size_t k = 0; k < sizeof x / sizeof *x; k++)
+        if (!(x[k] == y[k] || fabs(x[k] - y[k]) <= 1e-9 * fabs(x[k])))
+            return false;
+    return true;
+}
+
+int rmap_paraxial_of(const struct rmap_scene *scene, int32_t group, int channel,
+                     struct rmap_paraxial paraxial[2])
+{
+    for (int k = 0; k < 2; k++)
+        if (!solve_meridian(scene, group, channel, k, &paraxial[k]))
+            return 0;
+    return alike(paraxial) ? 1 : 2;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * First-order properties of a lens: a group of refracting surfaces of revolution on one axis, its
- * own or those of groups in it, from their lower to their upper vertex along it.
+ * First-order properties of a lens: a group of refracting surfaces on one axis, its own or those of
+ * groups in it, from their lower to their upper vertex along it; where they are not round, in the
+ * two planes of symmetry that they share.
  *
  * y-nu trace as matrices: W. T. Welford, Aberrations of Optical Systems (1986), sections 3.3 to 3.6
  * and 3.11: refraction n'u' = n u - y c (n' - n), transfer y' = y + d u; f' = -n'/C of the system
@@ -27,9 +28,11 @@ struct rmap_paraxial {
     double field_deg; /* half: the steepest chief ray that goes through all apertures */
 };
 
-/* On a channel of the scene. False: the group is no such lens, or has a gradient medium, or too
- * many surfaces. */
-bool rmap_paraxial_of(const struct rmap_scene *scene, int32_t group, int channel,
-                      struct rmap_paraxial *paraxial);
+/* On a channel of the scene, in the plane of the axis and x of the first surface's frame, and in
+ * that of y: 1 where both are the same, 2; 0: the group is no such lens (surfaces that are inclined
+ * on the axis, or bent between these planes, are none), or has a gradient medium, or too many
+ * surfaces. */
+int rmap_paraxial_of(const struct rmap_scene *scene, int32_t group, int channel,
+                     struct rmap_paraxial paraxial[2]);
 
 #endif

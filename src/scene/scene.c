@@ -349,3 +349,14 @@ double rmap_detector_from_world(const struct rmap_detector *detector, int axis, 
     const double from[] = {detector->origin.x, detector->origin.y, detector->origin.z};
     return (value - from[k]) * part[k];
 }
+
+bool rmap_scene_has_rough_metals(const struct rmap_scene *scene)
+{
+    bool any = false;
+    for (size_t i = 0; i < scene->n_surface && scene->channels.n > 1; i++) {
+        const struct rmap_surface *its = &scene->surface[i];
+        any = any ||
+              ((its->is_metal || its->type == RMAP_SURFACE_FRESNEL) && rmap_surface_scatters(its));
+    }
+    return any;
+}

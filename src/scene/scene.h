@@ -359,6 +359,10 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
     return (surface->scatter_reflect | surface->scatter_transmit) > 0;
 }
 
+/* Are there metals, or boundaries, with scatter models, that several channels meet? Their shares
+ * depend on the angle, maybe at a facet. */
+bool rmap_scene_has_rough_metals(const struct rmap_scene *scene);
+
 /* Sends rays that are somebody's, one by one, from no lamp. */
 static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
 {

@@ -9,6 +9,7 @@
 #include "base/portable.h"
 #include "formula/emit.h"
 #include "formula/turn.h"
+#include "optics/fresnel.h"
 #include "scatter/dust.h"
 #include "trace/interact.h"
 
@@ -25,7 +26,10 @@ struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side,
             rmap_coated_reflectance(surface, side->channel, side->n1, side->n2, cos_i, &its.total);
         its.passed = 1.0 - its.reflected;
     } else if (surface->is_metal) {
-        its.reflected = rmap_metal_coat(side->scene, surface, side->channel, side->n1, cos_i);
+        const int i = side->channel;
+        its.reflected = side->portable ? rmap_fresnel_metal_portable(side->n1, surface->metal_n[i],
+                                                                     surface->metal_k[i], cos_i)
+                                       : rmap_metal_coat(side->scene, surface, i, side->n1, cos_i);
     }
     return its;
 }
@@ -294,11 +298,17 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
     return is_of_facets(side) ? facet_shares(side, in) : lobe_shares(side, in);
 }
 
+bool rmap_scatter_by_facet(const struct rmap_scatter_side *side)
+{
+    return (side->surface->is_metal || side->surface->type == RMAP_SURFACE_FRESNEL) &&
+           is_of_facets(side);
+}
+
 bool rmap_scatter_shares_follow(const struct rmap_scatter_side *side, bool passes)
 {
     const struct rmap_surface *surface = side->surface;
-    if (surface->is_metal || (surface->type == RMAP_SURFACE_FRESNEL &&
-                              (surface->coat == RMAP_COAT_FILM || is_of_facets(side))))
+    if (surface->coat == RMAP_COAT_FILM ||
+        (!side->portable && (surface->is_metal || rmap_scatter_by_facet(side))))
         return false;
     for (const struct rmap_scatter *its = rmap_surface_scatter(side->scene, surface, passes); its;
          its = another(side, its))

@@ -469,6 +469,61 @@ def test_gltf():
     assert base64.b64decode(packed, validate=True) == data
 
 
+COLOURS = """
+raymap: 1
+units: mm
+spectrum: {mode: rgb}
+media: {air: {index: 1}}
+surfaces:
+  red: {type: lambert, reflectance: {rgb: [0.8, 0.05, 0.05]}}
+  grey: {type: lambert, reflectance: 0.4}
+  metal: {type: mirror, metal: {n: 0.5, k: 3}}
+  rough: {type: mirror, metal: {n: 0.5, k: 3}, scatter: {model: ggx, alpha: 0.2}}
+geometries: {ball: {type: sphere, radius: 5}}
+objects:
+  - {name: a, geometry: ball, surface: red, front: air, back: air}
+  - {name: b, geometry: ball, at: [20, 0, 0], surface: grey, front: air, back: air}
+  - {name: c, geometry: ball, at: [40, 0, 0], surface: red, front: air, back: air}
+  - {name: d, geometry: ball, at: [60, 0, 0], surface: metal, front: air, back: air}
+  - {name: e, geometry: ball, at: [80, 0, 0], surface: rough, front: air, back: air}
+sources: [{name: s, type: collimated, shape: {disc: 1}, at: [0, 0, -20], flux: 1 W, medium: air}]
+"""
+
+
+def test_object_colours():
+    """Bodies have the colours of what they throw back, in every format."""
+    with open("colours.yaml", "w", encoding="utf8") as file:
+        file.write(COLOURS)
+    run("trace", "colours.yaml", "-o", "colours.raymap", "-n", 2, "--quiet", "--force")
+    mirror = ((0.5 - 1) ** 2 + 9) / ((0.5 + 1) ** 2 + 9)
+    wanted = {"red": [0.8, 0.05, 0.05], "grey": [0.4] * 3, "metal": [mirror] * 3, "rough": [mirror] * 3}
+    run("draw", "colours.raymap", "--limit", 1, "-o", "colours.gltf", "--force")
+    with open("colours.gltf", encoding="utf8") as file:
+        scene = json.load(file)
+    named = {m["name"]: m["pbrMetallicRoughness"] for m in scene["materials"]}
+    for name, colour in wanted.items():
+        assert all(abs(a - b) < 1e-6 for a, b in zip(named[name]["baseColorFactor"], colour)), (name, named[name])
+        assert named[name]["metallicFactor"] == (name in ("metal", "rough"))
+    mesh = {node["name"]: node["mesh"] for node in scene["nodes"] if "mesh" in node}
+    assert mesh["a"] == mesh["c"] and len({mesh[k] for k in "abde"}) == 4, mesh
+    run("draw", "colours.raymap", "--limit", 1, "-o", "colours.html", "--force")
+    with open("colours.html", encoding="utf8") as file:
+        albedo = re.findall(r'"albedo": ?\[([^\]]*)\]', file.read())
+    for got, name in zip(albedo, ("red", "grey", "red", "metal", "rough")):
+        assert all(abs(float(a) - b) < 1e-6 for a, b in zip(got.split(","), wanted[name])), (name, got)
+    assert len(albedo) == 5
+    run("draw", "colours.raymap", "--limit", 1, "--view", "xz", "-o", "colours.svg", "--force")
+    svg = ElementTree.parse("colours.svg")
+    inks = {element.get("stroke") for element in svg.iter() if element.get("stroke")}
+    red = [ink for ink in inks if int(ink[1:3], 16) > 180 and int(ink[3:5], 16) < 90 and int(ink[5:7], 16) < 90]
+    assert "#454545" in inks and red, inks
+    assert "other surface, each in its colour" in words("colours.svg")
+    run("draw", "colours.raymap", "--limit", 1, "--view", "3d", "-o", "colours.png", "--force")
+    seen = pixels("colours.png")
+    reds = sum(r > 150 and g < 0.5 * r and b < 0.5 * r for row in seen for r, g, b in row)
+    assert reds > 2000, reds
+
+
 def test_polydata():
     run("draw", "lens.raymap", "--where", "registered(sensor)", "--limit", 40, "--color", "order",
         "-o", "lens.vtp", "--force")
@@ -530,6 +585,7 @@ test_leaving()
 test_detector_faces()
 test_upright()
 test_gltf()
+test_object_colours()
 test_polydata()
 test_long_rays()
 test_ranks()

@@ -20,7 +20,7 @@ import describe  # noqa: E402
 from reference import reader as raymap_reader  # noqa: E402
 
 OF_OTHER_TRACERS = ("2.0", "4.0")
-NOT_IN_PYTHON = ("5.0-models", "5.0-scatter")  # surfaces with scatter models
+NOT_IN_PYTHON = ("5.0-models", "5.0-scatter", "5.0-metals-stored", "5.0-metals")  # surfaces with scatter models
 failures = 0
 
 

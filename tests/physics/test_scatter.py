@@ -269,6 +269,18 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
         nbytes = nbytes_of(surface, several)
         checks.true(f"seven wavelengths, {surface}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.3 * plain)
         found.append(f"coloured {nbytes / plain:.2f}")
+    # What a metal reflects is of its own colour, at facets by the angle there.
+    gold = "{wavelength: [400, 450, 500, 550, 600, 650, 700], value: [0.39, 0.39, 0.5, 0.82, 0.93, 0.96, 0.97]}"
+    plain = nbytes_of(f"{{type: lambert, reflectance: {gold}}}", several)
+    for kind in ("type: mirror, metal: Au, scatter: {model: ggx, alpha: 0.2}",
+                 "type: mirror, metal: Au, scatter: {model: unified, sigma_alpha: 12, spike: 0.2, lobe: 0.7, back: 0.1}",
+                 "type: mirror, metal: Au, scatter: {model: harvey, roughness: 20 nm, correlation: 10 um}",
+                 "type: mirror, metal: Au, scatter: {model: harvey, b0: 0.1, l: 0.01, s: -1.5}",
+                 "type: mirror, metal: Au, contamination: {level: 800, slope: 0.926, area: 1 ft2, n: 1.53, k: 1e-3}",
+                 f"type: fresnel, coat: {{reflectance: {gold}}}, scatter: {{model: ggx, alpha: 0.2}}"):
+        nbytes = nbytes_of(f"{{{kind}}}", several)
+        checks.true(f"seven wavelengths, {kind}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.1 * plain)
+        found.append(f"gold {nbytes / plain:.2f}")
     drop("bytes.raymap")
     print("bytes over those of Lambert's law of the same reflectance:", ", ".join(found))
 
