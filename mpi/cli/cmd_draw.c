@@ -201,7 +201,7 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
     }
     rmap_count_flux(&self->count[0], self->map, &page.flux_matched, &error);
     return rmap_page_run(self->context, self->each.text ? self->each.any : NULL, &page,
-                         self->request.output_path, err);
+                         &(struct rmap_page_wish){.path = self->request.output_path}, NULL, err);
 }
 
 /* On rank 0. */
