@@ -67,7 +67,10 @@ function editItem(item, index) {
     criterionEditor.focus();
   }), act("take away", "✕", () => setCriteria(live.criteria.filter((_, k) => k !== index))));
 }
-whenData(() => [...byId("where").children].forEach(editItem));
+whenData(() => {
+  [...byId("where").children].forEach(editItem);
+  countLater();
+});
 
 /* Proposals of other panels: to be shown with a click. */
 for (const box of document.querySelectorAll(".criterion")) {
@@ -84,5 +87,4 @@ byId("ray-limit").addEventListener("change", (event) => {
   event.target.value = asking.limit;
   want("rays");
 });
-byId("rays-box").before(byId("criteria-box"));
 byId("criterion-said").before(byId("where"));

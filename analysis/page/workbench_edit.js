@@ -3,7 +3,7 @@
 // Changes of the scene: its text, and objects that are moved by typing or dragging. Each is a
 // change of the text that can be undone and saved.
 
-const textEditor = makeEditor(byId("text"), "the scene's text", { mode: "yaml", lineNumbers: true, lineWrapping: false,
+const textEditor = makeEditor(byId("text"), "the scene's text", { mode: "yaml", lineNumbers: true,
   extraKeys: { "Ctrl-Enter": () => applyText(), "Cmd-Enter": () => applyText() } });
 const edited = { text: "", name: null, dragging: null };
 
@@ -65,7 +65,7 @@ async function change(command, words) {
   try {
     showScene(await ask(command, words));
     showMistakes([]);
-    await want("scene", "rays", "detectors");
+    await renew();
     return true;
   } catch (refused) {
     say(refused.message);
@@ -76,7 +76,15 @@ async function change(command, words) {
 
 async function sceneChanged() {
   showScene(await ask("scene"));
+  await renew();
+}
+
+/* What is shown follows the scene; as many rays as before are traced where the change left none. */
+async function renew() {
+  const before = live.traced;
+  showTrace((await ask("status")).trace);
   await want("scene", "rays", "detectors");
+  if (before > 0 && live.traced === 0 && live.state !== "running") showTrace(await ask("trace", { action: "start", rays: before }));
 }
 
 async function applyText() {
@@ -120,6 +128,7 @@ const bodiesOf = (name) => bodies.filter((_, index) => isBelow(index, name));
 
 /* null: none. */
 function chooseMover(name) {
+  if (name !== edited.name) for (const field of byId("move-fields").querySelectorAll("input")) field.value = "0";
   edited.name = name;
   const own = name === null ? [] : bodiesOf(name);
   byId("move-name").textContent = own.length ? name : "No object chosen";

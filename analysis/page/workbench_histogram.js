@@ -58,6 +58,7 @@ async function askHistogram() {
     byId("histogram-said").className = "";
     byId("histogram-said").textContent = mean ? `mean ${figure(mean.value, 6)} ± ${figure(mean.standard_error, 2)}, standard deviation ${figure(sd.value, 4)} ${unit || ""}, ${whole(values)} values${where_ ? " of the criteria shown" : ""}` : "";
   } catch (refused) {
+    chart.told = null;
     byId("histogram-said").className = "wrong";
     byId("histogram-said").textContent = refused.message;
   }
@@ -72,4 +73,3 @@ byId("histogram-log").addEventListener("change", drawChart);
 byId("histogram-box").addEventListener("toggle", () => (chart.told ? drawChart() : byId("histogram-box").open && askHistogram()));
 scheme.told.push(drawChart);
 whenData(() => byId("histogram-box").open && chart.told && askHistogram());
-byId("ray-box").before(byId("histogram-box"));

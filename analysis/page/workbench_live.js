@@ -4,7 +4,8 @@
 
 const PACE = 450; // milliseconds between two pictures
 const RAYS_PACE = 2500; // between two sets of rays while they come in
-const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, criteria: [], revision: null };
+/* rays: when they were last asked for; traced: how many there are; pictures: when new images were shown. */
+const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, criteria: [], revision: null, pictures: [] };
 
 /* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. */
 async function want(...parts) {
@@ -21,6 +22,7 @@ async function want(...parts) {
       const model = await ask("model", { parts: asked, where: live.criteria, limit: asking.limit });
       if (asked.includes("rays") || asked.includes("scene")) takeData(model);
       else takeImages(model.detectors.list);
+      if (asked.includes("detectors")) live.pictures.push(performance.now());
       if (asked.includes("rays")) live.rays = performance.now();
       say("");
     } catch (refused) {
@@ -52,7 +54,7 @@ function takeImages(list) {
 
 /* A small picture of each detector, its flux and the error of that. */
 function liveItem(detector, index) {
-  const small = element("canvas", { width: 72, height: 54 });
+  const small = element("canvas", { width: 72, height: 54, ariaHidden: "true" });
   const { image: of } = detector;
   if (of) {
     const { cells } = pictureOf(detector, isSpiky(imageValues(detector), of.most)), context = small.getContext("2d");
@@ -73,7 +75,7 @@ function drawLive() {
   byId("live").replaceChildren(...detectors.map(liveItem));
   if (at >= 0 && byId("live").children[at]) byId("live").children[at].firstChild.focus();
 }
-byId("image-note").before(byId("live"));
+byId("detector-box").querySelector("summary").after(byId("live"));
 whenData(drawLive);
 byId("detector").addEventListener("change", drawLive);
 byId("live").addEventListener("click", drawLive);
@@ -82,6 +84,7 @@ byId("live").addEventListener("click", drawLive);
 function showTrace({ state, rays, of, message }) {
   const before = live.state;
   live.state = state;
+  live.traced = rays;
   const running = state === "running", paused = state === "paused";
   byId("trace-start").disabled = running || paused;
   byId("trace-pause").disabled = !running && !paused;

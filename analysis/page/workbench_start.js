@@ -5,6 +5,8 @@
 byId("stage").before(byId("left"));
 byId("pane-tree").append(byId("objects-box"));
 byId("objects-box").open = true;
+byId("rays-box").before(byId("criteria-box"), byId("detector-box"));
+byId("ray-box").before(byId("steps-box"), byId("histogram-box"));
 document.querySelector("header").insertBefore(byId("bar"), byId("scheme").parentElement);
 document.body.classList.add("workbench");
 
@@ -15,6 +17,7 @@ function showTab(name) {
     tab.tabIndex = own ? 0 : -1;
     byId(`pane-${one}`).hidden = !own;
   }
+  document.body.classList.toggle("writing", name === "text");
   if (name === "text") textEditor.refresh();
 }
 for (const [name, other] of [["tree", "text"], ["text", "tree"]]) {
@@ -45,6 +48,7 @@ KEYS.unshift(
   }]);
 const escape_ = KEYS.find(([name]) => name === "Escape"), escapeBefore = escape_[3];
 escape_[3] = () => dropObject(false) || escapeBefore();
+byId("help").append(element("p", { textContent: "Editors by CodeMirror 5 (MIT licence), charts by d3 3.5 (BSD licence); the texts are in /library.js." }));
 listKeys([["Ctrl+Z, Ctrl+Shift+Z", "edits of the scene undone, and done again"], ["Ctrl+S", "save the scene"]]);
 
 document.addEventListener("keydown", (event) => {
@@ -59,4 +63,5 @@ document.addEventListener("keydown", (event) => {
 
 showScene(await ask("scene"));
 showTrace((await ask("status")).trace);
+raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });
 document.documentElement.dataset.workbench = "yes";

@@ -3,7 +3,7 @@
 // Criteria from events: steps that are put one behind the other by clicks on objects and letters,
 // and the tree of what happened to the light.
 
-const steps_ = { list: [], letter: "." };
+const steps_ = { list: [], letter: ".", tree: null };
 
 function stepsText() {
   const { list } = steps_;
@@ -109,6 +109,9 @@ async function showTree() {
   if (!byId("steps-box").open) return;
   try {
     const told = await ask("paths", { by: "object", top: 500 });
+    const text = JSON.stringify(told.classes);
+    if (text === steps_.tree) return; // what is unfolded stays so
+    steps_.tree = text;
     byId("tree").replaceChildren(...treeItems(treeOf(told.classes), [], told.flux.value));
   } catch (refused) {
     byId("tree").textContent = refused.message;
@@ -119,4 +122,3 @@ whenData(() => {
   listPlaces();
   showTree();
 });
-byId("classes-box").after(byId("steps-box"));
