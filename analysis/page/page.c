@@ -257,8 +257,8 @@ out:
     return st;
 }
 
-enum rmap_status rmap_page_data(const struct rmap_page *page, unsigned parts, json_t **data_ret,
-                                struct rmap_error *err)
+static enum rmap_status make_data(const struct rmap_page *page, json_t **data_ret,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
@@ -272,14 +272,14 @@ enum rmap_status rmap_page_data(const struct rmap_page *page, unsigned parts, js
                   "color", rmap_paint_word(page->paint));
     if (!data)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page"));
-    if (parts & RMAP_PAGE_SCENE) {
+    if (page->parts & RMAP_PAGE_SCENE) {
         RMAP_TRY(put(data, "view", view_json(page), err));
         RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
         RMAP_TRY(put(data, "geometries", rmap_page_geometries(scene, err), err));
     }
-    if (parts & RMAP_PAGE_RAYS)
+    if (page->parts & RMAP_PAGE_RAYS)
         RMAP_TRY(put_rays(data, page, err));
-    if (parts & RMAP_PAGE_DETECTORS)
+    if (page->parts & RMAP_PAGE_DETECTORS)
         RMAP_TRY(put(data, "detectors", rmap_page_detectors(page, err), err));
     *data_ret = data;
     data = NULL;
@@ -359,9 +359,12 @@ enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,
     enum rmap_status st = RMAP_OK;
     struct rmap_whole_file whole = {0};
     json_t *data = NULL;
-    RMAP_TRY(rmap_page_data(page, RMAP_PAGE_ALL, &data, err));
+    RMAP_TRY(make_data(page, &data, err));
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
-    RMAP_TRY(put_page(page, data, whole.file, err));
+    if (page->is_data)
+        RMAP_TRY(put_part("data", strlen("data"), page, data, whole.file, err));
+    else
+        RMAP_TRY(put_page(page, data, whole.file, err));
     st = rmap_whole_file_finish(&whole, err);
 out:
     rmap_whole_file_fini(&whole);

@@ -10,8 +10,6 @@
 #ifndef RMAP_PAGE_H
 #define RMAP_PAGE_H
 
-#include <jansson.h>
-
 #include "analysis/detector/detector_image.h"
 #include "analysis/figure/figure_view.h"
 #include "analysis/figure/ray_paint.h"
@@ -19,8 +17,16 @@
 #include "io/map/map_reader.h"
 #include "portion/portion.h"
 
+/* Parts of a page's data. */
+#define RMAP_PAGE_SCENE     1u /* bodies, sources, media, geometries */
+#define RMAP_PAGE_RAYS      2u /* the rays with all their columns, their classes and orders */
+#define RMAP_PAGE_DETECTORS 4u /* with their images */
+#define RMAP_PAGE_ALL       7u
+
 /* All borrowed. */
 struct rmap_page {
+    bool is_data;   /* its JSON document alone, without what shows it */
+    unsigned parts; /* all of them, but of data; what the others need may be left out */
     const char *title;
     const char *criterion;            /* NULL: all rays */
     const struct rmap_criterion *any; /* that, compiled */
@@ -50,17 +56,6 @@ enum rmap_status rmap_page_which(const struct rmap_page *page,
                                  const struct rmap_index_set *detector,
                                  struct rmap_which **which_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
-
-/* Parts of a page's data. */
-#define RMAP_PAGE_SCENE     1u /* bodies, sources, media, geometries */
-#define RMAP_PAGE_RAYS      2u /* the rays with all their columns, their classes and orders */
-#define RMAP_PAGE_DETECTORS 4u /* with their images */
-#define RMAP_PAGE_ALL       7u
-
-/* The page's data as a JSON document, the parts that are asked for; the rest of `page` need not be
- * filled in. */
-enum rmap_status rmap_page_data(const struct rmap_page *page, unsigned parts, json_t **data_ret,
-                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* Writes the page in place of what stood at `path`. RMAP_SYSTEM when it cannot be written. */
 enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,

@@ -78,37 +78,27 @@ out:
     return st;
 }
 
-/* What becomes of the page, by rank 0: a file, or data. */
-static enum rmap_status give(const struct rmap_page *page, const struct rmap_page_wish *wish,
-                             json_t **data_ret, struct rmap_error *err)
-{
-    return wish->path ? rmap_page_write(page, wish->path, err)
-                      : rmap_page_data(page, wish->parts, data_ret, err);
-}
-
 enum rmap_status rmap_page_run(const struct rmap_context *context,
                                const struct rmap_criterion *criterion, struct rmap_page *page,
-                               const struct rmap_page_wish *wish, json_t **data_ret,
-                               struct rmap_error *err)
+                               const char *path, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const unsigned parts = wish->path ? RMAP_PAGE_ALL : wish->parts;
     struct rmap_detector_image *image[MOST_IMAGES] = {NULL};
     struct rmap_path_keys *keys = NULL;
     struct rmap_path_report *report = NULL;
     size_t n = 0;
-    if (parts & RMAP_PAGE_DETECTORS)
+    if (page->parts & RMAP_PAGE_DETECTORS)
         n = rmap_scene_with(page->map, page->overlay)->n_detector;
     n = n < MOST_IMAGES ? n : MOST_IMAGES;
     for (size_t d = 0; d < n; d++)
         RMAP_TRY(make_image(context, criterion, page, (int32_t)d, &image[d], err));
-    if (parts & RMAP_PAGE_RAYS)
+    if (page->parts & RMAP_PAGE_RAYS)
         RMAP_TRY(find_paths(context, criterion, page, &keys, &report, err));
     page->paths = report;
     page->n_image = n;
     page->image = image;
     if (context->rank == 0)
-        st = give(page, wish, data_ret, err);
+        st = rmap_page_write(page, path, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     page->n_image = 0;
