@@ -4,6 +4,9 @@
 
 const asking = { id: 0, limit: 400 };
 
+/* Without the place in front, and the caret behind. */
+const sentence = (message) => message.split("\n")[0].replace(/^[^ ]*:\d+:\d+: (error: )?/, "");
+
 /* The result; an Error with `told`, what the server said of it, where it refuses. */
 async function ask(command, words = {}) {
   let answer;
@@ -16,7 +19,7 @@ async function ask(command, words = {}) {
   if (!answer.ok) throw Object.assign(new Error(`the server answers ${answer.status}`), { told: {}, gone: true });
   const { ok, result, error } = await answer.json();
   if (ok) return result;
-  throw Object.assign(new Error(error.message), { told: error });
+  throw Object.assign(new Error(sentence(error.message)), { told: error });
 }
 
 const firstData = await ask("model", { limit: asking.limit });

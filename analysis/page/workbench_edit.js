@@ -5,13 +5,16 @@
 
 const textEditor = makeEditor(byId("text"), "the scene's text", { mode: "yaml", lineNumbers: true,
   extraKeys: { "Ctrl-Enter": () => applyText(), "Cmd-Enter": () => applyText() } });
-const edited = { text: "", name: null, dragging: null };
+const edited = { text: "", file: null, name: null, dragging: null };
+whenData(() => edited.file && (byId("title").textContent = edited.file));
 
 /* The server's text, number of steps and so on. */
 function showScene({ text, file, revision, undo: past, redo: future, saved }) {
   live.revision = revision;
   const own = textEditor.getValue() !== edited.text;
   edited.text = text;
+  edited.file = file;
+  byId("title").textContent = document.title = file;
   if (!own && textEditor.getValue() !== text) {
     const { left, top } = textEditor.getScrollInfo();
     textEditor.setValue(text);

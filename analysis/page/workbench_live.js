@@ -19,7 +19,8 @@ async function want(...parts) {
     if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
     live.last = performance.now();
     try {
-      const model = await ask("model", { parts: asked, where: live.criteria, limit: asking.limit });
+      const model = await ask("model", { parts: asked.join(","), limit: asking.limit,
+        ...(live.criteria.length ? { where: live.criteria, color: "criterion" } : {}) });
       if (asked.includes("rays") || asked.includes("scene")) takeData(model);
       else takeImages(model.detectors.list);
       if (asked.includes("detectors")) live.pictures.push(performance.now());

@@ -15,7 +15,7 @@ for ((i = 0; i < 300; i++)); do
     kill -0 $server 2>/dev/null || { cat server.txt; exit 1; }
     sleep 0.1
 done
-address=$(grep -o 'http://[^ ]*' address.txt | head -1)
+address=$(grep -o 'http://[^ "]*' address.txt | head -1)
 drive workbench_test "$address" scene.yaml || failures=1
 kill -0 $server 2>/dev/null || { echo "FAILED: the server ended: $(cat server.txt)"; failures=1; }
 finish
