@@ -12,14 +12,17 @@ const renewals = [];
 /* Now, and again with other data, in the order of the calls. */
 function whenData(call) {
   renewals.push(call);
-  call();
+  call(true);
 }
+
+/* Of these only with another scene. */
+const whenScene = (call) => whenData((isOther) => isOther && call());
 
 /* Parts that are not given stay. The view stays. */
 function takeData(parts) {
   const half = halfHeight();
   data = { ...data, ...parts };
-  for (const call of renewals) call();
+  for (const call of renewals) call(parts.scene !== undefined);
   setHalfHeight(half);
   setScheme(scheme.dark);
 }

@@ -87,7 +87,8 @@ function screenOf(detector) {
   plane.matrixAutoUpdate = false;
   plane.matrix.makeBasis(x, y, new THREE.Vector3().crossVectors(x, y)).setPosition(vectorOf(detector.origin));
   plane.visible = false;
-  return add(plane);
+  world.add(plane);
+  return plane;
 }
 
 /* That of the detector beside it alone. */
@@ -261,6 +262,7 @@ byId("hang").addEventListener("change", drawImage);
 whenData(() => {
   const chosen = byId("detector").selectedOptions[0];
   forgetPictures();
+  world.remove(...screens.filter((plane) => plane));
   screens.splice(0, screens.length, ...detectors.map(screenOf));
   byId("detector").replaceChildren(...detectors.map((one, index) => element("option", { value: String(index), textContent: one.name })));
   byId("detector-box").hidden = detectors.length === 0;

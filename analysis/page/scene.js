@@ -145,7 +145,7 @@ function triangles(packed) {
 
 /* By what they are made of: those of the data before serve again. */
 let geometries = new Map(), geometriesBefore = new Map();
-whenData(() => [geometries, geometriesBefore] = [new Map(), geometries]);
+whenScene(() => [geometries, geometriesBefore] = [new Map(), geometries]);
 
 /* Geometry g, made when its first object needs it. */
 function geometryOf(g) {
@@ -186,7 +186,7 @@ function tintOf(object) {
 function solidMaterial(object) {
   const glass = object.look === "glass";
   const uniforms = { ...shading, tint: { value: new THREE.Vector3() }, look: { value: lookOf[object.look] }, encloses: { value: 0 } };
-  scheme.own.push(() => uniforms.tint.value.fromArray(tintOf(object)));
+  scheme.bodies.push(() => uniforms.tint.value.fromArray(tintOf(object)));
   return new THREE.ShaderMaterial({
     uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: THREE.DoubleSide,
     transparent: glass, depthWrite: !glass,
@@ -196,7 +196,7 @@ function solidMaterial(object) {
 /* Corners of boxes about what the first view must show. */
 const inSight = [];
 
-/* What stands in the world for the present data. */
+/* What stands in the world for the present scene. */
 const drawn = [];
 function add(thing) {
   drawn.push(thing);
@@ -281,7 +281,7 @@ function outlineSources() {
   }
 }
 
-whenData(() => {
+whenScene(() => {
   world.remove(...drawn);
   drawn.length = inSight.length = 0;
   bodies.splice(0, bodies.length, ...scene.objects.map(bodyOf));

@@ -63,12 +63,13 @@ textEditor.on("change", () => {
 
 const mistakesOf = ({ message, told }) => told.diagnostics || (told.line ? [{ line: told.line, column: told.column, text: message }] : []);
 
-/* A change of the scene by the server: what is shown follows. */
+/* A change of the scene by the server: what is shown follows, and as many rays as before are traced. */
 async function change(command, words) {
   try {
     showScene(await ask(command, words));
     showMistakes([]);
     await renew();
+    if (live.wished > 0 && live.traced === 0 && live.state !== "running") await ask("trace", { action: "start", rays: live.wished });
     return true;
   } catch (refused) {
     say(refused.message);
@@ -82,12 +83,11 @@ async function sceneChanged() {
   await renew();
 }
 
-/* What is shown follows the scene; as many rays as before are traced where the change left none. */
 async function renew() {
-  const before = live.traced;
-  showTrace((await ask("status")).trace);
+  const { trace: told } = await ask("status"), { wished } = live;
+  if (told.rays === 0 && told.state === "none") showTrace(told);
+  live.wished = wished;
   await want("scene", "rays", "detectors");
-  if (before > 0 && live.traced === 0 && live.state !== "running") showTrace(await ask("trace", { action: "start", rays: before }));
 }
 
 async function applyText() {

@@ -3,9 +3,9 @@
 // The trace and what comes of it: one request for data at a time, no more than two a second.
 
 const PACE = 450; // milliseconds between two pictures
-const RAYS_PACE = 2500; // between two sets of rays while they come in
-/* rays: when they were last asked for; traced: how many there are; pictures: when new images were shown. */
-const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, criteria: [], revision: null, pictures: [] };
+const RAYS_PACE = 3000; // between two sets of rays while they come in
+/* rays: when they were last asked for; traced: how many there are; wished: how many there are to be; pictures: when new images were shown. */
+const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, wished: 0, criteria: [], revision: null, pictures: [] };
 
 /* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. */
 async function want(...parts) {
@@ -24,7 +24,6 @@ async function want(...parts) {
       if (asked.includes("rays") || asked.includes("scene")) takeData(model);
       else takeImages(model.detectors.list);
       if (asked.includes("detectors")) live.pictures.push(performance.now());
-      if (asked.includes("rays")) live.rays = performance.now();
       say("");
     } catch (refused) {
       say(refused.message);
@@ -86,23 +85,28 @@ function showTrace({ state, rays, of, message }) {
   const before = live.state;
   live.state = state;
   live.traced = rays;
+  if (rays > 0 || of > 0) live.wished = state === "stopped" || state === "failed" ? rays : of;
   const running = state === "running", paused = state === "paused";
+  if (running && before !== "running") live.rays = performance.now() - RAYS_PACE + 2 * PACE; // the picture first
   byId("trace-start").disabled = running || paused;
   byId("trace-pause").disabled = !running && !paused;
   byId("trace-pause").textContent = paused ? "go on" : "pause";
   byId("trace-stop").disabled = !running && !paused;
   byId("trace-progress").value = of > 0 ? rays / of : 0;
   byId("trace-state").textContent = message || (rays > 0 || running ? `${whole(rays)} of ${whole(of)} rays${{ running: "", paused: ", paused", stopped: ", stopped", failed: ", failed" }[state] || ""}` : "nothing traced");
-  if (running && rays > 0) want("detectors", ...(performance.now() - live.rays > RAYS_PACE ? ["rays"] : []));
+  const raysToo = performance.now() - live.rays > RAYS_PACE;
+  if (running && raysToo) live.rays = performance.now();
+  if (running && rays > 0) want("detectors", ...(raysToo ? ["rays"] : []));
   else if (before !== state && rays > 0) want("rays", "detectors");
 }
 
+/* Events tell the state from then on: an answer may come behind the event that follows it. */
 async function trace(action) {
   const rays = Number(byId("trace-rays").value.replace(/[ ,_]/g, ""));
   if (action === "start" && !(Number.isInteger(rays) && rays > 0))
     return void (byId("trace-state").textContent = `"${byId("trace-rays").value}" is no number of rays`);
   try {
-    showTrace(await ask("trace", action === "start" ? { action, rays } : { action }));
+    await ask("trace", action === "start" ? { action, rays } : { action });
   } catch (refused) {
     byId("trace-state").textContent = refused.message;
   }

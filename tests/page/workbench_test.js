@@ -238,13 +238,19 @@ async function isKept(page) {
   check(order[0] === "trace-start" && order.includes("scheme"), `Tab goes on: ${order.join(" ")}`);
 }
 
+async function timed(part, page) {
+  const begin = Date.now();
+  await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
+  console.log(`${part.name}: ${((Date.now() - begin) / 1000).toFixed(1)} s`);
+}
+
 async function main() {
   const browser = await launch(...GRAPHICS);
   try {
     const page = await open(browser, address, { viewport: { width: 1500, height: 950 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
     for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, drawsHistograms, edits, dragsObjects, isKept])
-      await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
+      await timed(part, page);
     await page.click("#scheme");
     await settle(page);
     await picture(page, "dark.png");
