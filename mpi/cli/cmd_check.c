@@ -71,23 +71,6 @@ static enum rmap_status probe(const struct rmap_context *context, struct checked
     return st;
 }
 
-static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < diagnostics->n; i++) {
-        const struct rmap_diagnostic *item = &diagnostics->item[i];
-        int line;
-        const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
-        json_t *told = json_pack("{s:s, s:i, s:i, s:s}", "severity",
-                                 item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning",
-                                 "line", line, "column", item->column, "text", item->text);
-        if (told && part)
-            (void)json_object_set_new(told, "file", json_string(part));
-        (void)json_array_append_new(list, told);
-    }
-    return list;
-}
-
 static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct checked *checked,
                                      const struct rmap_surface_question *asked,
@@ -97,7 +80,7 @@ static enum rmap_status print_result(const struct rmap_context *context,
     if (context->json) {
         json_t *document = json_pack("{s:s, s:I, s:o}", "path", checked->path, "errors",
                                      (json_int_t)checked->diagnostics.n_error, "diagnostics",
-                                     diagnostics_json(&checked->diagnostics));
+                                     rmap_json_diagnostics(&checked->diagnostics));
         const struct rmap_mismatch_effort *effort = &checked->effort;
         (void)json_object_set_new(document, "probing",
                                   json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
@@ -139,7 +122,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_surface_question question, *asked = NULL;
     const struct rmap_source *lamp = NULL;
-    RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
+    RMAP_TRY(rmap_load_bundle(context, checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
     const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
     if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)

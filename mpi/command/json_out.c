@@ -68,3 +68,20 @@ json_t *rmap_json_findings(const struct rmap_diagnostics *findings)
                                                     "text", findings->item[i].text));
     return list;
 }
+
+json_t *rmap_json_diagnostics(const struct rmap_diagnostics *diagnostics)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < diagnostics->n; i++) {
+        const struct rmap_diagnostic *item = &diagnostics->item[i];
+        int line;
+        const char *part = rmap_diagnostics_place(diagnostics, item->line, &line);
+        json_t *told = json_pack("{s:s, s:i, s:i, s:s}", "severity",
+                                 item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning",
+                                 "line", line, "column", item->column, "text", item->text);
+        if (told && part)
+            (void)json_object_set_new(told, "file", json_string(part));
+        (void)json_array_append_new(list, told);
+    }
+    return list;
+}

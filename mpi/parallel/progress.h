@@ -22,6 +22,8 @@ struct rmap_progress {
     double interval;    /* between two lines; 0: shows nothing */
     bool terminal;
     bool shown;
+    const struct rmap_at_hand *at_hand; /* who is told besides; NULL: nobody */
+    double told;                        /* when */
 };
 
 double rmap_clock_seconds(void); /* monotonic */

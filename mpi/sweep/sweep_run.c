@@ -323,9 +323,8 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
     } else {
         RMAP_TRY(group->shares_files ? read_again(group, &options, &scene, err)
                                      : load(group, &options, &own, &scene, err));
-        RMAP_TRY(rmap_trace_held(&group->context, scene, run->sweep->seed, run->sweep->n_ray,
+        RMAP_TRY(rmap_trace_held(&group->context, &scene, run->sweep->seed, run->sweep->n_ray,
                                  group->isa_level, &map, &run->tracing, err));
-        scene = NULL; /* the map's */
     }
     RMAP_TRY(rmap_sweep_ask(&group->context, run->sweep, map,
                             run->table.result + variant * run->sweep->n_answer, err));

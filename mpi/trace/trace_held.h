@@ -5,18 +5,26 @@
 #ifndef RMAP_TRACE_HELD_H
 #define RMAP_TRACE_HELD_H
 
+#include "accel/accel.h"
 #include "io/map/map_held.h"
 #include "mpi/parallel/context.h"
 
 /* What the rays of a rank may take; more is refused. */
 #define RMAP_HELD_NBYTES_MAX ((size_t)2 << 30)
 
-/* Collective. Rays [0, n_ray), with Embree's instruction set of that level. The scene is taken over
- * on success. RMAP_USAGE where they take too much memory. seconds_ret: grows by the time that
+/* Collective. Rays [0, n_ray), with Embree's instruction set of that level. *scene is taken over,
+ * and NULL then. RMAP_USAGE where they take too much memory. seconds_ret: grows by the time that
  * tracing took. */
-enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_scene *scene,
+enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_scene **scene,
                                  uint64_t seed, uint64_t n_ray, int isa_level,
                                  struct rmap_map **map_ret, double *seconds_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. The map, which has whole blocks of its first rays, grows to rays [0, end). On failure
+ * it is as it was, but where memory is short. */
+enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
+                                      const struct rmap_accel *accel, uint64_t end,
+                                      struct rmap_map *map, double *seconds_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif
