@@ -17,6 +17,7 @@ rmap_pkg(jansson jansson)
 rmap_pkg(xxhash libxxhash)
 rmap_pkg(png libpng)
 rmap_pkg(edit libedit)
+rmap_pkg(microhttpd libmicrohttpd)
 rmap_pkg(assimp assimp)
 rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
 rmap_pkg(xml libxml-2.0)

@@ -12,7 +12,7 @@ build_packages=(
     libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
     zlib1g-dev libdeflate-dev libyaml-dev libjansson-dev libxxhash-dev
     librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev libxml2-dev
-    libopenexr-dev fonts-dejavu-core libjs-three
+    libmicrohttpd-dev libopenexr-dev fonts-dejavu-core libjs-three libjs-codemirror libjs-d3
 )
 # 40 MB to download and 175 MB installed, half a minute: for who brings CAD files.
 cad_packages=(g++ libocct-data-exchange-dev libocct-ocaf-dev libocct-modeling-algorithms-dev)

@@ -22,7 +22,11 @@ for (const one of [orthographic, perspective]) one.up.copy(upright);
 let camera = orthographic;
 
 /* Everything that is drawn lies in this sphere. */
-const whereabouts = { centre: vectorOf(scene.centre), radius: scene.radius || 1 };
+const whereabouts = { centre: new THREE.Vector3(), radius: 1 };
+whenScene(() => {
+  whereabouts.centre.copy(vectorOf(scene.centre));
+  whereabouts.radius = scene.radius || 1;
+});
 
 const controls = new THREE.OrbitControls(camera, canvas);
 controls.enableKeys = false; // main.js has the keys

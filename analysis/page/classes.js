@@ -16,7 +16,7 @@ function classCells(one) {
 
 function classRow(one, index) {
   const swatch = element("span", { className: "swatch" });
-  scheme.told.push(() => (swatch.style.background = kindColour(index)));
+  scheme.own.push(() => (swatch.style.background = kindColour(index)));
   const button = element("button", { type: "button", title: "show only these" }, swatch, one.sequence);
   button.setAttribute("aria-pressed", "false");
   button.addEventListener("click", () => chooseClass(shown.class === index ? -1 : index));
@@ -71,28 +71,32 @@ function chooseClass(index) {
   refreshRegion();
 }
 
-const classRows = classes.map(classRow);
-byId("classes").tBodies[0].append(...classRows, ...(data.classes.rest ? [restRow(data.classes.rest)] : []));
-byId("classes-note").textContent = !classes.length ? "No ray, no class."
-  : (data.classes.count === null ? "The largest classes" : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"}`) +
-    ` of the ${whole(data.matched)} matching rays, by ${data.classes.by}; flux in ${scene.flux_unit} with its standard error; ` +
-    "here: rays in this page";
+const classRows = [];
+whenData(() => {
+  classRows.splice(0, classRows.length, ...classes.map(classRow));
+  byId("classes").tBodies[0].replaceChildren(...classRows, ...(data.classes.rest ? [restRow(data.classes.rest)] : []));
+  byId("classes-note").textContent = !classes.length ? "No ray, no class."
+    : (data.classes.count === null ? "The largest classes" : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"}`) +
+      ` of the ${whole(data.matched)} matching rays, by ${data.classes.by}; flux in ${scene.flux_unit} with its standard error; ` +
+      "here: rays in this page";
+  showCriterion(byId("class-criterion"), null);
+});
 copyButton(byId("class-criterion"));
 
 /* Items that have all the words typed. */
 function searchIn(field, items) {
   field.addEventListener("input", () => {
     const typed = field.value.toLowerCase().split(/\s+/);
-    for (const item of items) item.hidden = !typed.every((word) => item.textContent.toLowerCase().includes(word));
+    for (const item of items()) item.hidden = !typed.every((word) => item.textContent.toLowerCase().includes(word));
   });
 }
-searchIn(byId("find-class"), byId("classes").tBodies[0].querySelectorAll("[data-class]"));
+searchIn(byId("find-class"), () => byId("classes").tBodies[0].querySelectorAll("[data-class]"));
 
 /* The criteria that were given: a switch each, and the colour of the rays that match it. */
 function whereItem(one, index) {
-  const box = element("input", { type: "checkbox", checked: true });
+  const box = element("input", { type: "checkbox", checked: Boolean(whereOn & (1 << index)) });
   const swatch = element("span", { className: "swatch" });
-  scheme.told.push(() => (swatch.style.background = kindColour(index)));
+  scheme.own.push(() => (swatch.style.background = kindColour(index)));
   box.addEventListener("change", () => {
     whereOn = box.checked ? whereOn | (1 << index) : whereOn & ~(1 << index);
     refreshRays();
@@ -103,7 +107,12 @@ function whereItem(one, index) {
     element("small", { textContent: ` ${whole(one.here)}` })));
 }
 
-byId("where").append(...where.map(whereItem));
-byId("where").hidden = !where.length;
-if (where.length) byId("colour").append(element("option", { value: "criterion", textContent: "by criterion" }));
-byId("colour").value = colouring.mode;
+const byCriterion = element("option", { value: "criterion", textContent: "by criterion" });
+whenData(() => {
+  byId("where").replaceChildren(...where.map(whereItem));
+  byId("where").hidden = !where.length;
+  if (where.length) byId("colour").append(byCriterion);
+  else byCriterion.remove();
+  if (!where.length && colouring.mode === "criterion") colouring.mode = "natural";
+  byId("colour").value = colouring.mode;
+});

@@ -1,12 +1,31 @@
 // SPDX-License-Identifier: MIT
 //
 // The page's data: columns of rays, legs (segments), registrations and points of curved legs, as in
-// the map; and small helpers that every other script uses.
+// the map; and small helpers that every other script uses. Other data may take their place: what is
+// made of them is made again.
 
 const byId = (id) => document.getElementById(id);
 
-const data = JSON.parse(byId("data").textContent);
-byId("data").textContent = "";
+let data = firstData;
+const renewals = [];
+
+/* Now, and again with other data, in the order of the calls. */
+function whenData(call) {
+  renewals.push(call);
+  call(true);
+}
+
+/* Of these only with another scene. */
+const whenScene = (call) => whenData((isOther) => isOther && call());
+
+/* Parts that are not given stay. The view stays. */
+function takeData(parts) {
+  const half = halfHeight();
+  data = { ...data, ...parts };
+  for (const call of renewals) call(parts.scene !== undefined);
+  setHalfHeight(half);
+  setScheme(scheme.dark);
+}
 
 const ARRAYS = { f32: Float32Array, f64: Float64Array, u8: Uint8Array, u16: Uint16Array, i32: Int32Array, u64: BigUint64Array };
 
@@ -24,33 +43,35 @@ function unpackAll(columns) {
   return table;
 }
 
-const ray = unpackAll(data.rays.ray);
-const leg = unpackAll(data.rays.leg);
-const registration = unpackAll(data.rays.registration);
-const curve = unpackAll(data.rays.curve);
-const colour = unpackAll(data.rays.colour);
-const times = data.times ? unpackAll(data.times) : null; // ns, of maps with arrival times
-const words = data.rays.words;
-const scene = data.scene;
-const detectors = data.detectors.list;
-delete data.rays;
-
-/* As texts: numbers are exact up to 2^53 only. */
-ray.id = Array.from(ray.id, String);
-ray.count = ray.id.length;
-leg.count = leg.event.length;
-
 /* Row of a ray's first leg (registration); one entry more than there are rays. */
 function runningSum(counts) {
   const sum = new Uint32Array(counts.length + 1);
   for (let i = 0; i < counts.length; i++) sum[i + 1] = sum[i] + counts[i];
   return sum;
 }
-ray.firstLeg = runningSum(ray.legs);
-ray.firstRegistration = runningSum(ray.registrations);
 
-leg.ray = new Uint32Array(leg.count);
-for (let r = 0; r < ray.count; r++) leg.ray.fill(r, ray.firstLeg[r], ray.firstLeg[r + 1]);
+const ray = {}, leg = {}, registration = {}, curve = {}, colour = {}, words = {}, scene = {}, detectors = [];
+let times = null; // ns, of maps with arrival times
+let EVENT_LEFT = 0, EVENT_GRADIENT = 0;
+
+whenData(() => {
+  const { rays } = data;
+  for (const [table, columns] of [[ray, rays.ray], [leg, rays.leg], [registration, rays.registration], [curve, rays.curve], [colour, rays.colour]])
+    Object.assign(table, unpackAll(columns));
+  Object.assign(words, rays.words);
+  Object.assign(scene, data.scene);
+  detectors.splice(0, detectors.length, ...data.detectors.list);
+  times = data.times ? unpackAll(data.times) : null;
+  ray.id = Array.from(ray.id, String); // numbers are exact up to 2^53 only
+  ray.count = ray.id.length;
+  leg.count = leg.event.length;
+  ray.firstLeg = runningSum(ray.legs);
+  ray.firstRegistration = runningSum(ray.registrations);
+  leg.ray = new Uint32Array(leg.count);
+  for (let r = 0; r < ray.count; r++) leg.ray.fill(r, ray.firstLeg[r], ray.firstLeg[r + 1]);
+  EVENT_LEFT = 1 << words.event.indexOf("left");
+  EVENT_GRADIENT = 1 << words.event.indexOf("gradient");
+});
 
 /* An element with properties and children; text is never HTML. */
 function element(tag, properties, ...children) {
@@ -72,8 +93,6 @@ function figure(value, digits = 6) {
 
 const thousands = new Intl.NumberFormat("en-US");
 const whole = (n) => thousands.format(n);
-
-const EVENT_LEFT = 1 << words.event.indexOf("left");
 
 function eventWords(bits) {
   return words.event.filter((word, bit) => bits & (1 << bit)).join(", ");

@@ -47,7 +47,7 @@ function imageFlux(detector) {
 
 /* Values as a picture of one pixel per cell, upwards and to the right as people expect. */
 function pictureOf(detector, log) {
-  const key = `${sensor.index} ${log}`;
+  const key = `${detectors.indexOf(detector)} ${log}`;
   if (sensor.pictures.has(key)) return sensor.pictures.get(key);
   const [nx, ny] = detector.image.n, most = detector.image.most;
   const values = imageValues(detector);
@@ -71,8 +71,15 @@ function pictureOf(detector, log) {
   return made;
 }
 
+function forgetPictures() {
+  for (const { texture } of sensor.pictures.values()) texture.dispose();
+  sensor.pictures.clear();
+}
+
 /* The picture on the detector itself, in the scene. */
-const screens = detectors.map((detector) => {
+const screens = [];
+
+function screenOf(detector) {
   if (detector.type !== "plane" || !detector.image) return null;
   const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
   const plane = new THREE.Mesh(new THREE.PlaneBufferGeometry(detector.size[0], detector.size[1]), material);
@@ -82,7 +89,7 @@ const screens = detectors.map((detector) => {
   plane.visible = false;
   world.add(plane);
   return plane;
-});
+}
 
 /* That of the detector beside it alone. */
 function hangPicture(picture) {
@@ -252,5 +259,14 @@ image.addEventListener("pointerleave", () => (byId("image-value").textContent = 
 byId("log").addEventListener("change", drawImage);
 byId("dots").addEventListener("change", drawImage);
 byId("hang").addEventListener("change", drawImage);
-byId("detector").append(...detectors.map((one, index) => element("option", { value: String(index), textContent: one.name })));
-byId("detector-box").hidden = detectors.length === 0;
+whenData(() => {
+  const chosen = byId("detector").selectedOptions[0];
+  forgetPictures();
+  world.remove(...screens.filter((plane) => plane));
+  screens.splice(0, screens.length, ...detectors.map(screenOf));
+  byId("detector").replaceChildren(...detectors.map((one, index) => element("option", { value: String(index), textContent: one.name })));
+  byId("detector-box").hidden = detectors.length === 0;
+  const again = chosen ? detectors.findIndex((one) => one.name === chosen.textContent) : -1;
+  if (again < 0) Object.assign(sensor, { index: -1, region: null });
+  else if (again !== sensor.index) Object.assign(sensor, { index: again });
+});

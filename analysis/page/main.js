@@ -67,7 +67,7 @@ const KEYS = [
 
 document.addEventListener("keydown", (event) => {
   const key = KEYS.find(([name]) => name === event.key);
-  const typing = event.key !== "Escape" && event.target.matches("input[type=text], input[type=search], select");
+  const typing = event.key !== "Escape" && event.target.matches("input[type=text], input[type=search], textarea, select");
   const own = event.key === " " && event.target.matches("button, summary, input");
   const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
   const chord = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() !== "z"; // Ctrl+Z is as z
@@ -79,20 +79,26 @@ document.addEventListener("keydown", (event) => {
   redraw();
 });
 
-byId("title").textContent = data.title;
-byId("about").textContent = `rays: ${data.criterion || "all"}; ` + (ray.count < data.matched
-  ? `${whole(ray.count)} of ${whole(data.matched)} matching rays, those with the smallest ids${where.length > 1 ? " of each criterion" : ""},`
-  : `${whole(ray.count)} ray${ray.count === 1 ? "" : "s"}`) + ` of ${whole(data.total)} in the map`;
+whenData(() => {
+  byId("title").textContent = data.title;
+  byId("about").textContent = `rays: ${data.criterion || "all"}; ` + (ray.count < data.matched
+    ? `${whole(ray.count)} of ${whole(data.matched)} matching rays, those with the smallest ids${where.length > 1 ? " of each criterion" : ""},`
+    : `${whole(ray.count)} ray${ray.count === 1 ? "" : "s"}`) + ` of ${whole(data.total)} in the map`;
+});
 byId("provenance").textContent = `Written by ${data.program}.`;
-byId("keys").append(
+/* In the help: those with a description, and `more`. */
+const listKeys = (more = []) => byId("keys").replaceChildren(
   ...[["drag", "turn"], ["right drag, two fingers", "shift"], ["wheel, pinch", "zoom"],
     ["point at a ray", "what happened on that leg"], ["click a ray", "its whole report"],
     ["drag on an image", "draw a region, move it, or resize it by its edges; with Shift a new one"],
-    ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3))].flatMap(([name, text]) =>
+    ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3)), ...more].flatMap(([name, text]) =>
     [element("dt", { textContent: name }), element("dd", { textContent: text })]));
-if (ray.count === 0) {
-  note("No ray matches: the scene alone is shown.");
-}
+listKeys();
+const NO_RAY = "No ray matches: the scene alone is shown.";
+whenData(() => {
+  if (ray.count === 0) note(NO_RAY);
+  else if (byId("note").textContent === NO_RAY) note("");
+});
 
 for (const button of byId("views").querySelectorAll("[data-view]"))
   button.addEventListener("click", () => setView(button.dataset.view));
@@ -122,11 +128,15 @@ resize();
 setTravelled(1);
 setScheme(night.matches);
 setView("3d");
-refreshRays();
-if (detectors.length) {
+whenData(() => {
+  const marked_id = byId("ray-name").textContent;
+  chooseRay(marked_id ? ray.id.indexOf(marked_id) : -1);
+  setTravelled(player.at);
+  refreshRays();
   const first = Math.max(detectors.findIndex((one) => one.image && one.image.registrations > 0), 0);
-  showState({ index: first });
-}
+  if (detectors.length) showState({ index: sensor.index < 0 ? first : sensor.index });
+  if (current()) describeDetector();
+});
 
 /* For tests and the curious. */
 window.raymap = {

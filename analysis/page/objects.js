@@ -4,11 +4,12 @@
 
 function showBody(index, visible) {
   bodies[index].group.visible = visible;
+  hidden[visible ? "delete" : "add"](scene.objects[index].name);
   redraw();
 }
 
 function objectItem(index) {
-  const box = element("input", { type: "checkbox", checked: true });
+  const box = element("input", { type: "checkbox", checked: bodies[index].group.visible });
   box.dataset.object = index;
   box.addEventListener("change", () => showBody(index, box.checked));
   const object = scene.objects[index];
@@ -32,5 +33,5 @@ function objectItems(parent) {
   return items;
 }
 
-byId("objects").append(...objectItems(-1));
-searchIn(byId("find-object"), byId("objects").querySelectorAll("li"));
+whenData(() => byId("objects").replaceChildren(...objectItems(-1)));
+searchIn(byId("find-object"), () => byId("objects").querySelectorAll("li"));

@@ -243,6 +243,20 @@ static enum rmap_status put(json_t *data, const char *name, json_t *part, struct
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");
 }
 
+/* The rays, and what of each of them the page tells. */
+static enum rmap_status put_rays(json_t *data, const struct rmap_page *page, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(put(data, "rays", page_rays(page, err), err));
+    if (rmap_map_scene(page->map)->timed)
+        RMAP_TRY(put(data, "times", page_times(page, err), err));
+    RMAP_TRY(put(data, "classes", rmap_page_classes(page, err), err));
+    RMAP_TRY(put(data, "order", rmap_page_orders(page, err), err));
+    RMAP_TRY(put(data, "where", rmap_page_where(page, err), err));
+out:
+    return st;
+}
+
 static enum rmap_status make_data(const struct rmap_page *page, json_t **data_ret,
                                   struct rmap_error *err)
 {
@@ -250,23 +264,23 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
     const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
     struct rmap_map_summary summary;
     rmap_map_summarise(page->map, &summary);
-    json_t *data = json_pack(
-        "{s:o, s:s, s:o, s:I, s:I, s:o, s:o, s:s}", "title", rmap_page_string(page->title),
-        "program", "raymap " RMAP_VERSION, "criterion", rmap_page_string(page->criterion), "total",
-        (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)page->n_matched,
-        "flux_matched", rmap_json_number(page->flux_matched), "view", view_json(page), "color",
-        rmap_paint_word(page->paint));
+    json_t *data =
+        json_pack("{s:o, s:s, s:o, s:I, s:I, s:o, s:s}", "title", rmap_page_string(page->title),
+                  "program", "raymap " RMAP_VERSION, "criterion", rmap_page_string(page->criterion),
+                  "total", (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched",
+                  (json_int_t)page->n_matched, "flux_matched", rmap_json_number(page->flux_matched),
+                  "color", rmap_paint_word(page->paint));
     if (!data)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page"));
-    RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
-    RMAP_TRY(put(data, "geometries", rmap_page_geometries(scene, err), err));
-    RMAP_TRY(put(data, "rays", page_rays(page, err), err));
-    if (rmap_map_scene(page->map)->timed)
-        RMAP_TRY(put(data, "times", page_times(page, err), err));
-    RMAP_TRY(put(data, "classes", rmap_page_classes(page, err), err));
-    RMAP_TRY(put(data, "order", rmap_page_orders(page, err), err));
-    RMAP_TRY(put(data, "where", rmap_page_where(page, err), err));
-    RMAP_TRY(put(data, "detectors", rmap_page_detectors(page, err), err));
+    if (page->parts & RMAP_PAGE_SCENE) {
+        RMAP_TRY(put(data, "view", view_json(page), err));
+        RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
+        RMAP_TRY(put(data, "geometries", rmap_page_geometries(scene, err), err));
+    }
+    if (page->parts & RMAP_PAGE_RAYS)
+        RMAP_TRY(put_rays(data, page, err));
+    if (page->parts & RMAP_PAGE_DETECTORS)
+        RMAP_TRY(put(data, "detectors", rmap_page_detectors(page, err), err));
     *data_ret = data;
     data = NULL;
 out:
@@ -347,7 +361,10 @@ enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,
     json_t *data = NULL;
     RMAP_TRY(make_data(page, &data, err));
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
-    RMAP_TRY(put_page(page, data, whole.file, err));
+    if (page->is_data)
+        RMAP_TRY(put_part("data", strlen("data"), page, data, whole.file, err));
+    else
+        RMAP_TRY(put_page(page, data, whole.file, err));
     st = rmap_whole_file_finish(&whole, err);
 out:
     rmap_whole_file_fini(&whole);

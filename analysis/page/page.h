@@ -17,8 +17,16 @@
 #include "io/map/map_reader.h"
 #include "portion/portion.h"
 
+/* Parts of a page's data. */
+#define RMAP_PAGE_SCENE     1u /* bodies, sources, media, geometries */
+#define RMAP_PAGE_RAYS      2u /* the rays with all their columns, their classes and orders */
+#define RMAP_PAGE_DETECTORS 4u /* with their images */
+#define RMAP_PAGE_ALL       7u
+
 /* All borrowed. */
 struct rmap_page {
+    bool is_data;   /* its JSON document alone, without what shows it */
+    unsigned parts; /* all of them, but of data; what the others need may be left out */
     const char *title;
     const char *criterion;            /* NULL: all rays */
     const struct rmap_criterion *any; /* that, compiled */

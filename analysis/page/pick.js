@@ -6,6 +6,7 @@
 const REACH = 7; // pixels
 
 const pickCache = { valid: false, screen: null };
+whenData(() => Object.assign(pickCache, { valid: false, screen: null }));
 
 /* Ends of all strokes in pixels; NaN for what is hidden or behind the eye. */
 function screenStrokes() {

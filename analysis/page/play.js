@@ -6,9 +6,11 @@
 const DURATION = 6; // seconds from the first emission to the last end, at speed 1
 const TRAIL = 0.05; // of the longest path
 
-if (times) byId("scrub").setAttribute("aria-label", "time");
 const player = { playing: false, at: 1, last: 0 };
-rayUniforms.trail.value = Math.max(TRAIL * longestPath, 1e-12);
+whenData(() => {
+  byId("scrub").setAttribute("aria-label", times ? "time" : "path travelled");
+  rayUniforms.trail.value = Math.max(TRAIL * longestPath, 1e-12);
+});
 
 /* 0 to 1; 1: whole rays. */
 function setTravelled(at) {

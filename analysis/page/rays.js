@@ -5,7 +5,7 @@
 // which the animation cuts the lines, and the state of its ray.
 
 const HIDDEN = 0, DIM = 1, SHOWN = 2, STRONG = 3;
-const CURVE_STROKES = curve.leg.length > 50000 ? 1 : 4; // between two points of a curved leg
+let CURVE_STROKES = 4; // between two points of a curved leg
 const MOST_SWATCHES = 12; // in the legend
 const LEAVING = 0.12; // length of a leg that leaves, of the scene's size
 
@@ -31,25 +31,27 @@ function curvePoints(from, first, last, to) {
 
 /* Where a leg ends in the picture: that of one that leaves nearby. */
 function legEnd(r, l, from) {
-  if (!(leg.event[l] & EVENT_LEFT) || leg.event[l] & (1 << words.event.indexOf("gradient")))
+  if (!(leg.event[l] & EVENT_LEFT) || leg.event[l] & EVENT_GRADIENT)
     return leg.position.subarray(3 * l, 3 * l + 3);
   const length = 2 * LEAVING * whereabouts.radius;
   return [0, 1, 2].map((k) => from[k] + length * ray.end_direction[3 * r + k]);
 }
 
 const distance = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-const firstTime = times && leg.count ? times.begin.reduce((least, v) => Math.min(least, v), Infinity) : 0;
+let firstTime = 0;
 
 /* What length along a leg adds. */
 function paceOf(r, l, from, points) {
   if (!times) return 1;
-  if (leg.event[l] & EVENT_LEFT && !(leg.event[l] & (1 << words.event.indexOf("gradient")))) return times.leaving[r];
+  if (leg.event[l] & EVENT_LEFT && !(leg.event[l] & EVENT_GRADIENT)) return times.leaving[r];
   const length = points.reduce(([sum, at], to) => [sum + distance(at, to), to], [0, from])[0];
   return length > 0 ? (times.end[l] - times.begin[l]) / length : 0;
 }
 
 /* position: [2 strokes][3], path: [2 strokes], leg: [strokes]; first: stroke of a leg's first. */
-const strokes = (() => {
+const strokes = {};
+
+function makeStrokes() {
   const n = leg.count + CURVE_STROKES * (curve.leg.length * 2);
   const position = new Float32Array(6 * n), path = new Float32Array(2 * n), of = new Uint32Array(n);
   const first = new Uint32Array(leg.count + 1);
@@ -77,10 +79,10 @@ const strokes = (() => {
   }
   first[leg.count] = count;
   return { count, first, position: position.subarray(0, 6 * count), path: path.subarray(0, 2 * count), leg: of.subarray(0, count) };
-})();
+}
 
 /* What holds much of the light's way is open as well as what encloses the scene: the wall of a rod, a tube. */
-(() => {
+function openHolding() {
   const HOLDS = 0.2, step = Math.max(1, Math.floor(strokes.count / 4000));
   const middle = new THREE.Vector3(), held = bodies.map(() => 0);
   let whole = 0;
@@ -94,9 +96,9 @@ const strokes = (() => {
   bodies.forEach((body, k) => {
     if (held[k] > HOLDS * whole && body.object.look !== "glass") body.mesh.material.uniforms.encloses.value = 1;
   });
-})();
+}
 
-const longestPath = strokes.path.reduce((most, v) => Math.max(most, v), 0);
+let longestPath = 0;
 
 const rayUniforms = {
   now: { value: Infinity }, trail: { value: 1 }, fade: { value: 1 }, opacity: { value: 0.5 },
@@ -128,28 +130,40 @@ const rayMaterial = new THREE.ShaderMaterial({
     }`,
 });
 
-const rayLines = (() => {
+const rayLines = new THREE.LineSegments(new THREE.BufferGeometry(), rayMaterial);
+rayLines.frustumCulled = false;
+rayLines.renderOrder = 2;
+rayLines.layers.enable(RAYS_ONLY);
+world.add(rayLines);
+
+function rayGeometry() {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(strokes.position, 3));
   geometry.setAttribute("path", new THREE.BufferAttribute(strokes.path, 1));
   geometry.setAttribute("tint", new THREE.BufferAttribute(new Uint8Array(6 * strokes.count), 3, true));
   geometry.setAttribute("state", new THREE.BufferAttribute(new Uint8Array(2 * strokes.count), 1));
-  const lines = new THREE.LineSegments(geometry, rayMaterial);
-  lines.frustumCulled = false;
-  lines.renderOrder = 2;
-  lines.layers.enable(RAYS_ONLY);
-  if (strokes.count > 0) world.add(lines);
-  return lines;
-})();
+  return geometry;
+}
 
-if (drawnBySoftware) pace.known = lastLevel();
+const classes = [];
 
-/* Ghost order: specular reflections at surfaces that also let light through. */
-ray.order = unpack(data.order.ghost);
-ray.scatter = unpack(data.order.scatter);
-
-const classes = data.classes.list;
-ray.class = unpack(data.classes.of);
+whenData(() => {
+  CURVE_STROKES = curve.leg.length > 50000 ? 1 : 4;
+  firstTime = times && leg.count ? times.begin.reduce((least, v) => Math.min(least, v), Infinity) : 0;
+  Object.assign(strokes, makeStrokes());
+  openHolding();
+  longestPath = strokes.path.reduce((most, v) => Math.max(most, v), 0);
+  rayLines.geometry.dispose();
+  rayLines.geometry = rayGeometry();
+  rayLines.visible = strokes.count > 0;
+  setLevel(0);
+  if (drawnBySoftware) pace.known = lastLevel();
+  /* Ghost order: specular reflections at surfaces that also let light through. */
+  ray.order = unpack(data.order.ghost);
+  ray.scatter = unpack(data.order.scatter);
+  ray.class = unpack(data.classes.of);
+  classes.splice(0, classes.length, ...data.classes.list);
+});
 
 /* Colours that can be told apart on white and on black (Okabe and Ito 2008), then grey. */
 const KINDS = {
@@ -165,9 +179,13 @@ function kindColour(index) {
 const colouring = { mode: data.color };
 
 /* The criteria that were given, which of them each ray matches, and which are switched on: bits. */
-const where = data.where.list;
-ray.where = unpack(data.where.match);
+const where = [];
 let whereOn = -1;
+whenData(() => {
+  if (data.where.list.length !== where.length) whereOn = -1;
+  where.splice(0, where.length, ...data.where.list);
+  ray.where = unpack(data.where.match);
+});
 const allCriteriaOn = () => where.every((_, index) => whereOn & (1 << index));
 
 /* The first of them that a ray matches, of those that are on. */
@@ -206,7 +224,8 @@ function paintRays() {
 scheme.told.push(() => paintRays());
 
 /* What is shown: one class of paths or all, and which of them lie in the region of a detector. */
-const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0, legs: 0 };
+const shown = { class: -1, region: null, state: null, count: 0, inRegion: 0, legs: 0 };
+whenData(() => Object.assign(shown, { class: -1, region: null, state: new Uint8Array(ray.count) }));
 
 function refreshRays() {
   shown.count = shown.inRegion = shown.legs = 0;

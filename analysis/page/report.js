@@ -53,6 +53,9 @@ function showTip(l, x, y) {
   placeTip(x, y);
 }
 
+/* Buttons that others add to the tip of a body: each makes them for an object's index. */
+const bodyActions = [];
+
 function showBodyTip(index, x, y) {
   const hide = element("button", { type: "button", textContent: "hide" });
   hide.addEventListener("click", () => {
@@ -60,7 +63,8 @@ function showBodyTip(index, x, y) {
     hideTip();
   });
   const { name, surface } = scene.objects[index];
-  byId("tip").replaceChildren(element("strong", { textContent: name }), ` ${surface || ""} `, hide);
+  byId("tip").replaceChildren(element("strong", { textContent: name }), ` ${surface || ""} `, hide,
+    ...bodyActions.flatMap((make) => make(index)));
   byId("tip").classList.add("body");
   placeTip(x, y);
 }

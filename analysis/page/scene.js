@@ -143,13 +143,18 @@ function triangles(packed) {
   return { place, corner: unpack(packed.corner) };
 }
 
+/* By what they are made of: those of the data before serve again. */
+let geometries = new Map(), geometriesBefore = new Map();
+whenScene(() => [geometries, geometriesBefore] = [new Map(), geometries]);
+
 /* Geometry g, made when its first object needs it. */
-const geometries = data.geometries.map(() => null);
 function geometryOf(g) {
-  if (geometries[g]) return geometries[g];
-  const { place, corner } = triangles(data.geometries[g]);
-  geometries[g] = { solid: creased(place, corner), line: edges(place, corner) };
-  return geometries[g];
+  const key = JSON.stringify(data.geometries[g]);
+  if (geometries.has(key)) return geometries.get(key);
+  const { place, corner } = geometriesBefore.has(key) ? {} : triangles(data.geometries[g]);
+  const made = geometriesBefore.get(key) || { solid: creased(place, corner), line: edges(place, corner) };
+  geometries.set(key, made);
+  return made;
 }
 
 const matrixOf = (m) => new THREE.Matrix4().set(...m, 0, 0, 0, 1);
@@ -181,7 +186,7 @@ function tintOf(object) {
 function solidMaterial(object) {
   const glass = object.look === "glass";
   const uniforms = { ...shading, tint: { value: new THREE.Vector3() }, look: { value: lookOf[object.look] }, encloses: { value: 0 } };
-  scheme.told.push(() => uniforms.tint.value.fromArray(tintOf(object)));
+  scheme.bodies.push(() => uniforms.tint.value.fromArray(tintOf(object)));
   return new THREE.ShaderMaterial({
     uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: THREE.DoubleSide,
     transparent: glass, depthWrite: !glass,
@@ -191,13 +196,23 @@ function solidMaterial(object) {
 /* Corners of boxes about what the first view must show. */
 const inSight = [];
 
+/* What stands in the world for the present scene. */
+const drawn = [];
+function add(thing) {
+  drawn.push(thing);
+  world.add(thing);
+  return thing;
+}
+
 function boxCorners(box) {
   const corner = (k) => new THREE.Vector3(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z);
   return Array.from({ length: 8 }, (_, k) => corner(k));
 }
 
-/* [{object, group, box, corners}] in the order of the scene's objects. */
-const bodies = scene.objects.map((object, index) => {
+/* [{object, group, box, corners}] in the order of the scene's objects; names of those not shown. */
+const bodies = [], hidden = new Set();
+
+function bodyOf(object, index) {
   const { solid, line } = geometryOf(object.geometry);
   const group = new THREE.Group();
   const mesh = new THREE.Mesh(solid, solidMaterial(object));
@@ -208,32 +223,31 @@ const bodies = scene.objects.map((object, index) => {
   group.matrixAutoUpdate = false;
   group.matrix.copy(matrixOf(object.matrix));
   group.userData.object = index;
-  world.add(group);
+  group.visible = !hidden.has(object.name);
+  add(group);
   if (!solid.boundingBox) solid.computeBoundingBox();
   const corners = boxCorners(solid.boundingBox).map((p) => p.applyMatrix4(group.matrix));
   inSight.push(...corners);
   return { object, group, mesh, corners, box: new THREE.Box3().setFromPoints(corners) };
-});
+}
 
-(() => {
+function openEnclosing() {
   const whole = new THREE.Box3().setFromPoints(inSight).getSize(new THREE.Vector3());
   for (const body of bodies) {
     const own = body.box.getSize(new THREE.Vector3());
     const spans = ["x", "y", "z"].filter((k) => whole[k] > 0 && own[k] >= ENCLOSING * whole[k]).length;
     body.mesh.material.uniforms.encloses.value = spans >= 2 && body.object.look !== "glass" ? 1 : 0;
   }
-})();
+}
 
 function polyline(points, material) {
   const geometry = new THREE.BufferGeometry().setFromPoints(points);
   const line = new THREE.Line(geometry, material);
   line.renderOrder = 1;
-  world.add(line);
-  return line;
+  return add(line);
 }
 
-for (const detector of detectors) {
-  if (detector.type !== "plane") continue;
+function outlineDetector(detector) {
   const at = vectorOf(detector.origin), corner = (u, v) => at.clone()
     .addScaledVector(vectorOf(detector.x), 0.5 * u * detector.size[0])
     .addScaledVector(vectorOf(detector.y), 0.5 * v * detector.size[1]);
@@ -244,7 +258,7 @@ for (const detector of detectors) {
 }
 
 /* A source further from the objects than 1.5 times their size is left out of the first view. */
-(() => {
+function outlineSources() {
   const box = new THREE.Box3().setFromPoints(inSight);
   const size = box.isEmpty() ? 1 : box.getSize(new THREE.Vector3()).length();
   for (const source of scene.sources) {
@@ -265,5 +279,14 @@ for (const detector of detectors) {
     whereabouts.centre.copy(sphere.center);
     whereabouts.radius = sphere.radius || whereabouts.radius;
   }
-})();
+}
+
+whenScene(() => {
+  world.remove(...drawn);
+  drawn.length = inSight.length = 0;
+  bodies.splice(0, bodies.length, ...scene.objects.map(bodyOf));
+  openEnclosing();
+  for (const detector of detectors) if (detector.type === "plane") outlineDetector(detector);
+  outlineSources();
+});
 frames.before.push(() => (shading.parallel.value = camera === orthographic ? 1 : 0));

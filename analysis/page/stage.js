@@ -182,14 +182,16 @@ function resize() {
   redraw();
 }
 
-/* What changes with the scheme asks to be told. */
-const scheme = { dark: false, told: [] };
+/* What changes with the scheme asks to be told; `own` are of the present data, `bodies` of the scene. */
+const scheme = { dark: false, told: [], own: [], bodies: [] };
+whenData(() => (scheme.own = []));
+whenScene(() => (scheme.bodies = []));
 
 function setScheme(dark) {
   scheme.dark = dark;
   document.documentElement.dataset.scheme = dark ? "dark" : "light";
   renderer.setClearColor(getComputedStyle(document.documentElement).getPropertyValue("--stage").trim());
-  for (const call of scheme.told) call();
+  for (const call of [...scheme.bodies, ...scheme.own, ...scheme.told]) call();
   redraw();
 }
 
@@ -220,6 +222,10 @@ function drawAxes() {
 
 /* [{at: Vector3, element, width, height}] */
 const labels = [];
+whenScene(() => {
+  labels.length = 0;
+  byId("labels").replaceChildren();
+});
 
 function addLabel(text, kind, at) {
   const span = element("span", { className: kind, textContent: text });

@@ -28,26 +28,22 @@ void rmap_held_describe(const struct rmap_portion *portion, int rank,
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         info->n_row[t] = portion->n_row[t];
     info->last_ray = info->first_ray + info->n_row[RMAP_TABLE_RAY] - 1;
+    info->digest = rmap_portion_digest(portion);
     rmap_portion_summarise(portion, &info->summary);
 }
 
-static void list_pieces(struct rmap_map *map, const struct rmap_held *held)
+static void list_rows(struct rmap_map_content *content, const struct rmap_portion_info *info)
 {
-    struct rmap_map_content *content = &map->content;
-    content->n_piece = content->cap_piece = (size_t)held->n_rank;
-    for (int r = 0; r < held->n_rank; r++)
-        content->piece[r] =
-            (struct rmap_piece_info){.shard = r, .name = "memory", .encoding = RMAP_ENCODING_PLAIN};
-    for (size_t i = 0; i < held->n; i++)
-        for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
-            content->piece[held->info[i].piece].n_row[t] += held->info[i].n_row[t];
-            content->n_row[t] += held->info[i].n_row[t];
-        }
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+        content->piece[info->piece].n_row[t] += info->n_row[t];
+        content->n_row[t] += info->n_row[t];
+    }
+    rmap_digest_add(&content->digest, info->digest);
 }
 
 /* Memory for all that is needed, so that nothing fails once things change hands. */
-static enum rmap_status make(const struct rmap_held *held, const struct rmap_scene *scene,
-                             struct rmap_map **map_ret, struct rmap_error *err)
+static enum rmap_status make(int n_rank, const struct rmap_scene *scene, struct rmap_map **map_ret,
+                             struct rmap_error *err)
 {
     struct rmap_map *map = rmap_alloc(1, sizeof *map);
     if (!map)
@@ -58,48 +54,105 @@ static enum rmap_status make(const struct rmap_held *held, const struct rmap_sce
     map->path = rmap_strdup("memory");
     map->scene = rmap_alloc(1, sizeof *map->scene);
     map->model = rmap_alloc(1, sizeof *map->model);
+    map->held = rmap_alloc(1, sizeof(void *));
     map->spaces.space = rmap_alloc(1, sizeof *map->spaces.space);
     map->flux_per_weight = rmap_alloc(scene->n_source + 1, sizeof *map->flux_per_weight);
-    map->content.piece = rmap_alloc((size_t)held->n_rank, sizeof *map->content.piece);
+    map->content.piece = rmap_alloc((size_t)n_rank, sizeof *map->content.piece);
     *map_ret = map;
-    if (!map->path || !map->scene || !map->model || !map->spaces.space || !map->flux_per_weight ||
-        !map->content.piece)
+    if (!map->path || !map->scene || !map->model || !map->held || !map->spaces.space ||
+        !map->flux_per_weight || !map->content.piece)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
     return RMAP_OK;
 }
 
-enum rmap_status rmap_map_hold(struct rmap_held *held, struct rmap_scene *scene,
-                               struct rmap_tally *tally, struct rmap_map **map_ret,
-                               struct rmap_error *err)
+enum rmap_status rmap_map_hold(int n_rank, uint64_t seed, struct rmap_scene *scene,
+                               struct rmap_map **map_ret, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    enum rmap_status st = make(held, scene, &map, err);
-    RMAP_TRY(st);
-    list_pieces(map, held);
-    map->content.portion = held->info;
-    map->content.n_portion = map->content.cap_portion = held->n;
-    st = rmap_map_sum_up(map, err);
-    if (st != RMAP_OK) {
-        map->content.portion = NULL;
-        map->content.n_portion = 0;
-        goto out;
-    }
-    map->held = held->portion;
-    *held = (struct rmap_held){.n_rank = held->n_rank, .seed = held->seed};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(make(n_rank, scene, &map, err));
+    map->content.n_piece = map->content.cap_piece = (size_t)n_rank;
+    for (int r = 0; r < n_rank; r++)
+        map->content.piece[r] =
+            (struct rmap_piece_info){.shard = r, .name = "memory", .encoding = RMAP_ENCODING_PLAIN};
+    RMAP_TRY(rmap_map_sum_up(map, err));
+    RMAP_TRY(rmap_tally_create(scene, &map->tally, err));
     map->scene[0] = scene;
     map->spaces.n = map->spaces.cap = 1;
     map->spaces.space[0].mode = (int32_t)scene->channels.mode;
     map->spaces.space[0].n_channel = map->n_channel_max = scene->channels.n;
     map->summary.complete = true;
-    map->summary.n_rank = held->n_rank;
-    map->summary.seed = held->seed;
-    map->tally = tally;
+    map->summary.n_rank = n_rank;
+    map->summary.seed = seed;
     rmap_map_derive_flux(map);
     *map_ret = map;
     map = NULL;
 out:
     rmap_map_close(map);
     return st;
+}
+
+size_t rmap_held_nbytes(const struct rmap_portion *portion)
+{
+    size_t nbytes = 0;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (rmap_portion_column(portion, (enum rmap_column)c))
+            nbytes += rmap_portion_row_nbytes(portion, (enum rmap_column)c) *
+                      portion->cap[rmap_column_info((enum rmap_column)c)->table];
+    return nbytes;
+}
+
+size_t rmap_map_held_nbytes(const struct rmap_map *map)
+{
+    return map->held_nbytes;
+}
+
+/* Behind those that are there. */
+static enum rmap_status append(struct rmap_map *map, const struct rmap_held *more,
+                               struct rmap_error *err)
+{
+    struct rmap_map_content *content = &map->content;
+    const size_t n = content->n_portion + more->n;
+    struct rmap_portion **held = rmap_realloc(map->held, n + 1, sizeof(void *));
+    if (held)
+        map->held = held;
+    struct rmap_portion_info *info =
+        held ? rmap_realloc(content->portion, n + 1, sizeof *content->portion) : NULL;
+    if (!info)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
+    content->portion = info;
+    content->cap_portion = n + 1;
+    for (size_t i = 0; i < more->n; i++) {
+        held[content->n_portion + i] = more->portion[i];
+        info[content->n_portion + i] = more->info[i];
+    }
+    content->n_portion = n;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_hold_more(struct rmap_map *map, struct rmap_held *more,
+                                    const struct rmap_tally *tally, struct rmap_error *err)
+{
+    struct rmap_map_content *content = &map->content;
+    const size_t n_before = content->n_portion;
+    enum rmap_status st = append(map, more, err);
+    if (st != RMAP_OK)
+        return st;
+    for (size_t i = 0; i < more->n; i++)
+        list_rows(content, &more->info[i]);
+    st = rmap_map_sum_up(map, err);
+    if (st != RMAP_OK) {
+        content->n_portion = n_before;
+        return st;
+    }
+    for (size_t i = 0; i < more->n; i++)
+        map->held_nbytes += more->portion[i] ? rmap_held_nbytes(more->portion[i]) : 0;
+    rmap_free(more->portion); /* the list; what is in it is the map's */
+    rmap_free(more->info);
+    *more = (struct rmap_held){.n_rank = more->n_rank, .seed = more->seed};
+    rmap_tally_merge(map->tally, tally);
+    rmap_map_derive_flux(map);
+    return RMAP_OK;
 }
 
 bool rmap_map_is_held(const struct rmap_map *map)

@@ -22,12 +22,20 @@ void rmap_held_fini(struct rmap_held *held);
 void rmap_held_describe(const struct rmap_portion *portion, int rank,
                         struct rmap_portion_info *info);
 
-/* Takes over, on success, the scene, the tally of all ranks' rays, and what `held` has.
- * RMAP_SYSTEM.
- */
-enum rmap_status rmap_map_hold(struct rmap_held *held, struct rmap_scene *scene,
-                               struct rmap_tally *tally, struct rmap_map **map_ret,
-                               struct rmap_error *err) RMAP_MUST_USE;
+/* One without rays, of so many ranks. Takes the scene over on success. RMAP_SYSTEM. */
+enum rmap_status rmap_map_hold(int n_rank, uint64_t seed, struct rmap_scene *scene,
+                               struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes over, on success, what `more` has: rays of the same scene and seed, which come behind those
+ * that the map has. The tally of theirs is added and stays the caller's. RMAP_SYSTEM: the map can
+ * be closed and nothing else. */
+enum rmap_status rmap_map_hold_more(struct rmap_map *map, struct rmap_held *more,
+                                    const struct rmap_tally *tally,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes of this rank's portions. */
+size_t rmap_map_held_nbytes(const struct rmap_map *map);
+size_t rmap_held_nbytes(const struct rmap_portion *portion); /* of one */
 
 /* Whether a map is one of these: a rank can read the portions of its own shard alone. */
 bool rmap_map_is_held(const struct rmap_map *map);

@@ -67,6 +67,8 @@ struct rmap_map {
     struct rmap_column_files *_Atomic column_files; /* beside pieces; NULL: none looked for yet */
     struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
     struct rmap_portion **held; /* [n_portion] in memory (map_held.h); NULL: it lies on disk */
+    size_t held_nbytes;         /* of them */
+    unsigned n_lent;            /* users beside the first (rmap_map_lend) */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its

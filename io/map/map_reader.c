@@ -491,10 +491,19 @@ void rmap_map_forget(struct rmap_map *map)
     map->paths_nbytes = 0;
 }
 
+struct rmap_map *rmap_map_lend(struct rmap_map *map)
+{
+    map->n_lent++;
+    return map;
+}
+
 void rmap_map_close(struct rmap_map *map)
 {
-    if (!map)
+    if (!map || map->n_lent > 0) {
+        if (map)
+            map->n_lent--;
         return;
+    }
     (void)pthread_mutex_destroy(&map->lock);
     for (size_t i = 0; map->held && i < map->content.n_portion; i++)
         rmap_portion_destroy(map->held[i]);

@@ -80,6 +80,9 @@ enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_re
                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_close(struct rmap_map *map);
 
+/* The same map for one more user, who closes it, too. Of one thread. */
+struct rmap_map *rmap_map_lend(struct rmap_map *map);
+
 /* What was wrong with pieces and journals beside an incomplete index: one line each. Borrowed. */
 size_t rmap_map_n_trouble(const struct rmap_map *map);
 const char *rmap_map_trouble(const struct rmap_map *map, size_t i);

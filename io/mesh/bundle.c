@@ -31,12 +31,10 @@ void rmap_scene_options_fini(struct rmap_scene_options *options)
 static const struct rmap_text_kind scene_file = {
     "a scene file", "YAML text", " (meshes belong into files of their own)", (size_t)64 << 20};
 
-/* text: NULL: that of the file. */
-static enum rmap_status make(const char *path, const char *text, size_t nbytes,
-                             struct rmap_scene_options *options, struct rmap_bundle **bundle_ret,
-                             struct rmap_error *err)
+/* Without a text. */
+static enum rmap_status begin(const char *path, struct rmap_scene_options *options,
+                              struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene_options taken = {0};
     if (options) {
         taken = *options;
@@ -48,39 +46,66 @@ static enum rmap_status make(const char *path, const char *text, size_t nbytes,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
     }
     bundle->options = taken;
+    bundle->loads_plugins = 1;
     bundle->path = rmap_strdup(path);
     if (!bundle->path) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-        goto out;
+        rmap_bundle_destroy(bundle);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
     }
-    if (text) {
-        bundle->text = rmap_alloc(nbytes + 1, 1);
-        if (!bundle->text)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
-        memcpy(bundle->text, text, nbytes);
-        bundle->text_nbytes = nbytes;
-    } else {
-        RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
-    }
-    bundle->loads_plugins = 1;
     *bundle_ret = bundle;
-    bundle = NULL;
-out:
-    rmap_bundle_destroy(bundle);
-    return st;
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
-    return make(path, NULL, 0, options, bundle_ret, err);
+    struct rmap_bundle *bundle = NULL;
+    enum rmap_status st = begin(path, options, &bundle, err);
+    if (st == RMAP_OK)
+        st = rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err);
+    if (st == RMAP_OK)
+        *bundle_ret = bundle;
+    else
+        rmap_bundle_destroy(bundle);
+    return st;
 }
 
-enum rmap_status rmap_bundle_of_text(const char *path, const char *text, size_t nbytes,
+static enum rmap_status put_text(struct rmap_bundle *bundle, const char *text,
+                                 struct rmap_error *err)
+{
+    char *copy = rmap_strdup(text);
+    if (!copy)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    rmap_free(bundle->text);
+    bundle->text = copy;
+    bundle->text_nbytes = strlen(copy);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_of_text(const char *path, const char *text,
                                      struct rmap_scene_options *options,
                                      struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
-    return make(path, text, nbytes, options, bundle_ret, err);
+    struct rmap_bundle *bundle = NULL;
+    enum rmap_status st = begin(path, options, &bundle, err);
+    if (st == RMAP_OK)
+        st = put_text(bundle, text, err);
+    if (st == RMAP_OK)
+        *bundle_ret = bundle;
+    else
+        rmap_bundle_destroy(bundle);
+    return st;
+}
+
+enum rmap_status rmap_bundle_edit(struct rmap_bundle *bundle, const char *text,
+                                  struct rmap_scene_options *options, struct rmap_error *err)
+{
+    if (options) {
+        rmap_scene_options_fini(&bundle->options);
+        bundle->options = *options;
+        *options = (struct rmap_scene_options){0};
+    }
+    return put_text(bundle, text, err);
 }
 
 void rmap_bundle_destroy(struct rmap_bundle *bundle)

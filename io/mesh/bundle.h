@@ -79,12 +79,18 @@ struct rmap_bundle {
 enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;
-/* The same of a text, which is copied, as if it stood at the path. */
-enum rmap_status rmap_bundle_of_text(const char *path, const char *text, size_t nbytes,
+void rmap_bundle_destroy(struct rmap_bundle *bundle);
+
+/* The same of a text that stands in memory, with the files beside `path`. RMAP_SYSTEM. */
+enum rmap_status rmap_bundle_of_text(const char *path, const char *text,
                                      struct rmap_scene_options *options,
                                      struct rmap_bundle **bundle_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
-void rmap_bundle_destroy(struct rmap_bundle *bundle);
+
+/* Another text, of a scene that names no more files; other options (taken over). RMAP_SYSTEM. */
+enum rmap_status rmap_bundle_edit(struct rmap_bundle *bundle, const char *text,
+                                  struct rmap_scene_options *options,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* What a scene's file is called in new maps, so that its name is no part of the scene; maps of
  * before have the file's own. Keeps the folder, where plug-ins are found. RMAP_SYSTEM. */

@@ -62,8 +62,8 @@ static enum rmap_status read_format(const char *path, enum rmap_draw_format *for
         enum rmap_draw_format format;
     } known[] = {{".svg", RMAP_DRAW_PICTURE},  {".png", RMAP_DRAW_PICTURE},
                  {".apng", RMAP_DRAW_PICTURE}, {".html", RMAP_DRAW_PAGE},
-                 {".vtp", RMAP_DRAW_POLYDATA}, {".glb", RMAP_DRAW_GLTF},
-                 {".gltf", RMAP_DRAW_GLTF}};
+                 {".json", RMAP_DRAW_PAGE},    {".vtp", RMAP_DRAW_POLYDATA},
+                 {".glb", RMAP_DRAW_GLTF},     {".gltf", RMAP_DRAW_GLTF}};
     const char *suffix = path ? strrchr(path, '.') : NULL;
     if (!path)
         return rmap_error_set(err, RMAP_USAGE,
@@ -74,6 +74,35 @@ static enum rmap_status read_format(const char *path, enum rmap_draw_format *for
             return RMAP_OK;
         }
     return RMAP_OK; /* rmap_output_check tells the suffixes */
+}
+
+/* "rays,detectors" */
+static enum rmap_status read_parts(const char *text, struct rmap_draw_request *request,
+                                   struct rmap_error *err)
+{
+    static const struct {
+        const char *word;
+        unsigned part;
+    } known[] = {
+        {"scene", RMAP_PAGE_SCENE}, {"rays", RMAP_PAGE_RAYS}, {"detectors", RMAP_PAGE_DETECTORS}};
+    const char *suffix = request->output_path ? strrchr(request->output_path, '.') : NULL;
+    request->is_data = suffix && strcasecmp(suffix, ".json") == 0;
+    request->parts = text ? 0 : RMAP_PAGE_ALL;
+    if (text && !request->is_data)
+        return rmap_error_set(err, RMAP_USAGE, "--parts is for the data of a page: -o OUT.json");
+    for (const char *at = text; at; at = *at ? at + 1 : NULL) {
+        const size_t n = strcspn(at, ",");
+        unsigned part = 0;
+        for (size_t i = 0; i < sizeof known / sizeof *known; i++)
+            if (strlen(known[i].word) == n && memcmp(known[i].word, at, n) == 0)
+                part = known[i].part;
+        if (!part)
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "--parts '%s': say some of scene, rays and detectors", text);
+        request->parts |= part;
+        at += n;
+    }
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_read_eye(const char *text, double eye[2], struct rmap_error *err)
@@ -202,7 +231,8 @@ out:
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                         struct rmap_draw_request *request, struct rmap_error *err)
 {
-    static const char *const suffixes[] = {".svg", ".png", ".html", ".vtp", ".glb", ".gltf", NULL};
+    static const char *const suffixes[] = {".svg", ".png", ".html", ".json",
+                                           ".vtp", ".glb", ".gltf", NULL};
     enum rmap_status st = RMAP_OK;
     *request = (struct rmap_draw_request){.map_path = given->operand[0],
                                           .output_path = rmap_argument(given, "output"),
@@ -219,7 +249,10 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
         request->paint != RMAP_PAINT_PATH)
         return rmap_error_set(
             err, RMAP_USAGE, "--by tells classes of paths apart: say --color path, or draw a page");
+    RMAP_TRY(read_parts(rmap_argument(given, "parts"), request, err));
     RMAP_TRY(read_numbers(given, request, err));
+    if (!(request->parts & RMAP_PAGE_RAYS))
+        request->limit = 1; /* none is shown */
     RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
     if (request->n_where > 1 && request->paint != RMAP_PAINT_CRITERION) {
         if (rmap_argument(given, "color"))

@@ -11,7 +11,7 @@
 
 enum rmap_draw_format {
     RMAP_DRAW_PICTURE,  /* .svg, .png */
-    RMAP_DRAW_PAGE,     /* .html */
+    RMAP_DRAW_PAGE,     /* .html, and its data, .json */
     RMAP_DRAW_POLYDATA, /* .vtp */
     RMAP_DRAW_GLTF      /* .glb, .gltf */
 };
@@ -22,6 +22,8 @@ struct rmap_draw_request {
     char **where;       /* [n_where] */
     size_t n_where;
     enum rmap_draw_format format;
+    bool is_data;   /* .json */
+    unsigned parts; /* of the page, RMAP_PAGE_SCENE ... */
     uint64_t limit;
     bool thin; /* nobody asked for so many */
     enum rmap_view_kind kind;

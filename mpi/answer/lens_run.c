@@ -146,7 +146,7 @@ static enum rmap_status check(const struct rmap_context *context,
                               const struct configurations *configurations,
                               struct rmap_diagnostics *told, struct rmap_error *err)
 {
-    struct rmap_import_text text = {lens->scene, lens->text, lens->text_nbytes, NULL};
+    struct rmap_import_text text = {lens->scene, lens->text, NULL};
     enum rmap_status st = rmap_import_check(context, &text, told, err);
     for (int k = 1; k <= CONFIGURATIONS_MAX && configurations->name[k][0] && st == RMAP_OK; k++) {
         text.simulation = configurations->name[k];

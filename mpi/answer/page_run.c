@@ -86,11 +86,14 @@ enum rmap_status rmap_page_run(const struct rmap_context *context,
     struct rmap_detector_image *image[MOST_IMAGES] = {NULL};
     struct rmap_path_keys *keys = NULL;
     struct rmap_path_report *report = NULL;
-    size_t n = rmap_scene_with(page->map, page->overlay)->n_detector;
+    size_t n = 0;
+    if (page->parts & RMAP_PAGE_DETECTORS)
+        n = rmap_scene_with(page->map, page->overlay)->n_detector;
     n = n < MOST_IMAGES ? n : MOST_IMAGES;
     for (size_t d = 0; d < n; d++)
         RMAP_TRY(make_image(context, criterion, page, (int32_t)d, &image[d], err));
-    RMAP_TRY(find_paths(context, criterion, page, &keys, &report, err));
+    if (page->parts & RMAP_PAGE_RAYS)
+        RMAP_TRY(find_paths(context, criterion, page, &keys, &report, err));
     page->paths = report;
     page->n_image = n;
     page->image = image;

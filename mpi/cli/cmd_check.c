@@ -93,7 +93,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_surface_question question, *asked = NULL;
     const struct rmap_source *lamp = NULL;
-    RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
+    RMAP_TRY(rmap_load_bundle(context, checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_check(checked->bundle, context->n_thread, seed, &checked->diagnostics,
                           &checked->found, err);
     checked->scene = checked->found.scene;

@@ -38,8 +38,8 @@ static const struct rmap_option options[] = {
     RMAP_RECEIVERS_OPTION,
     RMAP_SCENE_RAYS_OPTION(20000),
     {"output", 'o', "OUT",
-     "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
-     "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
+     "OUT.svg or OUT.png: a picture; OUT.html: a page to explore, OUT.json: the data of one; "
+     "OUT.vtp: polylines for ParaView; OUT.glb, OUT.gltf: a glTF scene"},
     {"limit", 'l', "N",
      "draw the N matching rays with the smallest ids, of several criteria in colours each its "
      "share "
@@ -72,6 +72,9 @@ static const struct rmap_option options[] = {
      "a film of the light on its way, of a map with arrival times: for each step (ns, or with a "
      "unit behind) the light that is under way, and what was registered by then; OUT-0001.png and "
      "so on (or .svg), or OUT.apng, which browsers play"},
+    {"parts", 0, "LIST",
+     "of OUT.json: scene, rays, detectors, those that are listed with commas between (default: "
+     "all)"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
@@ -193,6 +196,8 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
                              .n_matched = self->count[0].rays,
                              .kind = self->request.kind,
                              .paint = self->request.paint,
+                             .is_data = self->request.is_data,
+                             .parts = self->request.parts,
                              .level =
                                  self->request.has_level ? self->request.level : RMAP_PATH_SURFACE};
     if (self->request.paint == RMAP_PAINT_CRITERION) {

@@ -15,7 +15,7 @@ static const struct rmap_command *const command[] = {
     &rmap_command_select,     &rmap_command_keep,     &rmap_command_index,   &rmap_command_session,
     &rmap_command_glass,      &rmap_command_import,   &rmap_command_update,  &rmap_command_voxels,
     &rmap_command_irradiance, &rmap_command_glare,    &rmap_command_events,  &rmap_command_sweep,
-    &rmap_command_bench,
+    &rmap_command_serve,      &rmap_command_open,     &rmap_command_bench,
 };
 
 int main(int argc, char **argv)

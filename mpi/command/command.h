@@ -59,6 +59,8 @@ extern const struct rmap_command rmap_command_irradiance;
 extern const struct rmap_command rmap_command_glare;
 extern const struct rmap_command rmap_command_events;
 extern const struct rmap_command rmap_command_sweep;
+extern const struct rmap_command rmap_command_serve;
+extern const struct rmap_command rmap_command_open;
 extern const struct rmap_command rmap_command_bench;
 
 #endif

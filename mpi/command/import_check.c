@@ -44,9 +44,8 @@ enum rmap_status rmap_import_check(const struct rmap_context *context,
     rmap_diagnostics_init(&its, text->path);
     if (text->simulation && !options.simulation)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
-    st = text->text
-             ? rmap_bundle_of_text(text->path, text->text, text->nbytes, &options, &bundle, err)
-             : rmap_bundle_open(text->path, &options, &bundle, err);
+    st = text->text ? rmap_bundle_of_text(text->path, text->text, &options, &bundle, err)
+                    : rmap_bundle_open(text->path, &options, &bundle, err);
     if (st == RMAP_OK)
         st = rmap_scene_check(bundle, context->n_thread, 1, &its, &checked, err);
     if (st == RMAP_INPUT && its.n_error == 0)

@@ -13,7 +13,6 @@
 struct rmap_import_text {
     const char *path;
     const char *text; /* that stands there, or will; NULL: that of the file */
-    size_t nbytes;
     const char *simulation; /* NULL: none is chosen */
 };
 

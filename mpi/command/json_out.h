@@ -26,10 +26,10 @@ enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error 
 /* What was found in a file: [{"line", "text"}, ...]. */
 json_t *rmap_json_findings(const struct rmap_diagnostics *findings);
 
-/* Everything of a scene, as `check --json` has it. */
+/* What a scene's reader found: [{"severity", "line", "column", "text", "file"}, ...]. */
 json_t *rmap_json_diagnostics(const struct rmap_diagnostics *diagnostics);
 
-/* The same on one line, for a stream of documents. */
+/* A document on one line, for a stream of documents. */
 enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -188,8 +188,7 @@ static enum rmap_status check_text(const struct rmap_lens_import *import, bool *
 {
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene_checked checked = {0};
-    enum rmap_status st =
-        rmap_bundle_of_text(import->scene, import->text, import->text_nbytes, NULL, &bundle, err);
+    enum rmap_status st = rmap_bundle_of_text(import->scene, import->text, NULL, &bundle, err);
     if (st == RMAP_OK)
         st = rmap_scene_check(bundle, 1, 1, told, &checked, err);
     *readable = checked.scene != NULL;

@@ -17,6 +17,7 @@
 #include "io/map/map_writer.h"
 #include "io/mesh/bundle_pack.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/parallel/at_hand.h"
 #include "mpi/parallel/progress.h"
 
 enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
@@ -48,21 +49,41 @@ out:
     return st;
 }
 
-/* Rank 0: the scene from its files, every mistake on stderr. */
+/* Of the scene at hand: its text as it is by now, with the meshes of its map or beside its file. */
+static enum rmap_status bundle_at_hand(const struct rmap_at_hand *at_hand,
+                                       struct rmap_scene_options *options,
+                                       struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (!at_hand->bundle)
+        return rmap_bundle_of_text(at_hand->path, at_hand->text, options, bundle_ret, err);
+    RMAP_TRY(rmap_bundle_pack(at_hand->bundle, &blob, &nbytes, err));
+    RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle_ret, err));
+    st = rmap_bundle_edit(*bundle_ret, at_hand->text, options, err);
+out:
+    rmap_free(blob);
+    return st;
+}
+
+enum rmap_status rmap_load_bundle(const struct rmap_context *context, const char *path,
+                                  struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    if (context->at_hand && strcmp(path, context->at_hand->path) == 0)
+        return bundle_at_hand(context->at_hand, options, bundle_ret, err);
+    return rmap_bundle_open(path, options, bundle_ret, err);
+}
+
+/* Rank 0: the scene from its files. */
 static enum rmap_status read_scene(const struct rmap_context *context, const char *path,
-                                   struct rmap_scene_options *options, struct rmap_bundle **bundle,
+                                   struct rmap_scene_options *options,
+                                   struct rmap_diagnostics *found, struct rmap_bundle **bundle,
                                    struct rmap_scene **scene, struct rmap_error *err)
 {
-    struct rmap_diagnostics diagnostics;
-    rmap_diagnostics_init(&diagnostics, path);
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_bundle_open(path, options, bundle, err));
-    st = rmap_scene_read(*bundle, scene, &diagnostics, err);
-    if (st != RMAP_OK || !context->quiet)
-        rmap_diagnostics_print(&diagnostics, stderr);
-out:
-    rmap_diagnostics_fini(&diagnostics);
-    return st;
+    const enum rmap_status st = rmap_load_bundle(context, path, options, bundle, err);
+    return st == RMAP_OK ? rmap_scene_read(*bundle, scene, found, err) : st;
 }
 
 /* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. */
@@ -87,13 +108,29 @@ enum rmap_status rmap_load_scene(const struct rmap_context *context, const char 
                                  struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
                                  struct rmap_error *err)
 {
+    struct rmap_diagnostics found;
+    rmap_diagnostics_init(&found, path);
+    const enum rmap_status st =
+        rmap_load_scene_told(context, path, options, &found, bundle_ret, scene_ret, err);
+    if (context->rank == 0 && (st != RMAP_OK || !context->quiet))
+        rmap_diagnostics_print(&found, stderr);
+    rmap_diagnostics_fini(&found);
+    return st;
+}
+
+enum rmap_status rmap_load_scene_told(const struct rmap_context *context, const char *path,
+                                      struct rmap_scene_options *options,
+                                      struct rmap_diagnostics *found,
+                                      struct rmap_bundle **bundle_ret,
+                                      struct rmap_scene **scene_ret, struct rmap_error *err)
+{
     enum rmap_status st = RMAP_OK;
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     uint8_t *blob = NULL;
     size_t nbytes = 0;
     if (context->rank == 0)
-        st = read_scene(context, path, options, &bundle, &scene, err);
+        st = read_scene(context, path, options, found, &bundle, &scene, err);
     if (st == RMAP_OK && context->rank == 0 && context->size > 1)
         st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -219,6 +256,10 @@ enum rmap_status rmap_load_map(const struct rmap_context *context, const char *p
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
+    if (context->at_hand && strcmp(path, context->at_hand->path) == 0) {
+        *map_ret = rmap_map_lend(context->at_hand->map);
+        return RMAP_OK;
+    }
     enum rmap_status st = context->rank == 0 ? rmap_map_open(path, &map, err) : RMAP_OK;
     st = join_map(context, path, st, &map, err);
     if (st != RMAP_OK)

@@ -26,6 +26,12 @@ enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
                                          struct rmap_scene_options *options,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of a scene's file, or of what is at hand of it. options are taken over. */
+enum rmap_status rmap_load_bundle(const struct rmap_context *context, const char *path,
+                                  struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
 /* Collective. Rank 0 reads the scene and all its files and prints every mistake found; the other
  * ranks build the same scene from what it sends. options are taken over. The caller destroys
  * both. */
@@ -33,6 +39,14 @@ enum rmap_status rmap_load_scene(const struct rmap_context *context, const char 
                                  struct rmap_scene_options *options,
                                  struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same; what was found is told there, on rank 0, in place of being printed. */
+enum rmap_status rmap_load_scene_told(const struct rmap_context *context, const char *path,
+                                      struct rmap_scene_options *options,
+                                      struct rmap_diagnostics *found,
+                                      struct rmap_bundle **bundle_ret,
+                                      struct rmap_scene **scene_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* Collective. The best of Embree's instruction sets that all ranks have. */
 enum rmap_status rmap_common_isa(const struct rmap_context *context, int *level_ret,

@@ -10,14 +10,16 @@
 #include <stdbool.h>
 
 struct rmap_watchdog;
+struct rmap_at_hand; /* mpi/parallel/at_hand.h */
 
 struct rmap_context {
     MPI_Comm comm; /* the program's own duplicate of the world */
     int rank, size;
-    int n_thread;                   /* worker threads of this rank, >= 1 */
-    bool json;                      /* --json: exactly one JSON document on stdout */
-    bool quiet;                     /* --quiet: no talk but errors */
-    struct rmap_watchdog *watchdog; /* tells of ranks that do not answer; NULL: nobody does */
+    int n_thread;                       /* worker threads of this rank, >= 1 */
+    bool json;                          /* --json: exactly one JSON document on stdout */
+    bool quiet;                         /* --quiet: no talk but errors */
+    struct rmap_watchdog *watchdog;     /* tells of ranks that do not answer; NULL: nobody does */
+    const struct rmap_at_hand *at_hand; /* of a server; NULL: files are opened */
 };
 
 #endif

@@ -11,7 +11,7 @@ static const int watched[] = {SIGTERM, SIGINT, SIGUSR1};
 
 /* A signal handler can tell nobody but a static: with the flag of
  * io/export/json_memory.c the one piece of global state in the program. */
-static volatile sig_atomic_t caught; /* negative: of a question */
+static _Atomic sig_atomic_t caught; /* negative: of a question */
 
 static void remember(int number)
 {
@@ -51,7 +51,14 @@ bool rmap_interrupt_stops_question(void)
 
 void rmap_interrupt_forget(void)
 {
-    caught = 0;
+    if (caught < 0)
+        caught = 0;
+}
+
+void rmap_interrupt_stop_question(void)
+{
+    if (caught == 0)
+        caught = -SIGINT;
 }
 
 enum rmap_status rmap_interrupt_stopped(struct rmap_error *err)

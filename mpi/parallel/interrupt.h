@@ -16,7 +16,8 @@ void rmap_interrupt_watch(void);
  * question that is being answered. Waiting for input ends with EINTR. */
 void rmap_interrupt_watch_questions(void);
 bool rmap_interrupt_stops_question(void);
-void rmap_interrupt_forget(void); /* for the next question */
+void rmap_interrupt_forget(void);        /* for the next question */
+void rmap_interrupt_stop_question(void); /* as SIGINT would; of any thread */
 
 /* Number of the signal that came, or 0. */
 int rmap_interrupt_caught(void);

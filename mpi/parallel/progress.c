@@ -12,8 +12,12 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "mpi/parallel/at_hand.h"
+
 /* Between two lines of a log: a tenth of the time so far. */
 enum { LOG_FIRST_S = 10, LOG_MOST_S = 900 };
+
+static const double told_s = 0.1; /* between two, of who asked */
 
 /* Goes past standard error's guard (terminal.h), which shows it instead. */
 #define CLEAR_LINE "\r\033[K"
@@ -33,6 +37,8 @@ void rmap_progress_init(struct rmap_progress *progress, const struct rmap_contex
                     : terminal ? 0.25
                                : LOG_FIRST_S,
         .terminal = terminal,
+        .at_hand = context->rank == 0 ? context->at_hand : NULL,
+        .told = now,
     };
 }
 
@@ -80,10 +86,15 @@ static void print_line(const struct rmap_progress *progress, uint64_t done, doub
 
 void rmap_progress_show(struct rmap_progress *progress, uint64_t done)
 {
-    if (progress->interval <= 0.0 || progress->total == 0)
+    if (progress->total == 0 || (progress->interval <= 0.0 && !progress->at_hand))
         return;
     const double now = rmap_clock_seconds(), passed = now - progress->begun;
-    if (now - progress->last < progress->interval)
+    if (progress->at_hand && progress->at_hand->progressed && now - progress->told > told_s) {
+        progress->told = now;
+        progress->at_hand->progressed(progress->at_hand->context,
+                                      (double)done / (double)progress->total);
+    }
+    if (progress->interval <= 0.0 || now - progress->last < progress->interval)
         return;
     progress->last = now;
     progress->shown = true;

@@ -23,6 +23,8 @@ struct rmap_progress {
     double interval;    /* between two lines; 0: shows nothing */
     bool terminal;
     bool shown;
+    const struct rmap_at_hand *at_hand; /* who is told besides; NULL: nobody */
+    double told;                        /* when */
 };
 
 void rmap_progress_init(struct rmap_progress *progress, const struct rmap_context *context,

@@ -446,10 +446,9 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
                                      : load(group, &options, &own, &scene, err));
         pass(&begun, &run->times.scenes);
         const double before = run->times.tracing;
-        RMAP_TRY(rmap_trace_held_from(&group->context, group->last, scene, run->sweep->seed,
-                                      run->sweep->n_ray, group->isa_level, &map,
-                                      &run->times.tracing, &run->n_reused, err));
-        scene = NULL; /* the map's */
+        RMAP_TRY(rmap_trace_held(&group->context, group->last, &scene, run->sweep->seed,
+                                 run->sweep->n_ray, group->isa_level, &map, &run->times.tracing,
+                                 &run->n_reused, err));
         pass(&begun, &run->times.trees);
         run->times.trees -= run->times.tracing - before;
     }

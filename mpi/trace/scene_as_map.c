@@ -18,13 +18,13 @@ static enum rmap_status trace(const struct rmap_context *context, const char *pa
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     double seconds = 0.0;
+    uint64_t reused = 0;
     int level = -1;
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_load_scene(context, path, &options, &bundle, &scene, err));
     RMAP_TRY(rmap_common_isa(context, &level, err));
-    RMAP_TRY(rmap_trace_held(context, scene, 1, scene->n_source > 0 ? n_ray : 0, level, map_ret,
-                             &seconds, err));
-    scene = NULL; /* the map's */
+    RMAP_TRY(rmap_trace_held(context, NULL, &scene, 1, scene->n_source > 0 ? n_ray : 0, level,
+                             map_ret, &seconds, &reused, err));
 out:
     rmap_scene_destroy(scene);
     rmap_bundle_destroy(bundle);
@@ -37,7 +37,8 @@ enum rmap_status rmap_load_map_or_scene(const struct rmap_context *context,
                                         struct rmap_error *err)
 {
     const bool has_n = rmap_argument(given, "rays") != NULL;
-    const bool is_scene = rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml");
+    const bool is_scene =
+        !context->at_hand && (rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml"));
     enum rmap_status st = rmap_argument_count(given, "rays", &n_ray, err);
     if (st == RMAP_OK && has_n && !is_scene)
         st = rmap_error_set(err, RMAP_USAGE, "-n is for a scene (.yaml): a map has its rays");

@@ -22,7 +22,8 @@ enum { PORTION_RAYS = RMAP_BLOCK_RAYS };
 struct tracing {
     const struct rmap_context *context;
     struct rmap_tracer tracer;
-    uint64_t n_ray;
+    uint64_t end;    /* of the rays */
+    size_t n_before; /* portions that are there */
     struct rmap_held held;
     struct rmap_tally **tally; /* [n_thread] */
     _Atomic size_t nbytes;     /* of all portions so far */
@@ -31,16 +32,6 @@ struct tracing {
     struct rmap_reuse_reader **reader; /* [n_thread], or NULL */
     _Atomic uint64_t n_reused;
 };
-
-static size_t nbytes_of(const struct rmap_portion *portion)
-{
-    size_t nbytes = 0;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (rmap_portion_column(portion, (enum rmap_column)c))
-            nbytes += rmap_portion_row_nbytes(portion, (enum rmap_column)c) *
-                      portion->cap[rmap_column_info((enum rmap_column)c)->table];
-    return nbytes;
-}
 
 /* *n_ret: so many rays from there on, which the older map has. */
 static enum rmap_status take_over(struct tracing *self, int thread, uint64_t ray, uint64_t end,
@@ -65,8 +56,8 @@ static enum rmap_status trace_portion(struct tracing *self, int thread, size_t i
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = self->tracer.scene;
     struct rmap_portion **portion = &self->held.portion[index];
-    const uint64_t first = (uint64_t)index * PORTION_RAYS;
-    const uint64_t end = first + PORTION_RAYS < self->n_ray ? first + PORTION_RAYS : self->n_ray;
+    const uint64_t first = (uint64_t)(self->n_before + index) * PORTION_RAYS;
+    const uint64_t end = first + PORTION_RAYS < self->end ? first + PORTION_RAYS : self->end;
     struct rmap_portion_recorder history;
     struct rmap_tally_recorder recorder = {.tally = NULL};
     RMAP_TRY(rmap_portion_create((size_t)(end - first), scene->channels.n, portion, err));
@@ -86,15 +77,22 @@ static enum rmap_status trace_portion(struct tracing *self, int thread, size_t i
     if (history.status != RMAP_OK || recorder.status != RMAP_OK)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the histories of rays"));
     rmap_held_describe(*portion, self->context->rank, &self->held.info[index]);
-    if (atomic_fetch_add(&self->nbytes, nbytes_of(*portion)) > RMAP_HELD_NBYTES_MAX)
+    if (atomic_fetch_add(&self->nbytes, rmap_held_nbytes(*portion)) > RMAP_HELD_NBYTES_MAX)
         st = rmap_error_set(
             err, RMAP_USAGE,
             "%llu rays take more memory than %d MiB: fewer rays, more ranks, or a map on disk "
             "(raymap trace; 'keep: maps' of a sweep)",
-            (unsigned long long)self->n_ray, (int)(RMAP_HELD_NBYTES_MAX >> 20));
+            (unsigned long long)self->end, (int)(RMAP_HELD_NBYTES_MAX >> 20));
 out:
     rmap_tally_recorder_fini(&recorder);
     return st;
+}
+
+/* The first of the new portions that is a rank's: of all of them it has every size-th. */
+static size_t first_of(const struct tracing *self, int rank)
+{
+    const size_t size = (size_t)self->context->size;
+    return (size + (size_t)rank - self->n_before % size) % size;
 }
 
 static enum rmap_status trace_some(void *context, int thread, size_t first, size_t last,
@@ -102,9 +100,9 @@ static enum rmap_status trace_some(void *context, int thread, size_t first, size
 {
     struct tracing *self = context;
     enum rmap_status st = RMAP_OK;
-    const size_t rank = (size_t)self->context->rank, size = (size_t)self->context->size;
+    const size_t size = (size_t)self->context->size;
     for (size_t i = first; i < last && st == RMAP_OK; i++)
-        st = trace_portion(self, thread, rank + i * size, err);
+        st = trace_portion(self, thread, first_of(self, self->context->rank) + i * size, err);
     return st;
 }
 
@@ -112,8 +110,8 @@ static enum rmap_status trace_some(void *context, int thread, size_t first, size
 static enum rmap_status trace_share(struct tracing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t rank = (size_t)self->context->rank, size = (size_t)self->context->size;
-    const size_t n = self->held.n > rank ? (self->held.n - rank - 1) / size + 1 : 0;
+    const size_t mine = first_of(self, self->context->rank), size = (size_t)self->context->size;
+    const size_t n = self->held.n > mine ? (self->held.n - mine - 1) / size + 1 : 0;
     struct rmap_parts parts = {.last = n, .step = 1, .context = self, .work = trace_some};
     for (int i = 0; i < self->context->n_thread; i++)
         RMAP_TRY(rmap_tally_create(self->tracer.scene, &self->tally[i], err));
@@ -162,42 +160,37 @@ static enum rmap_status share_rows(struct tracing *self, struct rmap_error *err)
     RMAP_TRY(RMAP_MPI(MPI_Bcast(tally->value, (int)tally->n_value, MPI_DOUBLE, 0, context->comm)));
     for (size_t i = 0; i < self->held.n; i++)
         RMAP_TRY(RMAP_MPI(MPI_Bcast(&self->held.info[i], sizeof *self->held.info, MPI_BYTE,
-                                    (int)(i % (size_t)context->size), context->comm)));
+                                    (int)((self->n_before + i) % (size_t)context->size),
+                                    context->comm)));
 out:
     return st;
 }
 
-enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_scene *scene,
-                                 uint64_t seed, uint64_t n_ray, int isa_level,
-                                 struct rmap_map **map_ret, double *seconds_ret,
-                                 struct rmap_error *err)
-{
-    uint64_t reused = 0;
-    return rmap_trace_held_from(context, NULL, scene, seed, n_ray, isa_level, map_ret, seconds_ret,
-                                &reused, err);
-}
-
-enum rmap_status rmap_trace_held_from(const struct rmap_context *context,
-                                      const struct rmap_map *from, struct rmap_scene *scene,
-                                      uint64_t seed, uint64_t n_ray, int isa_level,
-                                      struct rmap_map **map_ret, double *seconds_ret,
+enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
+                                      const struct rmap_accel *accel, const struct rmap_map *from,
+                                      uint64_t end, struct rmap_map *map, double *seconds_ret,
                                       uint64_t *reused_ret, struct rmap_error *err)
 {
-    struct rmap_accel *accel = NULL;
-    const size_t n = (size_t)((n_ray + PORTION_RAYS - 1) / PORTION_RAYS);
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    const size_t n_before = rmap_map_n_portion(map);
+    const size_t n_all = (size_t)((end + PORTION_RAYS - 1) / PORTION_RAYS);
+    const size_t n = n_all > n_before ? n_all - n_before : 0;
     struct tracing self = {.context = context,
-                           .n_ray = n_ray,
+                           .tracer = {rmap_map_scene(map), accel, summary.seed},
+                           .end = end,
+                           .n_before = n_before,
                            .held = {.n = n,
-                                    .info = rmap_alloc(n, sizeof *self.held.info),
-                                    .portion = rmap_alloc(n, sizeof *self.held.portion),
+                                    .info = rmap_alloc(n + 1, sizeof *self.held.info),
+                                    .portion = rmap_alloc(n + 1, sizeof *self.held.portion),
                                     .n_rank = context->size,
-                                    .seed = seed},
-                           .tally = rmap_alloc((size_t)context->n_thread, sizeof *self.tally)};
-    enum rmap_status st = rmap_accel_create_isa(scene, context->n_thread, isa_level, &accel, err);
-    if (st == RMAP_OK && (!self.held.info || !self.held.portion || !self.tally))
+                                    .seed = summary.seed},
+                           .tally = rmap_alloc((size_t)context->n_thread, sizeof *self.tally),
+                           .nbytes = rmap_map_held_nbytes(map)};
+    if (!self.held.info || !self.held.portion || !self.tally)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
     RMAP_TRY(rmap_agree(context, st, err));
-    self.tracer = (struct rmap_tracer){scene, accel, seed};
     const double begun = rmap_clock_seconds();
     if (from)
         st = look_back(&self, from, err);
@@ -208,16 +201,34 @@ enum rmap_status rmap_trace_held_from(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     if (context->size > 1)
         RMAP_TRY(share_rows(&self, err));
-    st = rmap_map_hold(&self.held, scene, self.tally[0], map_ret, err);
-    if (st == RMAP_OK)
-        self.tally[0] = NULL;
-    st = rmap_agree(context, st, err);
+    st = rmap_agree(context, rmap_map_hold_more(map, &self.held, self.tally[0], err), err);
 out:
     forget(&self);
     for (int i = 0; self.tally && i < context->n_thread; i++)
         rmap_tally_destroy(self.tally[i]);
     rmap_free(self.tally);
     rmap_held_fini(&self.held);
+    return st;
+}
+
+enum rmap_status rmap_trace_held(const struct rmap_context *context, const struct rmap_map *from,
+                                 struct rmap_scene **scene, uint64_t seed, uint64_t n_ray,
+                                 int isa_level, struct rmap_map **map_ret, double *seconds_ret,
+                                 uint64_t *reused_ret, struct rmap_error *err)
+{
+    struct rmap_accel *accel = NULL;
+    struct rmap_map *map = NULL;
+    enum rmap_status st = rmap_accel_create_isa(*scene, context->n_thread, isa_level, &accel, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = rmap_map_hold(context->size, seed, *scene, &map, err);
+    if (st == RMAP_OK)
+        *scene = NULL;
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_trace_held_more(context, accel, from, n_ray, map, seconds_ret, reused_ret, err));
+    *map_ret = map;
+    map = NULL;
+out:
+    rmap_map_close(map);
     rmap_accel_destroy(accel);
     return st;
 }

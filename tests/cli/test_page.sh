@@ -14,6 +14,17 @@ expect 0 '60 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'hit(lens.2, re
 expect 0 '0 of 0 matching' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
 expect 0 '"drawn": 10' "$RAYMAP" draw a.raymap --limit 10 --view yz -o ten.html --json
 expect 2 'exists' "$RAYMAP" draw a.raymap -o ten.html
+expect 0 '' "$RAYMAP" draw a.raymap --limit 10 --view yz -o ten.json
+expect 0 '' "$RAYMAP" draw a.raymap -o part.json --parts detectors
+expect 2 'some of scene, rays and detectors' "$RAYMAP" draw a.raymap -o other.json --parts scene,ray
+expect 2 'data of a page' "$RAYMAP" draw a.raymap -o other.html --parts scene
+/usr/bin/python3 - <<'PYTHON' || { echo "FAILED: data of a page"; failures=$((failures + 1)); }
+import json, re
+page = json.loads(re.search(r'id="data">(.*?)</script>', open("ten.html").read(), re.S).group(1))
+assert json.load(open("ten.json")) == page
+part = json.load(open("part.json"))
+assert part["detectors"] == page["detectors"] and "rays" not in part and "scene" not in part, list(part)
+PYTHON
 expect 2 'between 1 and 200000' "$RAYMAP" draw a.raymap --limit 200001 -o b.html
 expect 3 "there is no folder 'no/folder'" "$RAYMAP" draw a.raymap -o no/folder/b.html
 "$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular) or segments in 4..5' --count --json --quiet >count.json

@@ -1,82 +1,16 @@
 // SPDX-License-Identifier: MIT
 //
 // node page_test.js FOLDER: drives a real chromium over the pages that test_page.sh wrote there,
-// and compares what they say with what the program says. PICTURES=1 keeps screenshots.
+// and compares what they say with what the program says.
 "use strict";
-const { execFileSync } = require("child_process");
 const path = require("path");
 const { pathToFileURL } = require("url");
-const { chromium } = require("playwright-core");
+const { GRAPHICS, check, colours, counted, differing, drag, finish, folder, launch, open: openAddress, picture, pixels, raymap, said, settle, statistics } = require("./driver");
 
-const folder = path.resolve(process.argv[2]);
-const CHROMIUM = process.env.CHROMIUM || "/usr/bin/chromium";
-const GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"];
-
-let failures = 0;
-function check(holds, what) {
-  if (holds) return;
-  console.log(`FAILED: ${what}`);
-  failures++;
-}
-
-function raymap(...words) {
-  return execFileSync(process.env.RAYMAP, words, { encoding: "utf8", cwd: folder });
-}
-const counted = (map, criterion) =>
-  JSON.parse(raymap("query", map, criterion, "--count", "--json", "--quiet")).rays.matched;
-
-const said = []; // errors of any page
-
-async function open(browser, file, options) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, colorScheme: "light", ...options });
-  const page = await context.newPage();
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && said.push(`${file}: ${message.text()}`));
-  page.on("pageerror", (error) => said.push(`${file}: ${error.message}`));
-  page.on("request", (request) => /^(file|data|blob):/.test(request.url()) || said.push(`${file} asks for ${request.url()}`));
-  await page.goto(pathToFileURL(path.join(folder, file)).href);
-  await page.waitForSelector("html[data-ready]", { timeout: 90000 });
-  await settle(page);
-  return page;
-}
-
-/* Until nothing moves any more, and a frame asked for then has been drawn. */
-async function settle(page) {
-  await page.evaluate(async () => {
-    const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-    await frame();
-    while (!raymap.statistics().resting) await new Promise((done) => setTimeout(done, 50));
-    raymap.draw();
-    await frame();
-  });
-}
-
-const statistics = (page) => page.evaluate(() => raymap.statistics());
-
-/* What a part of the page looks like: its pixels, kept in the page. */
-async function pixels(page, selector) {
-  const png = (await page.locator(selector).screenshot()).toString("base64");
-  return page.evaluateHandle(async (text) => {
-    const image = new Image();
-    image.src = "data:image/png;base64," + text;
-    await image.decode();
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [image.width, image.height];
-    const context = canvas.getContext("2d");
-    context.drawImage(image, 0, 0);
-    return new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer);
-  }, png);
-}
-
-/* How many pixels differ; how many colours there are. */
-const differing = (page, a, b) => page.evaluate(([p, q]) => p.reduce((n, v, i) => n + (v !== q[i] ? 1 : 0), 0), [a, b]);
-const colours = (page, a) => page.evaluate((p) => new Set(p).size, a);
+const open = (browser, file, options) => openAddress(browser, pathToFileURL(path.join(folder, file)).href, options);
 
 /* Pixels that have changed since they were taken. */
 const changed = async (page, before) => differing(page, before, await pixels(page, "#canvas"));
-
-async function picture(page, name) {
-  if (process.env.PICTURES) await page.screenshot({ path: path.join(folder, name) });
-}
 
 async function drawsTheScene(page) {
   const shades = await colours(page, await pixels(page, "#canvas"));
@@ -214,16 +148,6 @@ async function reportsUnderThePointer(page) {
   await picture(page, "report.png");
   await page.keyboard.press("Escape");
   await page.mouse.move(box.x + 3, box.y + box.height / 2);
-}
-
-async function drag(page, selector, from, to) {
-  const box = await page.locator(selector).boundingBox();
-  const at = ([u, v]) => [box.x + u * box.width, box.y + v * box.height];
-  await page.mouse.move(...at(from));
-  await page.mouse.down();
-  await page.mouse.move(...at([(from[0] + to[0]) / 2, (from[1] + to[1]) / 2]));
-  await page.mouse.move(...at(to));
-  await page.mouse.up();
 }
 
 async function asksForRegions(page) {
@@ -449,7 +373,7 @@ async function looksInside(page) {
 }
 
 async function main() {
-  const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
+  const browser = await launch(...GRAPHICS);
   try {
     let page = await open(browser, "a.html");
     for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, movesRegions, filtersOneAnother, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
@@ -497,7 +421,7 @@ async function main() {
   } finally {
     await browser.close();
   }
-  const plain = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-3d-apis"] });
+  const plain = await launch("--disable-3d-apis");
   try {
     const page = await open(plain, "a.html");
     check(/no WebGL/.test(await page.textContent("#note")), "a browser without WebGL is told so");
@@ -506,9 +430,7 @@ async function main() {
   } finally {
     await plain.close();
   }
-  for (const line of said) check(false, line);
-  console.log(failures ? `${failures} failures` : "all as expected");
-  process.exitCode = failures ? 1 : 0;
+  finish();
 }
 
 main().catch((error) => {

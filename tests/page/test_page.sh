@@ -3,19 +3,7 @@
 #
 # The promise: the page of `raymap draw -o x.html` works in a real browser: it shows the scene and
 # the rays asked for, classes, reports and regions agree with the program, light moves.
-. "$(dirname "$0")/../cli/expect.bash"
-tests=$(cd "$(dirname "$0")" && pwd)
-chromium=${CHROMIUM:-/usr/bin/chromium}
-for program in node npm "$chromium"; do
-    command -v "$program" >/dev/null || { echo "skipped: no $program here"; exit 77; }
-done
-mkdir -p driver
-cp "$tests/package.json" "$tests/package-lock.json" driver/
-if ! cmp -s driver/package-lock.json driver/installed; then
-    (cd driver && npm ci --ignore-scripts --no-audit --no-fund >npm.txt 2>&1) ||
-        { echo "skipped: npm cannot fetch playwright-core: $(head -3 driver/npm.txt)"; exit 77; }
-    cp driver/package-lock.json driver/installed
-fi
+. "$(dirname "$0")/browser.bash"
 
 rm -rf ./*.raymap ./*.html ./*.yaml ./*.txt
 write_scene scene.yaml
@@ -35,4 +23,4 @@ expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/selfoc/scene.yaml" -o rod.raym
 expect 0 '' "$RAYMAP" draw rod.raymap -o rod.html
 [ "$failures" -eq 0 ] || finish
 
-NODE_PATH=$PWD/driver/node_modules timeout 400 node "$tests/page_test.js" "$PWD"
+drive page_test

@@ -34,7 +34,7 @@ embree=$(grep -rlE --include='*.[ch]' 'include[[:space:]]*<embree' src | grep -v
 rooms_src='base formula optics scatter geometry gradient scene portion accel trace render compact'
 rooms_io='cad file codec hdf5 export picture mesh lamp rays lensfile assembly scene map write recovery'
 rooms_analysis='table criterion overlay query detector photometry paths stats compare energy figure sweep page report library'
-rooms_mpi='parallel command scan trace upkeep answer sweep session cli'
+rooms_mpi='parallel command scan trace upkeep answer sweep session serve cli'
 for layer in src io analysis mpi; do
     rooms=rooms_$layer
     below=$([ $layer = src ] || echo "$layer/")

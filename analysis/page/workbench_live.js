@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+//
+// The trace and what comes of it: one request for data at a time, no more than two a second.
+
+const PACE = 450; // milliseconds between two pictures
+const RAYS_PACE = 3000; // between two sets of rays while they come in
+/* rays: when they were last asked for; traced: how many there are; wished: how many there are to be; pictures: when new images were shown. */
+const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, wished: 0, criteria: [], revision: null, pictures: [] };
+
+/* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. */
+async function want(...parts) {
+  for (const part of parts) live.wanted.add(part);
+  if (live.busy) return;
+  live.busy = true;
+  while (live.wanted.size) {
+    const asked = [...live.wanted];
+    live.wanted.clear();
+    const wait = live.last + PACE - performance.now();
+    if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
+    live.last = performance.now();
+    try {
+      const model = await ask("model", { parts: asked.join(","), limit: asking.limit,
+        ...(live.criteria.length ? { where: live.criteria, color: "criterion" } : {}) });
+      if (asked.includes("rays") || asked.includes("scene")) takeData(model);
+      else takeImages(model.detectors.list);
+      if (asked.includes("detectors")) live.pictures.push(performance.now());
+      say("");
+    } catch (refused) {
+      say(refused.message);
+    }
+  }
+  live.busy = false;
+  document.documentElement.dataset.fresh = String(Number(document.documentElement.dataset.fresh || 0) + 1);
+}
+
+/* What went wrong, over the picture. */
+function say(text) {
+  if (text) note(text);
+  else if (byId("note").textContent !== NO_RAY) note("");
+}
+
+/* New images of the same detectors. */
+function takeImages(list) {
+  const log = byId("log").checked;
+  data.detectors.list = list;
+  detectors.splice(0, detectors.length, ...list);
+  forgetPictures();
+  if (!current()) return;
+  describeDetector();
+  byId("log").checked = log;
+  drawImage();
+  drawLive();
+}
+
+/* A small picture of each detector, its flux and the error of that. */
+function liveItem(detector, index) {
+  const small = element("canvas", { width: 72, height: 54, ariaHidden: "true" });
+  const { image: of } = detector;
+  if (of) {
+    const { cells } = pictureOf(detector, isSpiky(imageValues(detector), of.most)), context = small.getContext("2d");
+    const scale = Math.min(72 / cells.width, 54 / cells.height);
+    context.imageSmoothingEnabled = false;
+    context.drawImage(cells, (72 - scale * cells.width) / 2, (54 - scale * cells.height) / 2, scale * cells.width, scale * cells.height);
+  }
+  const part = of && of.flux > 0 ? ` (${figure((100 * of.flux_error) / of.flux, 2)} %)` : "";
+  const button = element("button", { type: "button" }, small, element("strong", { textContent: detector.name }),
+    element("small", { textContent: of ? `${figure(of.flux, 4)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit}${part}` : "" }));
+  button.setAttribute("aria-pressed", String(index === sensor.index));
+  button.addEventListener("click", () => takeStep({ index, region: null }));
+  return element("li", {}, button);
+}
+
+function drawLive() {
+  const at = [...byId("live").children].findIndex((item) => item.contains(document.activeElement));
+  byId("live").replaceChildren(...detectors.map(liveItem));
+  if (at >= 0 && byId("live").children[at]) byId("live").children[at].firstChild.focus();
+}
+byId("detector-box").querySelector("summary").after(byId("live"));
+whenData(drawLive);
+byId("detector").addEventListener("change", drawLive);
+byId("live").addEventListener("click", drawLive);
+
+/* What the buttons do and the line says in each state of the trace. */
+function showTrace({ state, rays, of, message }) {
+  const before = live.state;
+  live.state = state;
+  live.traced = rays;
+  if (rays > 0 || of > 0) live.wished = state === "stopped" || state === "failed" ? rays : of;
+  const running = state === "running", paused = state === "paused";
+  if (running && before !== "running") live.rays = performance.now() - RAYS_PACE + 2 * PACE; // the picture first
+  byId("trace-start").disabled = running || paused;
+  byId("trace-pause").disabled = !running && !paused;
+  byId("trace-pause").textContent = paused ? "go on" : "pause";
+  byId("trace-stop").disabled = !running && !paused;
+  byId("trace-progress").value = of > 0 ? rays / of : 0;
+  byId("trace-state").textContent = message || (rays > 0 || running ? `${whole(rays)} of ${whole(of)} rays${{ running: "", paused: ", paused", stopped: ", stopped", failed: ", failed" }[state] || ""}` : "nothing traced");
+  const raysToo = performance.now() - live.rays > RAYS_PACE;
+  if (running && raysToo) live.rays = performance.now();
+  if (running && rays > 0) want("detectors", ...(raysToo ? ["rays"] : []));
+  else if (before !== state && rays > 0) want("rays", "detectors");
+}
+
+/* Events tell the state from then on: an answer may come behind the event that follows it. */
+async function trace(action) {
+  const rays = Number(byId("trace-rays").value.replace(/[ ,_]/g, ""));
+  if (action === "start" && !(Number.isInteger(rays) && rays > 0))
+    return void (byId("trace-state").textContent = `"${byId("trace-rays").value}" is no number of rays`);
+  try {
+    await ask("trace", action === "start" ? { action, rays } : { action });
+  } catch (refused) {
+    byId("trace-state").textContent = refused.message;
+  }
+}
+
+byId("trace").addEventListener("submit", (event) => {
+  event.preventDefault();
+  trace("start");
+});
+byId("trace-pause").addEventListener("click", () => trace(live.state === "paused" ? "resume" : "pause"));
+byId("trace-stop").addEventListener("click", () => trace("stop"));
+
+const events = new EventSource("/events");
+events.addEventListener("message", ({ data: text }) => {
+  const told = JSON.parse(text);
+  if (told.event === "trace") showTrace(told);
+  if (told.event === "scene" && told.revision !== live.revision) sceneChanged();
+});
+events.addEventListener("error", () => say("The server does not answer; what is shown stays."));
+events.addEventListener("open", () => say(""));

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a program that stays has in memory of the one map or scene that its commands are about: they
+ * take that where they would open it by its name.
+ */
+#ifndef RMAP_AT_HAND_H
+#define RMAP_AT_HAND_H
+
+#include "io/map/map_reader.h"
+
+struct rmap_at_hand {
+    const char *path;                 /* the name; other names are files as ever */
+    struct rmap_map *map;             /* lent to each command (rmap_map_lend) */
+    const char *text;                 /* of the scene as it is by now */
+    const struct rmap_bundle *bundle; /* its meshes and tables; NULL: the files beside it */
+    void (*progressed)(void *context, double share); /* of long work, on rank 0; NULL: untold */
+    void *context;
+};
+
+#endif

@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The scene of a server: read, edited as text, undone and saved. The text is the truth: every
+ * change is one of it, and the scene is what it says.
+ */
+#include "mpi/serve/serve_scene.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_word.h"
+#include "analysis/query/map_light.h"
+#include "base/alloc.h"
+#include "io/map/map_held.h"
+#include "io/mesh/bundle_pack.h"
+#include "io/scene/scene_text.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/load.h"
+#include "mpi/command/output.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/serve/save_below.h"
+#include "mpi/session/session_words.h"
+
+enum { UNDO_MAX = 1000 };
+
+static bool is_scene_name(const char *path)
+{
+    return rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml");
+}
+
+/* The map is another from now on; NULL: none. */
+static void take_map(struct rmap_serve *self, struct rmap_map *map)
+{
+    rmap_accel_destroy(self->accel);
+    self->accel = NULL;
+    rmap_map_close(self->map);
+    self->map = map;
+    self->at_hand.map = map;
+    self->state = RMAP_SERVE_NONE;
+    self->revision++;
+}
+
+static void drop_texts_from(struct rmap_serve *self, size_t first)
+{
+    for (size_t i = first; i < self->n_text; i++)
+        rmap_free(self->text[i]);
+    if (self->n_text > first)
+        self->n_text = first;
+    if (self->saved != SIZE_MAX && self->saved >= first)
+        self->saved = SIZE_MAX; /* what was saved cannot be come back to */
+}
+
+void rmap_serve_scene_fini(struct rmap_serve *self)
+{
+    take_map(self, NULL);
+    drop_texts_from(self, 0);
+    rmap_free(self->text);
+    rmap_bundle_destroy(self->bundle);
+    rmap_free((char *)(uintptr_t)self->at_hand.path);
+}
+
+/* Behind the one that is now; those that were undone go. Takes the text over on success. */
+static enum rmap_status push_text(struct rmap_serve *self, char *text, struct rmap_error *err)
+{
+    drop_texts_from(self, self->n_text > 0 ? self->now + 1 : 0);
+    if (self->n_text >= UNDO_MAX) {
+        rmap_free(self->text[0]);
+        memmove(self->text, self->text + 1, (self->n_text - 1) * sizeof *self->text);
+        self->n_text--;
+        self->saved = self->saved == 0 || self->saved == SIZE_MAX ? SIZE_MAX : self->saved - 1;
+    }
+    const enum rmap_status st = RMAP_RESERVE(self->text, self->cap_text, self->n_text + 1, err);
+    if (st != RMAP_OK)
+        return st;
+    self->now = self->n_text++;
+    self->text[self->now] = text;
+    self->at_hand.text = text;
+    return RMAP_OK;
+}
+
+/* Collective. The scene of at_hand.text, with no rays yet. */
+static enum rmap_status build(struct rmap_serve *self, struct rmap_map **map_ret,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene_options options = {.read_map = rmap_map_light_read};
+    struct rmap_diagnostics found;
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_scene *scene = NULL;
+    rmap_diagnostics_init(&found, self->at_hand.path);
+    RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found, &bundle,
+                                  &scene, err));
+    st = rmap_map_hold(self->context.size, self->seed, scene, map_ret, err);
+    if (st == RMAP_OK)
+        scene = NULL;
+    st = rmap_agree(&self->context, st, err);
+out:
+    if (st != RMAP_OK && self->context.rank == 0 && found.n > 0)
+        self->details = json_pack("{s:o}", "diagnostics", rmap_json_diagnostics(&found));
+    rmap_diagnostics_fini(&found);
+    rmap_scene_destroy(scene);
+    rmap_bundle_destroy(bundle);
+    return st;
+}
+
+/* Collective. The text of a scene's file, as rank 0 reads it. */
+static enum rmap_status read_text(const struct rmap_serve *self, const char *path, char **text_ret,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bundle *bundle = NULL;
+    uint8_t *blob = NULL;
+    size_t n = 0;
+    if (self->context.rank == 0)
+        st = rmap_bundle_open(path, NULL, &bundle, err);
+    if (bundle) {
+        n = bundle->text_nbytes + 1;
+        blob = (uint8_t *)bundle->text;
+        bundle->text = NULL;
+    }
+    RMAP_TRY(rmap_agree(&self->context, st, err));
+    RMAP_TRY(rmap_broadcast_blob(&self->context, &blob, &n, err));
+    *text_ret = (char *)blob;
+    blob = NULL;
+out:
+    rmap_free(blob);
+    rmap_bundle_destroy(bundle);
+    return st;
+}
+
+/* What is being opened in the place of something else. */
+struct opening {
+    struct rmap_map *map;
+    struct rmap_bundle *bundle;
+    char *text, *path;
+};
+
+/* Collective. */
+static enum rmap_status open_map(const struct rmap_serve *self, struct opening *opened,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    RMAP_TRY(rmap_load_map(&self->context, opened->path, &opened->map, err));
+    const struct rmap_bundle *bundle = rmap_map_bundle(opened->map);
+    st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    if (st == RMAP_OK)
+        st = rmap_bundle_unpack(blob, nbytes, &opened->bundle, err);
+    if (st == RMAP_OK && !(opened->text = rmap_strdup(bundle->text)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    st = rmap_agree(&self->context, st, err);
+out:
+    rmap_free(blob);
+    return st;
+}
+
+enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_at_hand before = self->at_hand;
+    struct opening opened = {.path = rmap_strdup(path)};
+    const bool is_scene = is_scene_name(path);
+    if (!opened.path)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a name");
+    RMAP_TRY(rmap_agree(&self->context, st, err));
+    self->context.at_hand = NULL; /* it is a file that is opened, whatever its name */
+    st = is_scene ? read_text(self, path, &opened.text, err) : open_map(self, &opened, err);
+    self->context.at_hand = &self->at_hand;
+    RMAP_TRY(st);
+    self->at_hand.path = opened.path;
+    self->at_hand.bundle = opened.bundle;
+    self->at_hand.text = opened.text;
+    if (is_scene)
+        RMAP_TRY(build(self, &opened.map, err));
+    drop_texts_from(self, 0);
+    st = rmap_agree(&self->context, push_text(self, opened.text, err), err);
+    RMAP_TRY(st);
+    opened.text = NULL;
+    take_map(self, opened.map);
+    rmap_bundle_destroy(self->bundle);
+    self->bundle = opened.bundle;
+    rmap_free((char *)(uintptr_t)before.path);
+    self->saved = 0;
+    if (!is_scene)
+        self->state = RMAP_SERVE_DONE;
+    return RMAP_OK;
+out:
+    self->at_hand = before;
+    rmap_map_close(opened.map);
+    rmap_bundle_destroy(opened.bundle);
+    rmap_free(opened.text);
+    rmap_free(opened.path);
+    return st;
+}
+
+static void tell_change(struct rmap_serve *self)
+{
+    if (self->context.rank == 0)
+        rmap_serve_event(self->queue, json_pack("{s:s, s:I}", "event", "scene", "revision",
+                                                (json_int_t)self->revision));
+}
+
+static json_t *state_of(const struct rmap_serve *self)
+{
+    return json_pack(
+        "{s:I, s:I, s:I, s:b, s:s, s:s}", "revision", (json_int_t)self->revision, "undo",
+        (json_int_t)self->now, "redo", (json_int_t)(self->n_text - self->now - 1), "saved",
+        (int)(self->now == self->saved), "file", self->at_hand.path, "text", self->text[self->now]);
+}
+
+enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err)
+{
+    const char *path = json_string_value(json_object_get(message, "file"));
+    if (!path)
+        return rmap_error_set(err, RMAP_USAGE, "load wants the name of a scene or map in 'file'");
+    const enum rmap_status st = rmap_serve_open(self, path, err);
+    if (st != RMAP_OK)
+        return st;
+    tell_change(self);
+    *result = state_of(self);
+    return RMAP_OK;
+}
+
+/* Collective. The scene becomes that of the text, which must be on the list: at_hand.text. */
+static enum rmap_status change(struct rmap_serve *self, const char *text, struct rmap_error *err)
+{
+    const char *before = self->at_hand.text;
+    struct rmap_map *map = NULL;
+    self->at_hand.text = text;
+    const enum rmap_status st = build(self, &map, err);
+    self->at_hand.text = st == RMAP_OK ? text : before;
+    if (st == RMAP_OK)
+        take_map(self, map);
+    else
+        rmap_map_close(map);
+    return st;
+}
+
+/* The text that an edit leads to. */
+static enum rmap_status edited(const struct rmap_serve *self, const json_t *message,
+                               char **text_ret, struct rmap_error *err)
+{
+    const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set");
+    const char *now = self->text[self->now],
+               *move = json_string_value(json_object_get(message, "move"));
+    if (json_is_string(text)) {
+        *text_ret = rmap_strdup(json_string_value(text));
+        return *text_ret ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
+    }
+    if (json_is_object(set))
+        return rmap_scene_text_set(now, set, text_ret, err);
+    if (move)
+        return rmap_scene_text_move(now, move, json_object_get(message, "by"), text_ret, err);
+    return rmap_error_set(
+        err, RMAP_USAGE,
+        "edit wants a 'text', or keys and values in 'set', or an object's name in "
+        "'move' and how far in 'by'");
+}
+
+enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err)
+{
+    char *text = NULL;
+    enum rmap_status st = edited(self, message, &text, err);
+    RMAP_TRY(rmap_agree(&self->context, st, err));
+    RMAP_TRY(change(self, text, err));
+    st = rmap_agree(&self->context, push_text(self, text, err), err);
+    RMAP_TRY(st);
+    text = NULL;
+    tell_change(self);
+    *result = state_of(self);
+out:
+    rmap_free(text);
+    return st;
+}
+
+/* To another text of the list. */
+static enum rmap_status go(struct rmap_serve *self, size_t to, json_t **result,
+                           struct rmap_error *err)
+{
+    const enum rmap_status st = change(self, self->text[to], err);
+    if (st != RMAP_OK)
+        return st;
+    self->now = to;
+    tell_change(self);
+    *result = state_of(self);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_serve_undo(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err)
+{
+    (void)message;
+    if (self->now == 0)
+        return rmap_error_set(err, RMAP_INPUT, "there is nothing to undo");
+    return go(self, self->now - 1, result, err);
+}
+
+enum rmap_status rmap_serve_redo(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err)
+{
+    (void)message;
+    if (self->now + 1 >= self->n_text)
+        return rmap_error_set(err, RMAP_INPUT, "there is nothing to redo");
+    return go(self, self->now + 1, result, err);
+}
+
+enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *file = json_string_value(json_object_get(message, "file"));
+    const bool is_own = !file || strcmp(file, self->at_hand.path) == 0;
+    const char *path = file ? file : self->at_hand.path;
+    if (!is_scene_name(path))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "save wants a name that ends in .yaml or .yml in 'file'");
+    if (st == RMAP_OK && self->context.rank == 0)
+        st = rmap_save_below(self->folder, path, self->text[self->now],
+                             is_own || json_is_true(json_object_get(message, "force")), err);
+    RMAP_TRY(rmap_agree(&self->context, st, err));
+    self->saved = self->now;
+    *result = json_pack("{s:s, s:I}", "file", path, "revision", (json_int_t)self->revision);
+out:
+    return st;
+}
+
+enum rmap_status rmap_serve_scene(struct rmap_serve *self, const json_t *message, json_t **result,
+                                  struct rmap_error *err)
+{
+    (void)message;
+    (void)err;
+    *result = state_of(self);
+    (void)json_object_update(*result, rmap_session_names_json(rmap_map_scene(self->map)));
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_serve_names(struct rmap_serve *self, const json_t *message, json_t **result,
+                                  struct rmap_error *err)
+{
+    json_t *words = json_array();
+    (void)message;
+    (void)err;
+    for (size_t i = 0; rmap_criterion_word(i); i++)
+        (void)json_array_append_new(words, json_string(rmap_criterion_word(i)));
+    *result = rmap_session_names_json(rmap_map_scene(self->map));
+    (void)json_object_set_new(*result, "words", words);
+    return RMAP_OK;
+}

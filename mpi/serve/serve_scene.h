@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The scene of a server: read, edited as text, undone and saved.
+ */
+#ifndef RMAP_SERVE_SCENE_H
+#define RMAP_SERVE_SCENE_H
+
+#include "mpi/serve/serve_state.h"
+
+/* Collective. A scene's file, or a map, in the place of what was open; on failure that stays. */
+enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+void rmap_serve_scene_fini(struct rmap_serve *self);
+
+/* Collective; requests. A scene that is wrong is refused with self->details, and all is as it was.
+ */
+enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_undo(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_redo(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message, json_t **result,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_scene(struct rmap_serve *self, const json_t *message, json_t **result,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_serve_names(struct rmap_serve *self, const json_t *message, json_t **result,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a server has in memory, the same on every rank: a scene's text with its undo list, the
+ * scene, and the rays traced of it so far, or of a map.
+ */
+#ifndef RMAP_SERVE_STATE_H
+#define RMAP_SERVE_STATE_H
+
+#include <jansson.h>
+
+#include "accel/accel.h"
+#include "mpi/command/command.h"
+#include "mpi/parallel/at_hand.h"
+#include "mpi/serve/serve_queue.h"
+
+enum rmap_serve_trace_state {
+    RMAP_SERVE_NONE,
+    RMAP_SERVE_RUNNING,
+    RMAP_SERVE_PAUSED,
+    RMAP_SERVE_DONE,
+    RMAP_SERVE_STOPPED,
+    RMAP_SERVE_FAILED
+};
+
+struct rmap_serve {
+    struct rmap_context context; /* what commands are run with */
+    struct rmap_at_hand at_hand;
+    struct rmap_map *map;
+    struct rmap_bundle *bundle; /* of a map that was opened; NULL: of a scene's file */
+    struct rmap_accel *accel;   /* of the map's scene; NULL: not yet */
+    int isa_level;
+
+    char **text; /* [n_text] of the scene, oldest first; `now` is its number */
+    size_t n_text, cap_text, now, saved;
+    uint64_t revision; /* goes up with every change */
+
+    enum rmap_serve_trace_state state;
+    uint64_t n_ray; /* that are wanted */
+    uint64_t seed;
+    double pace;                   /* rays per second of late, 0: unknown */
+    double seconds;                /* of tracing */
+    char why[RMAP_ERROR_TEXT_LEN]; /* it failed */
+
+    /* Of rank 0. */
+    struct rmap_serve_queue *queue;
+    struct rmap_serve_request *request; /* in hand; NULL: none */
+    json_t *details;                    /* more of what is wrong, for the answer's error */
+    char *folder;                       /* where it was started: scenes are saved below */
+    char *scratch;                      /* a folder of its own; NULL: not yet */
+    int capture;                        /* what stands in the place of standard output */
+    bool again, quit;                   /* the request is not done yet */
+};
+
+#endif

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays that come while a server answers: a trace into memory, slice by slice.
+ */
+#include "mpi/serve/serve_trace.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/query/map_light.h"
+#include "io/map/map_held.h"
+#include "mpi/command/load.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/trace/trace_held.h"
+
+static const double slice_s = 0.15; /* what a question waits for at most, about */
+
+static const char *const state_name[] = {"none", "running", "paused", "done", "stopped", "failed"};
+
+static uint64_t n_traced(const struct rmap_serve *self)
+{
+    struct rmap_map_summary summary;
+    rmap_map_summarise(self->map, &summary);
+    return summary.n_row[RMAP_TABLE_RAY];
+}
+
+json_t *rmap_serve_trace_json(const struct rmap_serve *self)
+{
+    const uint64_t n = n_traced(self);
+    json_t *told =
+        json_pack("{s:s, s:I, s:I, s:I, s:f}", "state", state_name[self->state], "rays",
+                  (json_int_t)n, "of", (json_int_t)(rmap_map_is_held(self->map) ? self->n_ray : n),
+                  "seed", (json_int_t)self->seed, "seconds", self->seconds);
+    if (told && self->state == RMAP_SERVE_FAILED)
+        (void)json_object_set_new(told, "message", json_string(self->why));
+    return told;
+}
+
+static void tell(struct rmap_serve *self)
+{
+    if (self->context.rank != 0)
+        return;
+    json_t *event = json_pack("{s:s}", "event", "trace");
+    json_t *state = rmap_serve_trace_json(self);
+    (void)json_object_update(event, state);
+    json_decref(state);
+    rmap_serve_event(self->queue, event);
+}
+
+/* Collective. The scene once more, without rays. */
+static enum rmap_status renew(struct rmap_serve *self, uint64_t seed, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene_options options = {.read_map = rmap_map_light_read};
+    struct rmap_diagnostics found;
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_scene *scene = NULL;
+    struct rmap_map *map = NULL;
+    rmap_diagnostics_init(&found, self->at_hand.path);
+    RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found, &bundle,
+                                  &scene, err));
+    st = rmap_map_hold(self->context.size, seed, scene, &map, err);
+    if (st == RMAP_OK)
+        scene = NULL;
+    RMAP_TRY(rmap_agree(&self->context, st, err));
+    rmap_accel_destroy(self->accel);
+    self->accel = NULL;
+    rmap_map_close(self->map);
+    self->map = self->at_hand.map = map;
+    self->seed = seed;
+out:
+    rmap_diagnostics_fini(&found);
+    rmap_scene_destroy(scene);
+    rmap_bundle_destroy(bundle);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status start(struct rmap_serve *self, const json_t *message,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const json_t *rays = json_object_get(message, "rays"), *seed = json_object_get(message, "seed");
+    const json_int_t wanted = json_integer_value(rays);
+    const uint64_t now = seed ? (uint64_t)json_integer_value(seed) : 1;
+    if (!json_is_integer(rays) || wanted <= 0 || (seed && !json_is_integer(seed)))
+        return rmap_error_set(err, RMAP_USAGE, "trace wants a whole number of 'rays'");
+    if (rmap_map_scene(self->map)->n_source == 0)
+        return rmap_error_set(err, RMAP_INPUT, "the scene has no sources");
+    if (!rmap_map_is_held(self->map) || n_traced(self) > 0 || now != self->seed)
+        RMAP_TRY(renew(self, now, err));
+    if (!self->accel) {
+        st = rmap_accel_create_isa(rmap_map_scene(self->map), self->context.n_thread,
+                                   self->isa_level, &self->accel, err);
+        RMAP_TRY(rmap_agree(&self->context, st, err));
+    }
+    self->n_ray = (uint64_t)wanted;
+    self->state = RMAP_SERVE_RUNNING;
+    self->pace = self->seconds = 0.0;
+out:
+    return st;
+}
+
+static enum rmap_status act(struct rmap_serve *self, const json_t *message, const char *action,
+                            struct rmap_error *err)
+{
+    const bool runs = self->state == RMAP_SERVE_RUNNING, rests = self->state == RMAP_SERVE_PAUSED;
+    if (strcmp(action, "start") == 0)
+        return start(self, message, err);
+    if (strcmp(action, "pause") == 0 && (runs || rests))
+        self->state = RMAP_SERVE_PAUSED;
+    else if (strcmp(action, "resume") == 0 && (runs || rests))
+        self->state = RMAP_SERVE_RUNNING;
+    else if (strcmp(action, "stop") == 0 && (runs || rests))
+        self->state = RMAP_SERVE_STOPPED;
+    else if (strcmp(action, "pause") == 0 || strcmp(action, "resume") == 0 ||
+             strcmp(action, "stop") == 0)
+        return rmap_error_set(err, RMAP_INPUT, "no trace is going on");
+    else
+        return rmap_error_set(err, RMAP_USAGE, "'action' is start, pause, resume or stop");
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_serve_trace(struct rmap_serve *self, const json_t *message, json_t **result,
+                                  struct rmap_error *err)
+{
+    const json_t *action = json_object_get(message, "action");
+    const bool waits = json_is_true(json_object_get(message, "wait"));
+    const bool begun = json_is_true(json_object_get(message, "begun")); /* it comes again */
+    enum rmap_status st = RMAP_OK;
+    if (action && !json_is_string(action))
+        return rmap_error_set(err, RMAP_USAGE, "'action' is start, pause, resume or stop");
+    if (!begun)
+        st = act(self, message, action ? json_string_value(action) : "start", err);
+    if (st != RMAP_OK)
+        return st;
+    if (!begun)
+        tell(self);
+    if (self->state == RMAP_SERVE_FAILED && begun)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s", self->why);
+    self->again = waits && self->state == RMAP_SERVE_RUNNING;
+    if (self->again && begun && self->at_hand.progressed && self->context.rank == 0)
+        self->at_hand.progressed(self->at_hand.context,
+                                 (double)n_traced(self) / (double)self->n_ray);
+    if (!self->again)
+        *result = rmap_serve_trace_json(self);
+    return RMAP_OK;
+}
+
+/* Collective. How far the next slice goes: rank 0 says, all hear. */
+static enum rmap_status next_end(const struct rmap_serve *self, uint64_t *end_ret,
+                                 struct rmap_error *err)
+{
+    const uint64_t done = n_traced(self), block = RMAP_BLOCK_RAYS;
+    const uint64_t threads = (uint64_t)self->context.size * (uint64_t)self->context.n_thread;
+    uint64_t n = (uint64_t)(self->pace * slice_s) / block * block;
+    if (n < block * threads)
+        n = block * (self->pace > 0.0 ? threads : 1);
+    *end_ret = done + n < self->n_ray ? done + n : self->n_ray;
+    return RMAP_MPI(MPI_Bcast(end_ret, 1, MPI_UINT64_T, 0, self->context.comm));
+}
+
+enum rmap_status rmap_serve_trace_slice(struct rmap_serve *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_error why = {0};
+    const uint64_t before = n_traced(self);
+    const double begun = rmap_clock_seconds();
+    uint64_t end = 0, reused = 0;
+    RMAP_TRY(next_end(self, &end, err));
+    const enum rmap_status traced = rmap_trace_held_more(&self->context, self->accel, NULL, end,
+                                                         self->map, &self->seconds, &reused, &why);
+    const double passed = rmap_clock_seconds() - begun;
+    self->pace = passed > 0.0 ? (double)(end - before) / passed : 0.0;
+    if (traced != RMAP_OK) {
+        self->state = RMAP_SERVE_FAILED;
+        (void)snprintf(self->why, sizeof self->why, "%s", why.text);
+    } else if (end == self->n_ray) {
+        self->state = RMAP_SERVE_DONE;
+    }
+    tell(self);
+out:
+    return st;
+}
