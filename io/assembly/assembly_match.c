@@ -263,9 +263,11 @@ static int by_along(const void *a, const void *b)
     return (x->part > y->part) - (x->part < y->part);
 }
 
+/* Of a stranger's numbers any may be infinite. */
 static double component(struct rmap_vec3 v, int axis)
 {
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    const double its = axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    return isfinite(its) ? its : 0;
 }
 
 /* Those of the old side that are left, in a row; its axis. */
@@ -312,7 +314,8 @@ static int32_t nearest_of(const struct matching *m, size_t n, int axis, int32_t 
     for (size_t up = low, down = low; (up < n || down > 0) && looks++ < LOOKS;) {
         const double above = up < n ? m->stand[up].along - along : HUGE_VAL,
                      below = down > 0 ? along - m->stand[down - 1].along : HUGE_VAL;
-        const struct stand *stand = above <= below ? &m->stand[up++] : &m->stand[--down];
+        const bool go_up = down == 0 || (up < n && above <= below);
+        const struct stand *stand = go_up ? &m->stand[up++] : &m->stand[--down];
         if (fmin(above, below) > least)
             break;
         const double away = rmap_length(rmap_sub(stand->at, at));
