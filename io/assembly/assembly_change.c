@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "io/assembly/assembly_match.h"
+#include "io/assembly/match_side.h"
 
 struct pair {
     const struct rmap_assembly *before, *after;
@@ -107,6 +108,24 @@ static bool other_looks(const struct pair *pair)
     return other;
 }
 
+/* How much larger it is in all directions alike; 1: it is not, or is not another size. */
+static double size_ratio(const struct rmap_assembly_shape *from,
+                         const struct rmap_assembly_shape *to)
+{
+    const double same = 1e-6;
+    double least = HUGE_VAL, most = 0;
+    for (int k = 0; k < 3; k++) {
+        const double a = from->upper[k] - from->lower[k], b = to->upper[k] - to->lower[k];
+        if (a > 0 || b > 0) {
+            least = fmin(least, a > 0 ? b / a : 0);
+            most = fmax(most, a > 0 ? b / a : HUGE_VAL);
+        }
+    }
+    const bool alike = least > 0 && isfinite(most) && most - least <= same * most &&
+                       from->n_face == to->n_face && from->closed == to->closed;
+    return alike && fabs(most - 1) > same ? most : 1;
+}
+
 /* ---- the whole ---- */
 
 static unsigned change_of(const struct pair *pair, const struct rmap_assembly_match *match,
@@ -131,7 +150,16 @@ static unsigned change_of(const struct pair *pair, const struct rmap_assembly_ma
     if (x->shape >= 0 &&
         strcmp(pair->before->shape[x->shape].hash, pair->after->shape[y->shape].hash) != 0)
         change |= RMAP_PART_RESHAPED;
-    if (strcmp(x->name, y->name) != 0)
+    const double ratio = change & RMAP_PART_RESHAPED ? size_ratio(&pair->before->shape[x->shape],
+                                                                  &pair->after->shape[y->shape])
+                                                     : 1;
+    if (ratio < 1 || ratio > 1) {
+        motion->scale *= ratio;
+        change |= RMAP_PART_SCALED;
+    }
+    if (strcmp(x->name, y->name) != 0 &&
+        !(rmap_assembly_is_numbered(pair->before, (size_t)pair->from) &&
+          rmap_assembly_is_numbered(pair->after, (size_t)pair->to)))
         change |= RMAP_PART_RENAMED;
     if (other_looks(pair))
         change |= RMAP_PART_RECOLOURED;

@@ -10,28 +10,12 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-
-/* A part by what it is looked for. */
-struct key {
-    uint64_t value;
-    int32_t part;
-};
-
-struct side {
-    const struct rmap_assembly *assembly;
-    int32_t *known;   /* [n_part] its part of the other side; -1: none yet */
-    struct key *key;  /* of what is not matched yet, sorted by value */
-    struct key *name; /* [n_part] all, sorted by name */
-    uint64_t *id; /* [n_part] of its own step of the path, without the count that made it unique */
-    uint64_t *content; /* [n_part] of the shape; of a group, of what is in it */
-    int *depth;
-    struct rmap_affine *world;
-};
+#include "io/assembly/match_side.h"
 
 struct matching {
-    struct side side[2]; /* before, after */
-    int depth;           /* that is looked at */
-    int32_t *votes;      /* [parts of the old one] */
+    struct rmap_match_side side[2]; /* before, after */
+    int depth;                      /* that is looked at */
+    int32_t *votes;                 /* [parts of the old one] */
     struct stand {
         double along;
         struct rmap_vec3 at;
@@ -42,26 +26,6 @@ struct matching {
 };
 
 typedef uint64_t value_of(const struct matching *m, int side, size_t i); /* 0: it takes no part */
-
-static int by_value(const void *a, const void *b)
-{
-    const struct key *x = a, *y = b;
-    if (x->value != y->value)
-        return x->value < y->value ? -1 : 1;
-    return (x->part > y->part) - (x->part < y->part);
-}
-
-static uint64_t text_hash(const char *text)
-{
-    return XXH3_64bits(text, strlen(text));
-}
-
-static uint64_t mix(uint64_t a, uint64_t b)
-{
-    const uint64_t both[2] = {a, b};
-    const uint64_t hash = XXH3_64bits(both, sizeof both);
-    return hash ? hash : 1;
-}
 
 static const struct rmap_assembly_part *part_of(const struct matching *m, int side, size_t i)
 {
@@ -77,6 +41,8 @@ static bool is_group(const struct matching *m, int side, int32_t i)
 
 static bool same_name(const struct matching *m, int32_t from, int32_t to)
 {
+    if (m->side[0].id[from] == 0 && m->side[1].id[to] == 0)
+        return true; /* a count is no name */
     return strcmp(part_of(m, 0, (size_t)from)->name, part_of(m, 1, (size_t)to)->name) == 0;
 }
 
@@ -125,15 +91,15 @@ struct run {
 
 static size_t collect(struct matching *m, int side, value_of *value)
 {
-    struct side *s = &m->side[side];
+    struct rmap_match_side *s = &m->side[side];
     size_t n = 0;
     for (size_t i = 0; i < s->assembly->n_part; i++) {
         const uint64_t its = s->known[i] < 0 ? value(m, side, i) : 0;
         if (its)
-            s->key[n++] = (struct key){its, (int32_t)i};
+            s->key[n++] = (struct rmap_part_key){its, (int32_t)i};
     }
     if (n > 0)
-        qsort(s->key, n, sizeof *s->key, by_value);
+        qsort(s->key, n, sizeof *s->key, rmap_part_key_compare);
     return n;
 }
 
@@ -161,17 +127,17 @@ static void each_run(struct matching *m, value_of *value,
 /* Of one depth, whose parents are the same. */
 static uint64_t under_parent(const struct matching *m, int side, size_t i)
 {
-    const struct side *s = &m->side[side];
+    const struct rmap_match_side *s = &m->side[side];
     const int32_t up = s->assembly->part[i].parent;
     const int32_t old = up < 0 || side == 0 ? up : s->known[up];
     if (s->depth[i] != m->depth || (up >= 0 && s->known[up] < 0))
         return 0;
-    return mix((uint64_t)(old + 2), s->assembly->part[i].shape < 0);
+    return rmap_match_mix((uint64_t)(old + 2), s->assembly->part[i].shape < 0);
 }
 
 static uint64_t with(uint64_t scope, uint64_t value)
 {
-    return scope ? mix(scope, value) : 0;
+    return scope ? rmap_match_mix(scope, value) : 0;
 }
 
 /* Of numbers that are the same but for rounding; that they fall apart at a step costs time only. */
@@ -188,7 +154,7 @@ static uint64_t place_hash(const struct rmap_affine *place)
 
 static uint64_t name_value(const struct matching *m, int side, size_t i)
 {
-    return text_hash(part_of(m, side, i)->name);
+    return m->side[side].id[i] == 0 ? 0 : rmap_match_text(part_of(m, side, i)->name);
 }
 
 static uint64_t sibling_id(const struct matching *m, int side, size_t i)
@@ -201,10 +167,19 @@ static uint64_t sibling_name(const struct matching *m, int side, size_t i)
     return with(under_parent(m, side, i), name_value(m, side, i));
 }
 
+/* Its shape as it lies in its frame, and where this is. */
+static uint64_t stands(const struct matching *m, int side, size_t i, bool world)
+{
+    const struct rmap_assembly *a = m->side[side].assembly;
+    const int32_t shape = a->part[i].shape;
+    const uint64_t content =
+        shape < 0 ? m->side[side].content[i] : rmap_match_text(a->shape[shape].hash);
+    return rmap_match_mix(content, place_hash(place_of(m, side, (int32_t)i, world)));
+}
+
 static uint64_t sibling_place(const struct matching *m, int side, size_t i)
 {
-    return with(with(under_parent(m, side, i), m->side[side].content[i]),
-                place_hash(&part_of(m, side, i)->place));
+    return with(under_parent(m, side, i), stands(m, side, i, false));
 }
 
 static uint64_t untouched_id(const struct matching *m, int side, size_t i)
@@ -219,16 +194,16 @@ static uint64_t untouched_name(const struct matching *m, int side, size_t i)
 
 static uint64_t world_name(const struct matching *m, int side, size_t i)
 {
-    return mix(mix(name_value(m, side, i), m->side[side].content[i]),
-               part_of(m, side, i)->shape < 0);
+    return rmap_match_mix(rmap_match_mix(name_value(m, side, i), m->side[side].content[i]),
+                          part_of(m, side, i)->shape < 0);
 }
 
 static uint64_t world_untouched(const struct matching *m, int side, size_t i)
 {
-    return mix(world_name(m, side, i), place_hash(&m->side[side].world[i]));
+    return rmap_match_mix(world_name(m, side, i), stands(m, side, i, true));
 }
 
-static size_t count_named(const struct side *s, uint64_t name, size_t *first_ret)
+static size_t count_named(const struct rmap_match_side *s, uint64_t name, size_t *first_ret)
 {
     size_t low = 0, high = s->assembly->n_part, n = 0;
     while (low < high) {
@@ -250,17 +225,17 @@ static uint64_t unique_name(const struct matching *m, int side, size_t i)
     const uint64_t name = name_value(m, side, i);
     const bool unique =
         count_named(&m->side[0], name, &first) == 1 && count_named(&m->side[1], name, &first) == 1;
-    return unique ? mix(name, part_of(m, side, i)->shape < 0) : 0;
+    return unique ? rmap_match_mix(name, part_of(m, side, i)->shape < 0) : 0;
 }
 
 static uint64_t shape_value(const struct matching *m, int side, size_t i)
 {
-    return part_of(m, side, i)->shape < 0 ? 0 : mix(m->side[side].content[i], 0);
+    return part_of(m, side, i)->shape < 0 ? 0 : rmap_match_mix(m->side[side].content[i], 0);
 }
 
 static uint64_t id_alone(const struct matching *m, int side, size_t i)
 {
-    return mix(text_hash(part_of(m, side, i)->id), part_of(m, side, i)->shape < 0);
+    return rmap_match_mix(rmap_match_text(part_of(m, side, i)->id), part_of(m, side, i)->shape < 0);
 }
 
 /* ---- the rules ---- */
@@ -288,9 +263,11 @@ static int by_along(const void *a, const void *b)
     return (x->part > y->part) - (x->part < y->part);
 }
 
+/* Of a stranger's numbers any may be infinite. */
 static double component(struct rmap_vec3 v, int axis)
 {
-    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    const double its = axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+    return isfinite(its) ? its : 0;
 }
 
 /* Those of the old side that are left, in a row; its axis. */
@@ -337,11 +314,12 @@ static int32_t nearest_of(const struct matching *m, size_t n, int axis, int32_t 
     for (size_t up = low, down = low; (up < n || down > 0) && looks++ < LOOKS;) {
         const double above = up < n ? m->stand[up].along - along : HUGE_VAL,
                      below = down > 0 ? along - m->stand[down - 1].along : HUGE_VAL;
-        const struct stand *stand = above <= below ? &m->stand[up++] : &m->stand[--down];
+        const bool go_up = down == 0 || (up < n && above <= below);
+        const struct stand *stand = go_up ? &m->stand[up++] : &m->stand[--down];
         if (fmin(above, below) > least)
             break;
         const double away = rmap_length(rmap_sub(stand->at, at));
-        if (m->side[0].known[stand->part] < 0 && (away < least || nearest < 0) &&
+        if (m->side[0].known[stand->part] < 0 && away < least &&
             agree(m, stand->part, to, wanted, world)) {
             least = away;
             nearest = stand->part;
@@ -424,7 +402,7 @@ static void join_pair(struct matching *m, const struct run *run)
 /* ---- groups ---- */
 
 /* The next child of a part behind child `at` (or behind the part itself); n_part: none. */
-static size_t next_child(const struct side *s, size_t group, size_t at)
+static size_t next_child(const struct rmap_match_side *s, size_t group, size_t at)
 {
     const size_t n = s->assembly->n_part;
     for (at++; at < n && s->depth[at] > s->depth[group]; at++)
@@ -433,7 +411,7 @@ static size_t next_child(const struct side *s, size_t group, size_t at)
     return n;
 }
 
-static size_t count_children(const struct side *s, size_t group)
+static size_t count_children(const struct rmap_match_side *s, size_t group)
 {
     size_t n = 0;
     for (size_t i = next_child(s, group, group); i < s->assembly->n_part;
@@ -470,7 +448,7 @@ static void vote_of(struct matching *m, size_t child, int way, int32_t *best)
 /* A group is the old one that has half of what is in it, or more, and of which it has half. */
 static void join_group(struct matching *m, size_t group)
 {
-    const struct side *s = &m->side[1];
+    const struct rmap_match_side *s = &m->side[1];
     const size_t n_part = s->assembly->n_part;
     int32_t best = -1, unheard = 0;
     for (size_t i = next_child(s, group, group); i < n_part; i = next_child(s, group, i))
@@ -513,111 +491,15 @@ static void join_from_the_root(struct matching *m)
 
 /* ---- the whole ---- */
 
-/* The last step of its path, without ".2" where there is one without it. */
-static uint64_t own_id(const struct rmap_assembly *a, size_t i, const uint64_t *all)
-{
-    const struct rmap_assembly_part *part = &a->part[i];
-    const char *above = part->parent < 0 ? "" : a->part[part->parent].id, *id = part->id;
-    const size_t n_above = strlen(above);
-    size_t n = strlen(id), low = 0, high = a->n_part;
-    const char *dot = strrchr(id, '.');
-    if (dot && dot[1] && strspn(dot + 1, "0123456789") == strlen(dot + 1)) {
-        const uint64_t shorter = XXH3_64bits(id, (size_t)(dot - id));
-        while (low < high) {
-            const size_t middle = low + (high - low) / 2;
-            if (all[middle] < shorter)
-                low = middle + 1;
-            else
-                high = middle;
-        }
-        if (low < a->n_part && all[low] == shorter)
-            n = (size_t)(dot - id);
-    }
-    if (n_above > 0 && strncmp(id, above, n_above) == 0 && id[n_above] == '/' && n > n_above) {
-        id += n_above + 1;
-        n -= n_above + 1;
-    }
-    return XXH3_64bits(id, n);
-}
-
-static int by_number(const void *a, const void *b)
-{
-    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
-static enum rmap_status find_ids(struct side *s, struct rmap_error *err)
-{
-    const struct rmap_assembly *a = s->assembly;
-    uint64_t *all = rmap_alloc(a->n_part, sizeof *all);
-    if (!all)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", a->n_part);
-    for (size_t i = 0; i < a->n_part; i++)
-        all[i] = text_hash(a->part[i].id);
-    if (a->n_part > 0)
-        qsort(all, a->n_part, sizeof *all, by_number);
-    for (size_t i = 0; i < a->n_part; i++)
-        s->id[i] = own_id(a, i, all);
-    rmap_free(all);
-    return RMAP_OK;
-}
-
-/* Children come behind their parents. by_form: wherever the body lies in its frame. */
-static void find_contents(struct side *s, bool by_form)
-{
-    const struct rmap_assembly *a = s->assembly;
-    for (size_t i = a->n_part; i-- > 0;) {
-        const struct rmap_assembly_part *part = &a->part[i];
-        if (part->shape >= 0)
-            s->content[i] =
-                text_hash(by_form ? a->shape[part->shape].form : a->shape[part->shape].hash);
-        if (part->parent >= 0) /* sums know no order */
-            s->content[part->parent] += mix(s->content[i], text_hash(part->name));
-    }
-}
-
-static bool has_forms(const struct rmap_assembly *a)
-{
-    bool has = true;
-    for (size_t i = 0; i < a->n_shape && has; i++)
-        has = a->shape[i].form[0] != 0;
-    return has;
-}
-
-static void find_places(struct side *s)
-{
-    for (size_t i = 0; i < s->assembly->n_part; i++) {
-        const struct rmap_assembly_part *part = &s->assembly->part[i];
-        const bool root = part->parent < 0;
-        s->depth[i] = root ? 0 : s->depth[part->parent] + 1;
-        s->world[i] =
-            root ? part->place : rmap_affine_compose(&s->world[part->parent], &part->place);
-        s->known[i] = -1;
-        s->name[i] = (struct key){text_hash(part->name), (int32_t)i};
-    }
-    if (s->assembly->n_part > 0)
-        qsort(s->name, s->assembly->n_part, sizeof *s->name, by_value);
-}
-
 static enum rmap_status begin(struct matching *m, struct rmap_assembly_match *match,
                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_after = m->side[1].assembly->n_part;
-    const bool by_form = has_forms(m->side[0].assembly) && has_forms(m->side[1].assembly);
-    bool good = true;
-    for (int side = 0; side < 2; side++) {
-        struct side *s = &m->side[side];
-        const size_t n = s->assembly->n_part;
-        s->known = rmap_alloc(n, sizeof *s->known);
-        s->key = rmap_alloc(n, sizeof *s->key);
-        s->name = rmap_alloc(n, sizeof *s->name);
-        s->id = rmap_alloc(n, sizeof *s->id);
-        s->content = rmap_alloc(n, sizeof *s->content);
-        s->depth = rmap_alloc(n, sizeof *s->depth);
-        s->world = rmap_alloc(n, sizeof *s->world);
-        good &= s->known && s->key && s->name && s->id && s->content && s->depth && s->world;
-    }
+    const bool by_form = rmap_assembly_has_forms(m->side[0].assembly) &&
+                         rmap_assembly_has_forms(m->side[1].assembly);
+    for (int side = 0; side < 2 && st == RMAP_OK; side++)
+        st = rmap_match_side_begin(&m->side[side], by_form, err);
     match->to = m->side[0].known;
     match->from = m->side[1].known;
     match->change = rmap_alloc(n_after, sizeof *match->change);
@@ -626,14 +508,9 @@ static enum rmap_status begin(struct matching *m, struct rmap_assembly_match *ma
     m->votes = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->votes);
     m->stand = rmap_alloc(m->side[0].assembly->n_part, sizeof *m->stand);
     m->seeker = rmap_alloc(n_after, sizeof *m->seeker);
-    if (!good || !match->change || !match->motion || !match->kept || !m->votes || !m->stand ||
-        !m->seeker)
+    if (st == RMAP_OK &&
+        (!match->change || !match->motion || !match->kept || !m->votes || !m->stand || !m->seeker))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu parts", n_after);
-    for (int side = 0; side < 2 && st == RMAP_OK; side++) {
-        find_places(&m->side[side]);
-        find_contents(&m->side[side], by_form);
-        st = find_ids(&m->side[side], err);
-    }
     return st;
 }
 
@@ -655,14 +532,8 @@ enum rmap_status rmap_assembly_match(const struct rmap_assembly *before,
         each_run(&m, id_alone, join_pair);
         rmap_assembly_find_changes(before, after, match);
     }
-    for (int side = 0; side < 2; side++) {
-        rmap_free(m.side[side].key);
-        rmap_free(m.side[side].name);
-        rmap_free(m.side[side].id);
-        rmap_free(m.side[side].content);
-        rmap_free(m.side[side].depth);
-        rmap_free(m.side[side].world);
-    }
+    for (int side = 0; side < 2; side++)
+        rmap_match_side_fini(&m.side[side]);
     rmap_free(m.votes);
     rmap_free(m.stand);
     rmap_free(m.seeker);

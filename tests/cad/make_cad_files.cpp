@@ -175,7 +175,7 @@ TopoDS_Shape flint(double back, double aperture, double from, double to)
     return BRepAlgoAPI_Cut(cylinder(aperture, from - 10, to), sphere(back, from - back)).Shape();
 }
 
-TopoDS_Shape compound(std::initializer_list<TopoDS_Shape> parts)
+TopoDS_Shape compound(const std::vector<TopoDS_Shape> &parts)
 {
     TopoDS_Compound out;
     BRep_Builder builder;
@@ -285,11 +285,15 @@ void write_copies(const std::string &folder)
     gp_Trsf mirror;
     mirror.SetMirror(gp_Ax2(gp_Pnt(-20, 0, 0), gp_Dir(1, 0, 0)));
     const TopoDS_Shape lens = biconvex(50, 80, 12.7, 6);
-    write_one(folder + "copies.step",
-              compound({wedge, moved(wedge, at(40, 5, 0, 0.7, gp_Dir(1, 2, 3))),
-                        moved(wedge, mirror), lens, moved(lens, at(0, 60, 7, 1.1, gp_Dir(3, 1, 0))),
-                        BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 50), 10, 20, 30.001).Shape()}),
-              "copies");
+    std::vector<TopoDS_Shape> all = {wedge,
+                                     moved(wedge, at(40, 5, 0, 0.7, gp_Dir(1, 2, 3))),
+                                     moved(wedge, mirror),
+                                     lens,
+                                     moved(lens, at(0, 60, 7, 1.1, gp_Dir(3, 1, 0))),
+                                     BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 50), 10, 20, 30.001).Shape()};
+    write_one(folder + "copies.step", compound(all), "copies");
+    all.erase(all.begin());
+    write_one(folder + "copies-revised.step", compound(all), "copies"); // all are counted anew
 }
 
 // A luminaire in a nested assembly: two of its screws are one product, its lens lies on the

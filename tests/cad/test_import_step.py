@@ -103,6 +103,21 @@ def check_root():
     check(not done.stderr and "N-SF5" in run("check", "lamp/scene.yaml").stdout, f"the rule fits: {done.stderr}")
 
 
+def check_counted():
+    """Bodies without names are counted by the converter: the first is gone, and no attribute shifts."""
+    shutil.rmtree("copies", ignore_errors=True)
+    run("import", "cad/copies.step", "-o", "copies", "--quiet")
+    ids = dict(re.findall(r"name: (copies_\d), id: (0x\w+)", text("copies/parts.yaml")))
+    check(sorted(ids) == [f"copies_{k}" for k in range(1, 7)], f"{ids}")
+    told = json.loads(run("update", "copies", "cad/copies-revised.step", "--json").stdout)
+    change = {p["name"]: p["change"] for p in told["parts"]}
+    check(change.pop("copies_1", None) == ["gone"] and not any("renamed" in c or "new" in c for c in change.values()), f"{change}")
+    check(not set(change) & {"copies_4", "copies_5", "copies_6"}, f"what did not change: {change}")
+    check(dict(re.findall(r"name: (copies_\d), id: (0x\w+)", text("copies/parts.yaml"))) == {n: i for n, i in ids.items() if n != "copies_1"}, "ids")
+    stands = {n.replace("copies_", ""): at for n, at in re.findall(r"name: (copies_[256]).*?at: \[(.*?)\]", text("copies/parts.yaml"))}
+    check(stands.get("5") == "0, 60, 7", f"each stands where it stood: {stands}")
+
+
 def put_converter(script):
     """A copy of the program with another raymap-step beside it."""
     shutil.rmtree("other", ignore_errors=True)
@@ -130,5 +145,6 @@ os.makedirs("cad", exist_ok=True)
 subprocess.run([MAKER, "cad"], check=True)
 check_places()
 check_root()
+check_counted()
 check_converter()
 sys.exit(1 if failures else 0)

@@ -164,7 +164,8 @@ def check_unit():
     told, change, _ = update("here/u", "here/a.obj")
     check(told["kept"] == 1 and not change and told["meshes"]["written"] == 0, f"the unit is remembered: {told}")
     check("10 x 10 x 10 mm" in text("here/u/parts.yaml"), "cm")
-    run("update", "here/u", "here/a.obj", "--unit", "m", "--quiet")
+    says = run("update", "here/u", "here/a.obj", "--unit", "m")
+    check("changed, scaled cube   to 100 times its size" in says, f"a scale: {says}")
     check("1000 x 1000 x 1000 mm" in text("here/u/parts.yaml") and update("here/u", "here/a.obj")[0]["kept"] == 1, "another unit is, too")
 
 
