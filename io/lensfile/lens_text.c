@@ -202,7 +202,8 @@ double rmap_lens_nm(double um)
     return fabs(um) < 1e3 ? rint(1e3 * digits * um) / digits : 1e3 * um;
 }
 
-/* Marks of direction: what is read would be another text than what stands there (CVE-2021-42574). */
+/* Marks of direction: what is read would be another text than what stands there (CVE-2021-42574).
+ */
 static bool turns(unsigned c)
 {
     return c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x202a && c <= 0x202e) ||
