@@ -150,8 +150,9 @@ enum rmap_status rmap_number_rows_read(const char *text, size_t nbytes,
 enum rmap_status rmap_table_covers(const double *nm, size_t n, const struct rmap_channels *channels,
                                    struct rmap_error *err)
 {
-    const double near = 1e-6, from = channels->wavelength_nm[0],
-                 to = channels->wavelength_nm[channels->n - 1];
+    const double near = 1e-6, first = channels->wavelength_nm[0],
+                 last = channels->wavelength_nm[channels->n - 1], from = fmin(first, last),
+                 to = fmax(first, last);
     if (nm[0] < 0.0 || (n > 1 && nm[0] == 0.0))
         return rmap_error_set(err, RMAP_INPUT,
                               nm[0] < 0.0 ? "a wavelength of %g nm is none"

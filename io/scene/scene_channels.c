@@ -244,7 +244,8 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     return choice ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;
 }
 
-const struct rmap_mapping rmap_spectrum_keys = {"Head", NULL, {{"spectrum", "mode wavelengths"}}};
+const struct rmap_mapping rmap_spectrum_keys = {
+    "Head", NULL, {{"spectrum", "mode wavelengths coatings"}}};
 
 /* Group paths and delays: asked for by the simulation, or by the scene for all of them. */
 static void read_timed(struct rmap_reader *reader)
@@ -278,6 +279,9 @@ void rmap_reader_read_channels(struct rmap_reader *reader)
         for (int i = 0; i < 3; i++)
             channels->wavelength_nm[i] = rgb_index_nm;
     }
+    int coats = 0;
+    (void)rmap_reader_choice(reader, spectrum, "coatings", RMAP_OPTIONAL, "line bands", &coats);
+    channels->coats_by_band = coats == 1;
     read_timed(reader);
 }
 

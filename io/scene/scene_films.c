@@ -58,15 +58,15 @@ static bool read_thickness(struct rmap_reader *reader, const struct rmap_yaml_no
 static void read_layer(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        double reference_nm, size_t k, struct rmap_thin_film *film)
 {
-    const struct rmap_channels *channels = &reader->scene->channels;
+    const struct rmap_channels at = rmap_channels_of_coats(&reader->scene->channels);
     struct rmap_constants its = {.has_glass = false};
     double nm = 0.0;
     if (!rmap_reader_known(reader, node, &rmap_film_layer_keys, 0) ||
         !rmap_reader_constants(reader, node, "film", film->name, "a layer", &its) ||
         !read_thickness(reader, node, &its, reference_nm, &nm))
         return;
-    for (int i = 0; i < channels->n; i++) {
-        const double wavelength = channels->wavelength_nm[i];
+    for (int i = 0; i < at.n; i++) {
+        const double wavelength = at.wavelength_nm[i];
         film->layer[(size_t)i * film->n_layer + k] =
             (struct rmap_thin_film_layer){rmap_constants_index(&its, wavelength),
                                           rmap_constants_loss(&its, wavelength), nm / wavelength};
@@ -85,8 +85,8 @@ static void read_measured(struct rmap_reader *reader, const struct rmap_yaml_nod
     const char *text = rmap_reader_file(reader, table, "file", &csv, &nbytes);
     if (!text)
         return;
-    const enum rmap_status st =
-        rmap_coat_csv_read(text, nbytes, &reader->scene->channels, film, &why);
+    const struct rmap_channels at = rmap_channels_of_coats(&reader->scene->channels);
+    const enum rmap_status st = rmap_coat_csv_read(text, nbytes, &at, film, &why);
     if (st == RMAP_SYSTEM) {
         reader->failure = why;
         rmap_reader_fail(reader, st);

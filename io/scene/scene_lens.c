@@ -339,9 +339,12 @@ static struct edge wall_between(struct rmap_reader *reader, const struct rmap_le
     if (!sag)
         return edge;
     if (!rmap_aperture_same(&outline, &other)) {
-        rmap_reader_error(reader, b->node,
-                          "this row and the one before it need the same aperture: between rims "
-                          "that are no circles about the axis the edge of a body is straight");
+        rmap_reader_error(
+            reader, b->node,
+            "this row and the one before it need the same aperture, as the edge of a "
+            "body between rims that are no circles about the axis is a straight wall: "
+            "give both the outline that the body is cut to, and what is clear of it by "
+            "a screen (an object with a hole) in front");
         return edge;
     }
     rmap_shape_as_sag(&a->shape, &sag[0]);

@@ -65,7 +65,7 @@ static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *n
 static void metal_of_catalogue(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                struct rmap_surface *surface)
 {
-    const struct rmap_channels *channels = &reader->scene->channels;
+    const struct rmap_channels at = rmap_channels_of_coats(&reader->scene->channels);
     struct rmap_glass metal;
     if (!rmap_reader_material(reader, node, "metal", &metal))
         return;
@@ -75,9 +75,9 @@ static void metal_of_catalogue(struct rmap_reader *reader, const struct rmap_yam
                           metal.name);
     rmap_reader_warn_outside(reader, rmap_yaml_get(node, "metal"), "metal", metal.name,
                              metal.from_nm, metal.to_nm, "its ends stand for the rest");
-    for (int i = 0; i < channels->n; i++) {
-        surface->metal_n[i] = rmap_glass_index(&metal, channels->wavelength_nm[i]);
-        surface->metal_k[i] = rmap_glass_extinction(&metal, channels->wavelength_nm[i]);
+    for (int i = 0; i < at.n; i++) {
+        surface->metal_n[i] = rmap_glass_index(&metal, at.wavelength_nm[i]);
+        surface->metal_k[i] = rmap_glass_extinction(&metal, at.wavelength_nm[i]);
     }
 }
 
@@ -85,7 +85,7 @@ static void metal_of_catalogue(struct rmap_reader *reader, const struct rmap_yam
 static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *metal,
                        struct rmap_surface *surface)
 {
-    const struct rmap_channels *channels = &reader->scene->channels;
+    const struct rmap_channels at = rmap_channels_of_coats(&reader->scene->channels);
     const struct rmap_yaml_node *table = rmap_yaml_get(metal, "table");
     if (!rmap_reader_check_map(reader, metal, "a metal", "table n k"))
         return;
@@ -93,7 +93,7 @@ static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *
         double n = 0, k = 0;
         (void)rmap_reader_number(reader, metal, "n", RMAP_REQUIRED, &rmap_range_nonnegative, &n);
         (void)rmap_reader_number(reader, metal, "k", RMAP_REQUIRED, &rmap_range_nonnegative, &k);
-        for (int i = 0; i < channels->n; i++) {
+        for (int i = 0; i < at.n; i++) {
             surface->metal_n[i] = n;
             surface->metal_k[i] = k;
         }
@@ -107,9 +107,9 @@ static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *
     if (!n)
         return;
     const struct rmap_table1 index = {n, column[0], column[1]}, loss = {n, column[0], column[2]};
-    for (int i = 0; i < channels->n; i++) {
-        surface->metal_n[i] = rmap_table1_at(&index, channels->wavelength_nm[i]);
-        surface->metal_k[i] = rmap_table1_at(&loss, channels->wavelength_nm[i]);
+    for (int i = 0; i < at.n; i++) {
+        surface->metal_n[i] = rmap_table1_at(&index, at.wavelength_nm[i]);
+        surface->metal_k[i] = rmap_table1_at(&loss, at.wavelength_nm[i]);
     }
 }
 

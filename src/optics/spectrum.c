@@ -341,6 +341,17 @@ void rmap_channel_band(const struct rmap_channels *channels, int i, double band_
     band_nm[1] = channels->wavelength_nm[i] + 0.5 * above;
 }
 
+struct rmap_channels rmap_channels_of_coats(const struct rmap_channels *channels)
+{
+    struct rmap_channels at = *channels;
+    for (int i = 0; i < at.n && at.mode == RMAP_COLOUR_RGB && at.coats_by_band; i++) {
+        double band[2];
+        rmap_channel_band(channels, i, band);
+        at.wavelength_nm[i] = 0.5 * (band[0] + band[1]);
+    }
+    return at;
+}
+
 static double band_width(const struct rmap_channels *channels, int i)
 {
     double below, above;

@@ -6,6 +6,7 @@
 #ifndef RMAP_SPECTRUM_H
 #define RMAP_SPECTRUM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/status.h"
@@ -21,6 +22,7 @@ struct rmap_channels {
     enum rmap_colour_mode mode;
     int n;                                  /* RGB: 3 */
     double wavelength_nm[RMAP_CHANNEL_MAX]; /* increasing; RGB: all 587.56 */
+    bool coats_by_band;                     /* RGB: films and metals at the middles of the bands */
 };
 
 /* A table over wavelength, linear in between, constant beyond its ends. Borrowed arrays. */
@@ -36,6 +38,9 @@ void rmap_channel_steps(const struct rmap_channels *channels, int i, double *bel
 
 /* Its band, from and to; of red, green, blue in RGB mode. */
 void rmap_channel_band(const struct rmap_channels *channels, int i, double band_nm[2]);
+
+/* The channels with the wavelengths that films and metals are asked at, which are in no order. */
+struct rmap_channels rmap_channels_of_coats(const struct rmap_channels *channels);
 
 /* Of spectral channels, the one whose wavelength is nearest; of two as near the shorter. */
 int rmap_channel_nearest(const struct rmap_channels *channels, double wavelength_nm);

@@ -91,7 +91,51 @@ def check_absorbing():
     drop(target)
 
 
+RGB = """raymap: 1
+units: mm
+spectrum: {mode: rgb, coatings: %s}
+media: {air: {index: 1}, glass: {index: 1.52}}
+films: {ar: {reference: 550, layers: [{n: 1.38, quarter: 1}]}}
+surfaces:
+  metal: {type: mirror, metal: {table: {wavelength: [445, 535, 640], n: [1.5, 0.6, 0.2], k: [1.9, 2.1, 3.4]}}}
+  coated: {type: fresnel, coat: {film: ar}}
+geometries: {face: {type: rectangle, size: [1000, 1000]}}
+objects:
+  - {name: mirror, geometry: face, at: [0, 0, 5], rotate: [180, 0, 0], surface: metal, front: air, back: air}
+  - {name: plate, geometry: face, at: [0, 0, -20], surface: coated, outside: air, inside: glass}
+sources:
+  - {name: red, type: collimated, shape: {disc: 1}, flux: 1 W, medium: air, spectrum: {rgb: [1, 0, 0]}}
+  - {name: green, type: collimated, shape: {disc: 1}, flux: 1 W, medium: air, spectrum: {rgb: [0, 1, 0]}}
+  - {name: blue, type: collimated, shape: {disc: 1}, flux: 1 W, medium: air, spectrum: {rgb: [0, 0, 1]}}
+"""
+
+
+def check_rgb():
+    """In rgb, films and metals at the middles of the bands, where that is asked for; else alike for all colours."""
+    def metal(n, k):
+        return ((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k)
+
+    def film(nm):  # air / 1.38, a quarter wave at 550 / 1.52, straight on (Born & Wolf 1.6.4)
+        r1, r2, d = (1 - 1.38) / 2.38, (1.38 - 1.52) / 2.9, math.cos(math.pi * 550 / nm)
+        return (r1 * r1 + r2 * r2 + 2 * r1 * r2 * d) / (1 + r1 * r1 * r2 * r2 + 2 * r1 * r2 * d)
+    part = (587.56 - 535) / 105
+    line = metal(0.6 - 0.4 * part, 2.1 + 1.3 * part), film(587.56)
+    want = {"bands": {"red": (metal(0.2, 3.4), film(640)), "green": (metal(0.6, 2.1), film(535)),
+                      "blue": (metal(1.5, 1.9), film(445))},
+            "line": dict.fromkeys(("red", "green", "blue"), line)}
+    for coatings, shares in want.items():
+        target = trace("rgb", RGB % coatings, 3 * many(100_000))
+        for colour, (mirror, coat) in shares.items():
+            (back, again), _ = rays(target, f'source({colour}) and path("R@mirror .*")',
+                                    f'source({colour}) and path("R@mirror R@plate .*")')
+            (whole,), _ = rays(target, f"source({colour})")
+            checks.share(f"{coatings}: {colour} reflected by the metal", back, whole, mirror)
+            checks.share(f"{coatings}: {colour} reflected by the film", again, back, coat)
+        drop(target)
+
+
 check_coated_plate()
+check_rgb()
 check_ghost()
 check_absorbing()
 checks.finish()
