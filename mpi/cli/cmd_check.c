@@ -142,11 +142,6 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
     const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
-    if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
-        rmap_diagnostics_add(
-            &checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
-            "'background' is light for `raymap render` alone, and there is no camera: "
-            "trace sends no ray of it");
     if (st == RMAP_OK)
         st = rmap_bodies_check(checked->scene, &checked->diagnostics, err);
     if (st == RMAP_OK && checked->scene->n_source > 0)
