@@ -264,4 +264,10 @@ void rmap_reader_read_background(struct rmap_reader *reader)
         rmap_reader_error(reader, node, "'background': %.200s", reader->failure.text);
     for (int i = 0; i < scene->channels.n; i++)
         scene->background[i] *= radiance;
+    if (!rmap_yaml_get(node, "trace") && radiance > 0.0 &&
+        (scene->n_detector > 0 || scene->n_camera == 0))
+        rmap_reader_warn(reader, node,
+                         "'background' is light for `raymap render` alone%s: trace sends no ray of "
+                         "it; 'trace: true' makes it a source, 'trace: false' says that it is none",
+                         scene->n_camera == 0 ? ", and there is no camera" : "");
 }

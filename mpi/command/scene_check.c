@@ -40,11 +40,6 @@ enum rmap_status rmap_scene_check(struct rmap_bundle *bundle, int n_thread, uint
 {
     enum rmap_status st = rmap_scene_read(bundle, &checked->scene, diagnostics, err);
     checked->n_read = diagnostics->n + diagnostics->n_dropped;
-    if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
-        rmap_diagnostics_add(
-            diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
-            "'background' is light for `raymap render` alone, and there is no camera: "
-            "trace sends no ray of it");
     if (st == RMAP_OK)
         st = rmap_bodies_check(checked->scene, diagnostics, err);
     if (st == RMAP_OK && checked->scene->n_source > 0)

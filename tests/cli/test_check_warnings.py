@@ -45,7 +45,12 @@ check("aside", SOURCE % "point", "of source 's' leaves the scene without meeting
 check("behind", SOURCE % STRAIGHT + "detectors: [{name: d, type: plane, at: [0, 0, 8], size: 2, cells: 4}]\n", "registered on detector 'd'")
 check("far", SOURCE % "point" + "detectors: [{name: d, type: intensity, cells: 4}]\n")
 check("stops", SOURCE % STRAIGHT, "a second 'stop: true'", stops=(", stop: true", ", stop: true"))
-check("sky", SOURCE % STRAIGHT + "background: {radiance: 1}\n", "'background' is light for `raymap render` alone")
+AROUND = "background: {radiance: 1}\ncameras: [{name: eye, at: [0, 0, 9], look_at: [0, 0, 0]}]\n"
+SEEN = AROUND + "detectors: [{name: d, type: intensity, cells: 4}]\n"
+check("sky", SOURCE % STRAIGHT + "background: {radiance: 1}\n", "'background' is light for `raymap render` alone, and there is no camera")
+check("pictures", SOURCE % STRAIGHT + AROUND)
+check("meters", SOURCE % STRAIGHT + SEEN, "trace sends no ray of it; 'trace: true' makes it a source")
+check("meant", SOURCE % STRAIGHT + SEEN.replace("1}", "1, trace: false}"))
 
 
 def mesh(name, size, triangles, corner="1 0 0"):

@@ -17,7 +17,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes)
     struct rmap_picture picture;
     struct rmap_error err = {0};
     const int64_t live = rmap_alloc_live();
-    if (nbytes > 65536 || (nbytes > 0 && data[0] == 0x76)) /* EXR's reader is a library's */
+    if (nbytes > 65536 || (nbytes > 0 && data[0] == 0x76)) /* target_exr.c */
         return 0;
     const enum rmap_status st = rmap_picture_read(data, nbytes, &picture, &err);
     if (st == RMAP_OK)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Beams: a Gaussian beam's power through apertures and its width on its way (Siegman, Lasers, 1986, ch. 17); apodised beams; fibre ends;
+"""Beams: a Gaussian beam's power through apertures and its width on its way (RAD-17; Siegman, Lasers, 1986, ch. 17); apodised beams; fibre ends;
 areas with an intensity of their own, by formula, table and lamp's file; maps are the same in either encoding and on any number of ranks."""
 import json
 import math

@@ -7,6 +7,7 @@ I = a + v.d + q x^2 has the flux 4 pi (a + q/3), the mean direction v / (3 (a + 
 x^2 of (a/3 + q/5) / (a + q/3). Linear interpolation in steps of 2.5 and 5 degrees is off by up to
 h^2/12, 6e-4.
 """
+import json
 import math
 import os
 import shutil
@@ -16,7 +17,7 @@ import numpy
 import lamp_files
 from lamp_files import steps
 from picture import luminance, render
-from raymap import Checks, columns, count, drop, many, run, trace
+from raymap import Checks, columns, count, drop, many, run, trace, write_scene
 
 checks = Checks()
 RAYS = many(50_000)
@@ -229,6 +230,24 @@ def check_relux():
             checks.close(f"cd/m2 at C {c}, gamma {gamma}", luminance(image).sum() * pixel / area, want, rel=0.02)
 
 
+def check_published():
+    """RAD-20: what EULUMDAT files of every symmetry send, over what they say of their lamps, is their light output ratio (but of pv_*)."""
+    folder = os.path.join(os.environ["SOURCE_DIR"], "..", "shared", "validation", "data", "ldt")
+    if not os.path.isdir(folder):
+        print("RAD-20 is left out: ../shared/validation is not there")
+        return
+    for file, lorl, integral, lamp in (("eulumdat-py_sample2", 100, 1002.00654889231, 4600), ("eulumdat-py_sample5", 100, 1000.14444130642, 611.9),
+                                       ("eulumdat-py_sample8", 88.629073034905, 886.273642964378, 400),
+                                       ("eulumdat-py_sample3", 100, 1000.963495878, 12800), ("eulumdat-py_sample6", 99.9492, 999.498905165155, 1800),
+                                       ("pv_no_symmetry", None, 3724.04667227898, 1000)):
+        shutil.copy(os.path.join(folder, file + ".ldt"), "published.ldt")
+        told = json.loads(run("check", write_scene("published", HEAD % ("published.ldt", "")), "--lamp", "lamp", "--json"))
+        flux = told["lamp"]["flux"]["total"]
+        checks.close(f"RAD-20 {file}: integral", flux, integral * lamp / 1000, rel=2e-3)
+        if lorl:
+            checks.close(f"RAD-20 {file}: light output ratio", flux, lorl * lamp / 100, rel=0.013)
+
+
 def check_round_trip():
     """A file, the far field of its light, the file that is written of that: the intensities agree
     within their noise, which solving for kinks makes up to 2.1 times that of a cell's count; a kink
@@ -274,6 +293,7 @@ def check_round_trip():
 check_round_trip()
 check_trace_and_render()
 check_seen()
+check_published()
 check_relux()
 check_ies()
 check_eulumdat()

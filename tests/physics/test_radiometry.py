@@ -4,13 +4,15 @@
 
 CIE's own tables differ from the closed forms by up to 0.03 % (interpolation of the luminaire
 file), so the closed forms are what the z-scores (at most 4) compare with; cells are compared with
-the closed form averaged over the cell by Gauss-Legendre quadrature.
+the closed form averaged over the cell by Gauss-Legendre quadrature. Of the corpus: RAD-01 (point source), RAD-02 (area),
+RAD-03 (flux), RAD-06 (interreflections), RAD-09 and RAD-10 (view factors), RAD-12 (integrating sphere), RAD-14 (cos^4),
+RAD-15 (disc and sphere), RAD-16 (furnace), RAD-25 (immersed emitter).
 """
 import math
 
 import numpy
 
-from raymap import Checks, count, drop, many, rays, trace
+from raymap import Checks, columns, count, drop, many, rays, trace
 
 checks = Checks()
 RAYS = many(500_000)
@@ -302,6 +304,59 @@ sources:
         drop(target)
 
 
+def check_small_aperture():
+    """RAD-14: under a small hole in front of uniform radiance (an even sky through its portal) the illuminance falls as cos^4."""
+    text = HEAD + """geometries: {floor: {type: disc, radius: 1000}}
+objects: [{name: floor, geometry: floor, surface: black, front: air, back: air}]
+sources: [{name: sky, type: sky, kind: 5, horizontal: 3141.592653589793 lx, toward: [hole], medium: air}]
+detectors: [{name: hole, type: plane, at: [0, 0, 1], direction: [0, 0, 1], size: 0.002, cells: 1}]
+"""
+    target = trace("hole", text, many(400_000))
+    (end,) = columns(target, "segment/position")
+    tangent = numpy.hypot(end[:, 0], end[:, 1])
+    area = 0.002 ** 2
+    for degrees in 0, 20, 40, 60:
+        low, high = (math.tan(math.radians(max(degrees + d, 0))) for d in (-2, 2))
+        share = high ** 2 / (1 + high ** 2) - low ** 2 / (1 + low ** 2)  # of the flux, in the ring
+        matched = ((tangent >= low) & (tangent < high)).sum()
+        checks.share(f"cos^4 at {degrees} degrees", matched, len(tangent), share)
+        lux = matched / len(tangent) * math.pi * 1000 * area / (math.pi * (high ** 2 - low ** 2))
+        law = 1000 * area * math.cos(math.radians(degrees)) ** 4  # L A cos^4 / d^2
+        checks.close(f"cos^4 at {degrees} degrees: lx", lux, law, rel=0.01 + 4 / math.sqrt(matched))
+    drop(target)
+
+
+def check_sphere_source():
+    """RAD-15: a shining sphere is as bright at a point as its disc: E = pi L R^2 / d^2, wherever it is seen whole (here one of 160 x 80
+    flat pieces, of nearly its area)."""
+    n_around, n_along, radius = 160, 80, 0.2
+    with open("ball.obj", "w", encoding="utf-8") as file:
+        for i in range(n_along + 1):
+            for k in range(n_around):
+                t, p = math.pi * i / n_along, 2 * math.pi * k / n_around
+                file.write(f"v {radius * math.sin(t) * math.cos(p)!r} {radius * math.sin(t) * math.sin(p)!r} {radius * math.cos(t)!r}\n")
+        for i in range(n_along):
+            for k in range(n_around):
+                a, b = i * n_around + k + 1, i * n_around + (k + 1) % n_around + 1
+                file.write((f"f {a} {a + n_around} {b}\n" if i < n_along - 1 else "") + (f"f {b} {a + n_around} {b + n_around}\n" if i else ""))
+    for distance, want in ((0.25, 2010.61929829747), (1, 125.663706143592), (3, 13.9626340159546)):
+        half = 0.02 * distance if distance < 1 else 0.05 * distance
+        lux = mean_over(lambda x, y, d=distance: want * d ** 3 / (d * d + x * x + y * y) ** 1.5, -half, half, -half, half)
+        text = HEAD + f"""geometries:
+  patch: {{type: rectangle, size: [{2 * half}, {2 * half}]}}
+  ball: {{type: mesh, file: ball.obj}}
+objects:
+  - {{name: patch, geometry: patch, at: [0, 0, {distance}], surface: black, front: air, back: air}}
+sources:
+  - {{name: ball, type: area, shape: {{mesh: ball}}, flux: {1000 * math.pi * 4 * math.pi * radius ** 2!r} lm, spectrum: {{rgb: [1, 1, 1]}}, medium: air}}
+"""
+        target = trace("ball", text, many(300_000))
+        answer = count(target, "hit(patch)")[0]["flux"]
+        checks.z(f"lumens from a sphere at {distance}", answer["matched"], lux * 4 * half * half,
+                 math.hypot(answer["standard_error"], 1e-3 * answer["matched"]))
+        drop(target)
+
+
 def check_furnace():
     """Second law: in a closed cube whose six faces shine alike, radiance is the same everywhere and
     a body that absorbs nothing changes nothing: each cell of each wall receives what its area
@@ -370,6 +425,8 @@ sources:
         drop(target)
 
 
+check_small_aperture()
+check_sphere_source()
 check_point_source()
 check_area_source()
 check_flux_conservation()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Skies, the sun and pictures of the surroundings: illuminance of the open ground, CIE 171 TC 5.9
-(sky light through a roof opening), directions of pictures, sunshapes, the sun's place, and that
+"""Skies, the sun and pictures of the surroundings: illuminance of the open ground, CIE 171 TC 5.9 (RAD-07 of the corpus:
+sky light through a roof opening), directions of pictures, sunshapes, the sun's place, and that
 pictures see the same light as rays do."""
 import json
 import math

@@ -4,7 +4,8 @@
 
 A ray that is scattered once and leaves is turned by the angle between its two segments. Efficiencies
 of spheres: W. J. Wiscombe, NCAR/TN-140+STR (1979), and Bohren & Huffman (1983), appendix A.
-Rayleigh: means of cos^2 and cos^4 2/5 and 9/35.
+Rayleigh: means of cos^2 and cos^4 2/5 and 9/35. Of the corpus VOL-05 (Henyey and Greenstein: the mean of the Legendre polynomial
+P_k is g^k), VOL-08 (Mie), VOL-14 (Rayleigh).
 """
 import json
 import math
@@ -52,6 +53,16 @@ def moment(name, values, want):
 def turbid(name, text):
     return json.loads(run("check", write_scene(name, text), "--json"))["scene"]["turbid"][0]
 
+
+# Henyey and Greenstein: the mean of the Legendre polynomial P_k is g^k, and 50 parts of their distribution are met alike.
+for g in (-0.5, 0, 0.3, 0.75, 0.9, 0.99):
+    mu, _ = cosines("hg", scene(f"{{coefficient: 1, g: {g}}}"))
+    for k in (1, 2, 3):
+        moment(f"g {g}: P{k}", numpy.polynomial.legendre.Legendre.basis(k)(mu), g ** k)
+    part = (1 - g * g) / (2 * g) * (1 / numpy.sqrt(1 + g * g - 2 * g * mu) - 1 / (1 + g)) if g else (1 + mu) / 2
+    n = numpy.histogram(part.clip(0, 1), 50, (0, 1))[0]
+    chi2 = ((n - len(mu) / 50) ** 2).sum() / (len(mu) / 50)
+    checks.true(f"g {g}: chi^2 of 49 {chi2}", chi2 < 94)  # p 1e-4
 
 # Rayleigh, straight and in a medium whose index changes with place.
 for word, medium in (("rayleigh", "index: 1"), ("rayleigh in a gradient", "gradient: {type: constant, index: 1.3, frame: world}")):

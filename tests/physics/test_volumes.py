@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Light from within bodies: places are uniform in spheres, closed tubes, lenses, boxes and meshes, along tracks and by grids; what total
-reflection keeps in a cube (Weber & Lambe 1976) and in a fibre; maps are the same in either encoding, on any number of ranks."""
+reflection keeps in a cube (Weber & Lambe 1976) and in a fibre, with its cladding bare in air, too; maps are the same in either encoding, on any number of ranks."""
 import json
 import math
 import os
@@ -78,6 +78,22 @@ def check_fibre():
     target = trace(FIBRE.replace("clad: {index: 1.49}", "clad: {index: 1}").replace("WHERE", "in: fibre"), n)
     far = share(target, "hit(left) and start_z > 60 or hit(right) and start_z < 40")
     near(far, 0.8 * 0.304688, n, "to the far end of a bare core")
+    # And with its cladding, bare in air: axial index and skewness are kept, so light is caught that cannot leave the skin, or not the core.
+    dice, radius = np.random.default_rng(7), 1.03
+    z, angle, at = dice.random(4_000_000), 2 * math.pi * dice.random(4_000_000), np.sqrt(dice.random(4_000_000))
+    axial, skew = (1.6 * z) ** 2, (1.6 * at * np.sqrt(1 - z * z) * np.sin(angle)) ** 2
+    caught = ((axial + skew / radius ** 2 > 1) | (axial + skew > 1.49 ** 2)).mean() / 2
+    check(abs(((axial + skew > 1) | (axial + skew > 1.49 ** 2)).mean() / 2 - 0.3047) < 5e-4, "a thin cladding catches 30.5 % an end")
+    target = trace(CLAD.replace("RADIUS", str(radius)).replace("WHERE", "in: fibre"), n)
+    far = share(target, "(hit(left*) and start_z > 60) or (hit(right*) and start_z < 40)")
+    near(far, 0.8 * caught, n, "to the far end of a bare cladding")
+
+
+CLAD = FIBRE.replace("media: {", "media: {air: {index: 1}, ").replace("radius: 2, length: 100}", "radius: RADIUS, length: 100}, "
+                                                                     "ring: {type: disc, radius: RADIUS, inner: 1}").replace(
+    "  - {name: skin, geometry: skin, surface: black, back: clad}", "  - {name: skin, geometry: skin, surface: bare, front: air, back: clad}\n"
+    "  - {name: left_ring, geometry: ring, rotate: [180, 0, 0], surface: black, back: clad}\n"
+    "  - {name: right_ring, geometry: ring, at: [0, 0, 100], surface: black, back: clad}")
 
 
 BODIES = """raymap: 1
