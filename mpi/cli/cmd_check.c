@@ -4,6 +4,9 @@
  */
 #include <stdio.h>
 
+#include "accel/accel.h"
+#include "base/clock.h"
+#include "base/grouped.h"
 #include "mpi/answer/lamp_sheet_out.h"
 #include "mpi/answer/scene_between.h"
 #include "mpi/answer/scene_schema.h"
@@ -48,6 +51,8 @@ struct checked {
     struct rmap_scene *scene;
     struct rmap_diagnostics diagnostics;
     struct rmap_mismatch_effort effort;
+    double read_s;
+    struct rmap_accel_build build; /* where rays were sent */
 };
 
 /* Sends some rays through the scene: what is written may be right line by line, and yet the
@@ -59,6 +64,8 @@ static enum rmap_status probe(const struct rmap_context *context, struct checked
     enum rmap_status st = rmap_accel_create(checked->scene, context->n_thread, &accel, err);
     struct rmap_tracer tracer = {.scene = checked->scene, .accel = accel, .seed = seed};
     checked->effort = (struct rmap_mismatch_effort){.n_ray = PROBE_RAYS, .seconds = probe_s};
+    if (st == RMAP_OK)
+        checked->build = *rmap_accel_last_build(accel);
     if (st == RMAP_OK)
         st = rmap_mismatch_probe(&tracer, &checked->effort, &checked->diagnostics, err);
     if (st == RMAP_OK && checked->effort.cut)
@@ -88,6 +95,23 @@ static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
     return list;
 }
 
+static json_t *times_json(const struct checked *checked)
+{
+    const struct rmap_accel_build *build = &checked->build;
+    return json_pack("{s:f, s:I, s:f, s:I, s:f}", "read_seconds", checked->read_s, "meshes",
+                     (json_int_t)build->n_built, "meshes_seconds", build->meshes_s, "objects",
+                     (json_int_t)build->n_object, "top_seconds", build->top_s);
+}
+
+/* How long a start takes, by levels. */
+static void print_times(const struct checked *checked)
+{
+    const struct rmap_accel_build *build = &checked->build;
+    printf("  times      read in %.3g s, %s built in %.3g s, top level of %s in %.3g s\n",
+           checked->read_s, rmap_counted(build->n_built, "mesh").text, build->meshes_s,
+           rmap_counted(build->n_object, "object").text, build->top_s);
+}
+
 static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct checked *checked,
                                      const struct rmap_surface_question *asked,
@@ -103,6 +127,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
                                   json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
                                             "wanted", (json_int_t)effort->n_ray, "cut",
                                             (int)effort->cut));
+        if (checked->build.n_object)
+            (void)json_object_set_new(document, "times", times_json(checked));
         if (checked->scene)
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
         if (asked)
@@ -115,6 +141,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
     if (checked->scene && !context->quiet) {
         printf("%s\n", checked->path);
         rmap_scene_summary_print(checked->scene, stdout);
+        if (checked->build.n_object)
+            print_times(checked);
     }
     if (asked)
         rmap_surface_print(asked, stdout);
@@ -139,8 +167,10 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_surface_question question, *asked = NULL;
     const struct rmap_source *lamp = NULL;
+    const double begun = rmap_clock_seconds();
     RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
     st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
+    checked->read_s = rmap_clock_seconds() - begun;
     const size_t n_warning = checked->diagnostics.n + checked->diagnostics.n_dropped;
     if (st == RMAP_OK && checked->scene->n_camera == 0 && checked->scene->background[0] > 0.0)
         rmap_diagnostics_add(
