@@ -4,6 +4,9 @@
  */
 #include <stdio.h>
 
+#include "accel/accel.h"
+#include "base/clock.h"
+#include "base/grouped.h"
 #include "mpi/answer/lamp_sheet_out.h"
 #include "mpi/answer/scene_between.h"
 #include "mpi/answer/scene_schema.h"
@@ -42,6 +45,23 @@ struct checked {
     struct rmap_scene_checked found;
 };
 
+static json_t *times_json(const struct checked *checked)
+{
+    const struct rmap_accel_build *build = &checked->found.build;
+    return json_pack("{s:f, s:I, s:f, s:I, s:f}", "read_seconds", checked->found.read_s, "meshes",
+                     (json_int_t)build->n_built, "meshes_seconds", build->meshes_s, "objects",
+                     (json_int_t)build->n_object, "top_seconds", build->top_s);
+}
+
+/* How long a start takes, by levels. */
+static void print_times(const struct checked *checked)
+{
+    const struct rmap_accel_build *build = &checked->found.build;
+    printf("  times      read in %.3g s, %s built in %.3g s, top level of %s in %.3g s\n",
+           checked->found.read_s, rmap_counted(build->n_built, "mesh").text, build->meshes_s,
+           rmap_counted(build->n_object, "object").text, build->top_s);
+}
+
 static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct checked *checked,
                                      const struct rmap_surface_question *asked,
@@ -57,6 +77,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
                                   json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
                                             "wanted", (json_int_t)effort->n_ray, "cut",
                                             (int)effort->cut));
+        if (checked->build.n_object)
+            (void)json_object_set_new(document, "times", times_json(checked));
         if (checked->scene)
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
         if (asked)
@@ -69,6 +91,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
     if (checked->scene && !context->quiet) {
         printf("%s\n", checked->path);
         rmap_scene_summary_print(checked->scene, stdout);
+        if (checked->build.n_object)
+            print_times(checked);
     }
     if (asked)
         rmap_surface_print(asked, stdout);
@@ -93,7 +117,9 @@ static enum rmap_status check_scene(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_surface_question question, *asked = NULL;
     const struct rmap_source *lamp = NULL;
+    const double begun = rmap_clock_seconds();
     RMAP_TRY(rmap_load_bundle(context, checked->path, options_given, &checked->bundle, err));
+    checked->found.read_s = rmap_clock_seconds() - begun;
     st = rmap_scene_check(checked->bundle, context->n_thread, seed, &checked->diagnostics,
                           &checked->found, err);
     checked->scene = checked->found.scene;

@@ -4,6 +4,7 @@
  */
 #include "mpi/command/scene_check.h"
 
+#include "base/clock.h"
 #include "mpi/command/body_check.h"
 
 /* Rays that look for media that do not match; enough to meet every surface that light meets
@@ -23,6 +24,8 @@ static enum rmap_status probe(struct rmap_scene_checked *checked, int n_thread, 
     struct rmap_tracer tracer = {.scene = checked->scene, .accel = accel, .seed = seed};
     checked->effort = (struct rmap_mismatch_effort){.n_ray = PROBE_RAYS, .seconds = probe_s};
     if (st == RMAP_OK)
+        checked->build = *rmap_accel_last_build(accel);
+    if (st == RMAP_OK)
         st = rmap_mismatch_probe(&tracer, &checked->effort, diagnostics, err);
     if (st == RMAP_OK && checked->effort.cut)
         rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
@@ -38,7 +41,9 @@ enum rmap_status rmap_scene_check(struct rmap_bundle *bundle, int n_thread, uint
                                   struct rmap_diagnostics *diagnostics,
                                   struct rmap_scene_checked *checked, struct rmap_error *err)
 {
+    const double begun = rmap_clock_seconds();
     enum rmap_status st = rmap_scene_read(bundle, &checked->scene, diagnostics, err);
+    checked->read_s += rmap_clock_seconds() - begun;
     checked->n_read = diagnostics->n + diagnostics->n_dropped;
     if (st == RMAP_OK)
         st = rmap_bodies_check(checked->scene, diagnostics, err);

@@ -5,13 +5,16 @@
 #ifndef RMAP_SCENE_CHECK_H
 #define RMAP_SCENE_CHECK_H
 
+#include "accel/accel.h"
 #include "io/mesh/bundle.h"
 #include "mpi/command/mismatch.h"
 
 struct rmap_scene_checked {
     struct rmap_scene *scene; /* NULL: it cannot be read */
     struct rmap_mismatch_effort effort;
-    size_t n_read; /* warnings of its reading alone */
+    size_t n_read;                 /* warnings of its reading alone */
+    double read_s;                 /* grows by the time of its reading */
+    struct rmap_accel_build build; /* where rays were sent */
 };
 
 /* By one rank. Adds to the diagnostics, whose n_error says whether the scene is refused; *checked

@@ -179,6 +179,12 @@ enum rmap_status rmap_accel_move(struct rmap_accel *accel, const int32_t *object
     return rmap_accel_rebuild(accel, object, n_object, err);
 }
 
+enum rmap_status rmap_accel_settle(struct rmap_accel *accel, struct rmap_error *err)
+{
+    forget_failure(accel->device);
+    return accel->moved.n > 0 ? rmap_accel_rebuild(accel, NULL, 0, err) : RMAP_OK;
+}
+
 const struct rmap_accel_build *rmap_accel_last_build(const struct rmap_accel *accel)
 {
     return &accel->build;
@@ -340,6 +346,8 @@ void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
     const struct rmap_accel_parts *parts = args->geometryUserPtr;
     struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
     int32_t object = parts->part[args->primID].object;
+    if (parts->part[args->primID].part == RMAP_PART_GONE)
+        return;
     bool nearer = parts->accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
                                                      : enter_mesh(traversal->query, object);
     if (nearer)
@@ -429,12 +437,49 @@ static void traverse(struct rmap_query *query, RTCScene scene, const float origi
     search(&traversal, scene, origin, direction);
 }
 
+/* Bits of the moved meshes whose box the ray meets before `far`. */
+RMAP_WIDEST
+static uint32_t sift_moved(const struct rmap_accel *accel, const float origin[restrict 3],
+                           const float direction[restrict 3], float far)
+{
+    const float least = 1e-30F; /* of a component: its inverse is to be a number */
+    uint32_t bits = 0;
+    float rate[3];
+    for (int k = 0; k < 3; k++)
+        rate[k] = 1 / (fabsf(direction[k]) > least ? direction[k] : least);
+    for (int i = 0; i < RMAP_MOVED_MAX; i++) {
+        float from = 0, to = far;
+        int there = 1;
+        for (int k = 0; k < 3; k++) {
+            const float a = (accel->moved_lower[k][i] - origin[k]) * rate[k],
+                        b = (accel->moved_upper[k][i] - origin[k]) * rate[k], low = a < b ? a : b,
+                        high = a < b ? b : a;
+            there &= a == a;
+            from = low > from ? low : from;
+            to = high < to ? high : to;
+        }
+        bits |= (from <= to) & there ? 1U << i : 0;
+    }
+    return bits;
+}
+
+static void search_moved(struct rmap_query *query, const float origin[3], const float direction[3],
+                         double shift)
+{
+    const struct rmap_accel *accel = query->accel;
+    uint32_t bits = sift_moved(accel, origin, direction, rmap_far_end(query, shift));
+    for (; bits; bits &= bits - 1)
+        (void)enter_mesh(query, accel->moved.part[__builtin_ctz(bits)].object);
+}
+
 static void search_rest(struct rmap_query *query, const float origin[3], const float direction[3],
                         double shift)
 {
-    RTCScene rest = query->accel->rest;
-    if (rest && !passes_rest(query, origin, direction, shift))
-        traverse(query, rest, origin, direction, shift);
+    const struct rmap_accel *accel = query->accel;
+    if (accel->rest && !passes_rest(query, origin, direction, shift))
+        traverse(query, accel->rest, origin, direction, shift);
+    if (accel->moved.n > 0)
+        search_moved(query, origin, direction, shift);
 }
 
 static void search_shapes(struct rmap_query *query, const float origin[3], const float direction[3],

@@ -24,6 +24,7 @@ struct rmap_accel;
 struct rmap_accel_build {
     size_t n_built, n_kept; /* meshes */
     size_t n_object;        /* of the top level */
+    size_t n_beside;        /* of these moved since that was built: looked for beside it */
     double meshes_s, top_s; /* meshes; all the rest */
 };
 
@@ -84,6 +85,10 @@ enum rmap_status rmap_accel_create_like(const struct rmap_accel *like,
  * if made anew. RMAP_SYSTEM: it is to be destroyed. */
 enum rmap_status rmap_accel_move(struct rmap_accel *accel, const int32_t *object, size_t n_object,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of many meshes a few that moved are looked for beside the top level, which costs rays some
+ * hundredths of their time: this builds it anew, before many are traced. As rmap_accel_move. */
+enum rmap_status rmap_accel_settle(struct rmap_accel *accel, struct rmap_error *err) RMAP_MUST_USE;
 
 const struct rmap_accel_build *rmap_accel_last_build(const struct rmap_accel *accel);
 

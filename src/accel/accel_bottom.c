@@ -153,6 +153,8 @@ static enum rmap_status build(struct rmap_accel *accel, const struct rmap_geomet
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh");
     *bottom_ret = bottom;
     bottom->mesh = rmap_mesh_hold(geometry->mesh);
+    bottom->lower = lower;
+    bottom->upper = upper;
     if (geometry->mesh->surface) {
         const struct rmap_mesh whole = rmap_mesh_with_beyond(geometry->mesh);
         RMAP_TRY(facets_build(&whole, wider, &bottom->facets, err));

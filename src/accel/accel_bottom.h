@@ -13,7 +13,8 @@ struct rmap_bottom {
     RTCScene scene;
     struct rmap_facets facets;
     struct rmap_mesh *mesh; /* held */
-    int n_more;             /* holders beside the first */
+    struct rmap_vec3 lower, upper;
+    int n_more; /* holders beside the first */
 };
 
 /* Of all meshes that objects of the scene have; those that `like` (or NULL) has are taken over. */

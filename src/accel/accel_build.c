@@ -7,6 +7,7 @@
  */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "accel/accel_bottom.h"
@@ -17,6 +18,7 @@
 #include "accel/accel_triangle.h"
 #include "base/alloc.h"
 #include "base/clock.h"
+#include "scene/bounds.h"
 
 /* Boxes for shapes. A tube or a ring in one box would be looked at by every ray that runs through
  * its middle, as light in a lens barrel does; in sectors it is not. */
@@ -86,9 +88,6 @@ void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct r
     }
 }
 
-/* Meshes of more vertices are put into the world by the corners of their box. */
-#define EXACT_BOUNDS_MAX 16384
-
 /* As RMAP_LOCAL_ERRORS in the top level, of 4 roundings of the radius each: 3 of the start and the
  * direction, 8 of boxes, which lie up to twice the radius away. */
 #define BOX_ERRORS 4
@@ -126,31 +125,15 @@ void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 
     rmap_world_box(&object->to_world, lower, upper);
 }
 
-/* Tighter than by the corners of its box, for a mesh that is turned. */
-static void set_mesh_bounds(struct rmap_accel_object *object)
+/* Tighter than by the corners of its box, for a mesh that is turned: as the scene has them. */
+static void set_mesh_bounds(struct rmap_accel_object *object, const struct rmap_bounds *bounds)
 {
-    const struct rmap_mesh *mesh = object->mesh;
-    const struct rmap_affine *a = &object->to_world;
-    const double t[3] = {a->t.x, a->t.y, a->t.z};
-    double lower[3], upper[3];
-    rmap_accel_bounds(object, &object->world_lower, &object->world_upper);
-    if (mesh->n_vertex > EXACT_BOUNDS_MAX || mesh->surface)
+    if (!bounds || !(bounds->lower.x <= bounds->upper.x)) {
+        rmap_accel_bounds(object, &object->world_lower, &object->world_upper);
         return;
-    for (int k = 0; k < 3; k++) {
-        lower[k] = INFINITY;
-        upper[k] = -INFINITY;
     }
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        const float *v = mesh->vertex[i];
-        for (int k = 0; k < 3; k++) {
-            double at = a->m[k][0] * (double)v[0] + a->m[k][1] * (double)v[1] +
-                        a->m[k][2] * (double)v[2] + t[k];
-            lower[k] = rmap_lesser(lower[k], at);
-            upper[k] = rmap_greater(upper[k], at);
-        }
-    }
-    object->world_lower = rmap_vec3(lower[0], lower[1], lower[2]);
-    object->world_upper = rmap_vec3(upper[0], upper[1], upper[2]);
+    object->world_lower = bounds->lower;
+    object->world_upper = bounds->upper;
 }
 
 static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
@@ -209,9 +192,15 @@ void rmap_accel_set_object(struct rmap_accel *accel, const struct rmap_scene *sc
         object->shape = &geometry->shape;
         rmap_shape_bounds(&geometry->shape, &object->lower, &object->upper);
     } else {
+        const struct rmap_bottom *bottom = accel->bottom ? accel->bottom[from->geometry] : NULL;
         object->mesh = geometry->mesh;
-        rmap_mesh_bounds(geometry->mesh, &object->lower, &object->upper);
-        set_mesh_bounds(object);
+        if (bottom) {
+            object->lower = bottom->lower;
+            object->upper = bottom->upper;
+        } else {
+            rmap_mesh_bounds(geometry->mesh, &object->lower, &object->upper);
+        }
+        set_mesh_bounds(object, scene->object_bounds ? &scene->object_bounds[i] : NULL);
         object->middle = rmap_scale(rmap_add(object->lower, object->upper), 0.5);
         object->half = 0.5 * rmap_length(rmap_sub(object->upper, object->lower));
         object->local_error = RMAP_LOCAL_ERRORS * rmap_mesh_rounding(object->lower, object->upper);
@@ -229,6 +218,7 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
         lower = i == 0 ? box->lower : rmap_least(lower, box->lower);
         upper = i == 0 ? box->upper : rmap_greatest(upper, box->upper);
     }
+    accel->world = (struct rmap_accel_box){lower, upper};
     accel->centre = rmap_scale(rmap_add(lower, upper), 0.5);
     accel->radius = 0.5 * rmap_length(rmap_sub(upper, lower));
     if (!(accel->radius < RMAP_OBJECTS_RADIUS_MAX))
@@ -351,11 +341,17 @@ static double volume_with_shapes(const struct rmap_accel *accel, struct RTCBound
     return volume_of(&box);
 }
 
+/* Of float rays' places, at most, with much in hand. */
+static float ray_error(const struct rmap_accel *accel)
+{
+    const double roundings = 64;
+    return (float)(roundings * RMAP_FLOAT_EPS * 2 * (accel->radius + accel->reach));
+}
+
 /* Bounds are worth a look where there is much room beside them. */
 static void set_rest_bounds(struct rmap_accel *accel)
 {
-    const double roundings = 64;
-    float pad = (float)(roundings * RMAP_FLOAT_EPS * 2 * (accel->radius + accel->reach));
+    const float pad = ray_error(accel);
     struct RTCBounds rest;
     if (!accel->rest)
         return;
@@ -412,8 +408,13 @@ out:
 
 enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel, struct rmap_error *err)
 {
-    if (!accel->whole)
-        accel->whole = build_scene(accel, true);
+    if (!accel->whole) {
+        accel->whole = new_scene(accel);
+        attach_callbacks(accel, &accel->meshes, accel->whole);
+        attach_callbacks(accel, &accel->shapes, accel->whole);
+        attach_callbacks(accel, &accel->moved, accel->whole);
+        rtcCommitScene(accel->whole);
+    }
     return rmap_accel_failed(accel, "building the scene", err);
 }
 
@@ -485,21 +486,97 @@ out:
     return st;
 }
 
+/* The search looks at meshes that left the top level besides: of many that is not felt. */
+enum { PARTS_PER_MOVED = 256 };
+
+static int by_object(const void *key, const void *part)
+{
+    const int32_t a = *(const int32_t *)key, b = ((const struct rmap_accel_part *)part)->object;
+    return (a > b) - (a < b);
+}
+
+static bool is_within(const struct rmap_accel_box *box, const struct rmap_accel_box *world)
+{
+    return box->lower.x >= world->lower.x && box->upper.x <= world->upper.x &&
+           box->lower.y >= world->lower.y && box->upper.y <= world->upper.y &&
+           box->lower.z >= world->lower.z && box->upper.z <= world->upper.z;
+}
+
+/* Takes the object out of the top level; false: there is no room for it beside, or it has left the
+ * world that Embree's boxes are made for. */
+static bool set_aside(struct rmap_accel *accel, int32_t object)
+{
+    struct rmap_accel_part *part =
+        bsearch(&object, accel->meshes.part, accel->meshes.n, sizeof(*part), by_object);
+    if (!is_within(&accel->box[object], &accel->world))
+        return false;
+    if (!part || part->part == RMAP_PART_GONE) /* it is nothing, or aside already */
+        return true;
+    if (accel->moved.n >= RMAP_MOVED_MAX || accel->moved.n >= accel->meshes.n / PARTS_PER_MOVED)
+        return false;
+    accel->moved.part[accel->moved.n++] = *part;
+    part->part = RMAP_PART_GONE;
+    return true;
+}
+
+/* Wider than the float error of rays; where there is none, no ray comes between its sides. */
+static void set_moved_box(struct rmap_accel *accel, int i)
+{
+    struct RTCBounds box = {.lower_x = NAN};
+    const float pad = ray_error(accel);
+    if ((size_t)i < accel->moved.n)
+        part_bounds(&accel->moved, (size_t)i, &box);
+    const float low[3] = {box.lower_x, box.lower_y, box.lower_z};
+    const float high[3] = {box.upper_x, box.upper_y, box.upper_z};
+    for (int k = 0; k < 3; k++) {
+        accel->moved_lower[k][i] = low[k] - pad;
+        accel->moved_upper[k][i] = high[k] + pad;
+    }
+}
+
+/* Meshes that moved are looked for beside the top level, which stays as it is. */
+static bool follow(struct rmap_accel *accel, const int32_t *object, size_t n_object)
+{
+    bool good = accel->rest != NULL && n_object > 0 && n_object <= RMAP_MOVED_MAX;
+    if (good && !accel->moved.part) {
+        accel->moved.accel = accel;
+        accel->moved.part = rmap_alloc(RMAP_MOVED_MAX, sizeof(*accel->moved.part));
+        good = accel->moved.part != NULL;
+    }
+    for (size_t i = 0; i < n_object && good; i++)
+        good = set_aside(accel, object[i]);
+    if (!good || accel->moved.n == 0)
+        return good;
+    if (accel->whole)
+        rtcReleaseScene(accel->whole);
+    accel->whole = NULL;
+    for (int i = 0; i < RMAP_MOVED_MAX; i++)
+        set_moved_box(accel, i);
+    return true;
+}
+
 enum rmap_status rmap_accel_rebuild(struct rmap_accel *accel, const int32_t *object,
                                     size_t n_object, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const double begun = rmap_clock_seconds();
-    bool joints = false; /* rims are of shapes alone */
+    bool shapes = false;
     for (size_t i = 0; i < n_object; i++) {
         rmap_accel_set_object(accel, accel->scene, (size_t)object[i]);
-        joints = joints || accel->object[object[i]].shape;
+        shapes = shapes || accel->object[object[i]].shape;
     }
-    if (joints)
-        rmap_joints_release(accel);
-    rmap_accel_release_top(accel);
-    const enum rmap_status st = build_around(accel, joints, err);
+    accel->behind = -1e-11 * accel->scene->radius;
+    if (!shapes && follow(accel, object, n_object)) {
+        st = rmap_accel_failed(accel, "moving an object", err);
+    } else {
+        if (shapes) /* rims are theirs alone */
+            rmap_joints_release(accel);
+        rmap_accel_release_top(accel);
+        st = build_around(accel, shapes, err);
+    }
     accel->build = (struct rmap_accel_build){.n_kept = accel->build.n_built + accel->build.n_kept,
                                              .n_object = accel->n_object,
+                                             .n_beside = accel->moved.n,
                                              .top_s = rmap_clock_seconds() - begun};
     return st;
 }
@@ -513,7 +590,8 @@ void rmap_accel_release_top(struct rmap_accel *accel)
     accel->whole = accel->rest = NULL;
     rmap_free(accel->meshes.part);
     rmap_free(accel->shapes.part);
-    accel->meshes = accel->shapes = (struct rmap_accel_parts){.n = 0};
+    rmap_free(accel->moved.part);
+    accel->meshes = accel->shapes = accel->moved = (struct rmap_accel_parts){.n = 0};
     accel->rest_apart = accel->rest_inside = false;
     accel->spheres.n = 0;
     accel->prefilter = (struct rmap_prefilter){.n_slot = 0};

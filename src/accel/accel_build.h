@@ -10,7 +10,8 @@
 
 #include "accel/accel_internal.h"
 
-/* like: what it may take over; NULL: nothing. rmap_accel_rebuild: as rmap_accel_move. */
+/* like: what it may take over; NULL: nothing. rmap_accel_rebuild: as rmap_accel_move; of no
+ * object: the top level. */
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                   const struct rmap_accel *like,
                                   struct rmap_error *err) RMAP_MUST_USE;

@@ -106,6 +106,7 @@ struct rmap_accel_object {
 };
 
 /* One of the boxes that together cover an object. */
+#define RMAP_PART_GONE (-1) /* in place of its number: it is among the moved ones */
 struct rmap_accel_part {
     int32_t object, part;
 };
@@ -177,15 +178,21 @@ struct rmap_accel_box {
 
 struct rmap_bottom; /* accel_bottom.h */
 
+/* So many meshes of the top level may have left it before it is built anew. */
+#define RMAP_MOVED_MAX 8
+
 struct rmap_accel {
     struct rmap_accel_device *device;
     const struct rmap_scene *scene;
-    RTCScene rest;                      /* what the prefilter does not hold; NULL: nothing */
-    RTCScene whole;                     /* everything, for replays; NULL: not built */
-    float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
-    bool rest_apart;                    /* most of the scene is outside them */
-    bool rest_inside;                   /* they lie within those of the prefilter's shapes */
-    struct rmap_clearance clearance;    /* where they do */
+    RTCScene rest;                        /* what the prefilter does not hold; NULL: nothing */
+    RTCScene whole;                       /* everything, for replays; NULL: not built */
+    float rest_lower[3], rest_upper[3];   /* its bounds, wider than the float error */
+    struct rmap_accel_parts moved;        /* meshes that have left their box in `rest` */
+    float moved_lower[3][RMAP_MOVED_MAX]; /* their boxes, about Embree's origin; no number: none */
+    float moved_upper[3][RMAP_MOVED_MAX];
+    bool rest_apart;                 /* most of the scene is outside them */
+    bool rest_inside;                /* they lie within those of the prefilter's shapes */
+    struct rmap_clearance clearance; /* where they do */
     struct rmap_spheres spheres;
     struct rmap_prefilter prefilter;
     struct rmap_bottom **bottom; /* [n_bottom], by geometry; NULL for shapes */
@@ -197,6 +204,7 @@ struct rmap_accel {
     size_t n_joint;
     struct rmap_object_rims *rims;          /* of the objects that have joints */
     struct rmap_accel_parts meshes, shapes; /* that callbacks serve */
+    struct rmap_accel_box world;            /* about all objects, or more */
     struct rmap_vec3 centre;                /* origin of Embree's world */
     double radius;
     double error;  /* of float rays there */

@@ -101,32 +101,43 @@ enum rmap_status rmap_scene_bound_objects(struct rmap_scene *scene, struct rmap_
     return RMAP_OK;
 }
 
-/* The box about all objects; of those too large together the one that reaches farthest is named. */
+/* All objects together are too large: the one that reaches farthest is named. */
+static enum rmap_status too_large(const struct rmap_scene *scene, struct rmap_error *err)
+{
+    size_t farthest = 0;
+    char place[32];
+    for (size_t i = 1; i < scene->n_object; i++)
+        if (box_reach(&scene->object_bounds[i]) > box_reach(&scene->object_bounds[farthest]))
+            farthest = i;
+    const struct rmap_object *object = &scene->object[farthest];
+    return rmap_error_set(err, RMAP_INPUT,
+                          "object '%s'%s reaches %.3g %s from the origin: all objects must fit "
+                          "in a sphere of %g %s; check its scale, its place and its size",
+                          object->name ? object->name : "", object_place(object, place),
+                          box_reach(&scene->object_bounds[farthest]), scene->unit,
+                          RMAP_OBJECTS_RADIUS_MAX, scene->unit);
+}
+
+/* The box about all objects; without calls, as they are many. */
 static enum rmap_status include_objects(const struct rmap_scene *scene, struct rmap_bounds *box,
                                         struct rmap_error *err)
 {
-    const struct rmap_object *farthest = NULL;
-    double reach = 0.0;
+    bool any = false;
     for (size_t i = 0; i < scene->n_object; i++) {
-        const struct rmap_object *object = &scene->object[i];
-        const struct rmap_bounds own = scene->object_bounds[i];
-        if (own.lower.x > own.upper.x)
+        const struct rmap_bounds *own = &scene->object_bounds[i];
+        if (own->lower.x > own->upper.x)
             continue; /* nothing at all */
-        rmap_bounds_include(box, own.lower);
-        rmap_bounds_include(box, own.upper);
-        box->infinite |= own.infinite;
-        if (!farthest || box_reach(&own) > reach) {
-            farthest = object;
-            reach = box_reach(&own);
-        }
+        any = true;
+        box->infinite |= own->infinite;
+        box->lower = rmap_vec3(own->lower.x < box->lower.x ? own->lower.x : box->lower.x,
+                               own->lower.y < box->lower.y ? own->lower.y : box->lower.y,
+                               own->lower.z < box->lower.z ? own->lower.z : box->lower.z);
+        box->upper = rmap_vec3(own->upper.x > box->upper.x ? own->upper.x : box->upper.x,
+                               own->upper.y > box->upper.y ? own->upper.y : box->upper.y,
+                               own->upper.z > box->upper.z ? own->upper.z : box->upper.z);
     }
-    char place[32];
-    if (farthest && (box->infinite || !(box_radius(box) < RMAP_OBJECTS_RADIUS_MAX)))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "object '%s'%s reaches %.3g %s from the origin: all objects must fit "
-                              "in a sphere of %g %s; check its scale, its place and its size",
-                              farthest->name ? farthest->name : "", object_place(farthest, place),
-                              reach, scene->unit, RMAP_OBJECTS_RADIUS_MAX, scene->unit);
+    if (any && (box->infinite || !(box_radius(box) < RMAP_OBJECTS_RADIUS_MAX)))
+        return too_large(scene, err);
     return RMAP_OK;
 }
 

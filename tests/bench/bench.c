@@ -18,15 +18,32 @@
 #include "mpi/parallel/agree.h"
 #include "version.h"
 
-static const char *const measurement[] = {
-    "trace_vs_roofline",        "record_vs_trace",     "record_vs_seed",
-    "bytes_per_segment",        "durable_vs_not",      "checksums_vs_trace",
-    "durability_vs_trace",      "resume_vs_anew",      "decode_vs_seed",
-    "verify_vs_decode",         "query_vs_seed",       "query_several_vs_slowest",
-    "session_second_vs_first",  "stats_vs_query",      "paths_vs_query",
-    "energy_vs_query",          "ranks_vs_threads",    "gradient_evaluations_vs_seed",
-    "uniform_vs_gradient_code", "render_preview",      "render_overhead",
-    "scatter_vs_roofline",      "tm25_write_vs_plain", "tm25_read_vs_plain"};
+static const char *const measurement[] = {"trace_vs_roofline",
+                                          "record_vs_trace",
+                                          "record_vs_seed",
+                                          "bytes_per_segment",
+                                          "durable_vs_not",
+                                          "checksums_vs_trace",
+                                          "durability_vs_trace",
+                                          "resume_vs_anew",
+                                          "decode_vs_seed",
+                                          "verify_vs_decode",
+                                          "query_vs_seed",
+                                          "query_several_vs_slowest",
+                                          "session_second_vs_first",
+                                          "stats_vs_query",
+                                          "paths_vs_query",
+                                          "energy_vs_query",
+                                          "ranks_vs_threads",
+                                          "gradient_evaluations_vs_seed",
+                                          "uniform_vs_gradient_code",
+                                          "render_preview",
+                                          "render_overhead",
+                                          "scatter_vs_roofline",
+                                          "tm25_write_vs_plain",
+                                          "tm25_read_vs_plain",
+                                          "move_vs_build",
+                                          "moved_trace_vs_fresh"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -295,9 +312,10 @@ static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_argu
     enum rmap_status st = RMAP_OK;
     bool partner = rmap_argument(given, "partner") != NULL;
     const bool alone = bench->context->rank == 0 && !partner;
-    bool sceneless = bench->only && (strcmp(bench->only, "ranks_vs_threads") == 0 ||
-                                     strcmp(bench->only, "gradient_evaluations_vs_seed") == 0 ||
-                                     rmap_bench_wants_ray_file(bench));
+    bool sceneless =
+        bench->only && (strcmp(bench->only, "ranks_vs_threads") == 0 ||
+                        strcmp(bench->only, "gradient_evaluations_vs_seed") == 0 ||
+                        rmap_bench_wants_ray_file(bench) || rmap_bench_wants_live(bench));
     RMAP_TRY(make_folder(bench, err));
     if (alone && !sceneless)
         st = measure_all(bench, given, NULL, err);
@@ -307,6 +325,8 @@ static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_argu
     if (st == RMAP_OK && alone && !rmap_argument(given, "scene") &&
         rmap_bench_wants_ray_file(bench))
         st = rmap_bench_ray_file(bench, err);
+    if (st == RMAP_OK && alone && !rmap_argument(given, "scene") && rmap_bench_wants_live(bench))
+        st = rmap_bench_live(bench, err);
     RMAP_TRY(rmap_agree_patiently(bench->context, st, err));
     if (partner || rmap_bench_wanted(bench, "ranks_vs_threads"))
         st = measure_pair(bench, given, err);

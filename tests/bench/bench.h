@@ -108,6 +108,9 @@ bool rmap_bench_wants_ray_file(const struct rmap_bench *bench);
 enum rmap_status rmap_bench_ray_file(struct rmap_bench *bench,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+bool rmap_bench_wants_live(const struct rmap_bench *bench);
+enum rmap_status rmap_bench_live(struct rmap_bench *bench, struct rmap_error *err) RMAP_MUST_USE;
+
 /* Two ranks x one thread against one rank x two threads. The pair: the first two ranks, or when
  * there is only one, this and one that it starts (which calls with partner true). pair->comm is
  * MPI_COMM_NULL on ranks beyond it. Collective. */

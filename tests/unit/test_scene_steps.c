@@ -325,10 +325,60 @@ static void test_a_bad_place_changes_nothing(void **state)
     close_live(&live);
 }
 
+/* Of many instances a few stand beside the top level before it is built anew. */
+static void test_many_instances(void **state)
+{
+    static const char text[] =
+        "raymap: 1\nmedia: {air: {index: 1}, glass: {index: 1.5}}\nsurfaces: {clear: {type: "
+        "fresnel}}\ngeometries:\n  brick: {type: box, size: [1, 1.5, 2]}\nobjects:\n"
+        "  - {name: c, geometry: brick, surface: clear, outside: air, inside: glass, rotate: [9, "
+        "0, "
+        "5], copies: {count: [13, 13, 13], step: [3, 3, 3]}}\n"
+        "sources:\n  - {name: a, type: point, at: [19.4, 19.3, 19.2], medium: air}\n";
+    struct rmap_error err = {0};
+    char *told = NULL;
+    struct live live = {.scene = read_text(text, &told)};
+    size_t n_top = 0;
+    (void)state;
+    assert_non_null(live.scene);
+    free(told);
+    assert_int_equal(rmap_accel_create(live.scene, 1, &live.accel, &err), RMAP_OK);
+    for (int i = 0; i < 60; i++) {
+        const int beside = 1098 + (int)draw(40) - 20; /* near the source */
+        const struct rmap_scene_part part = {.object = draw(3) ? beside : (int)draw(2197),
+                                             .group = -1};
+        const double far = draw(12) ? 0 : 40;
+        const struct rmap_affine placement = rmap_affine_placement(
+            rmap_vec3(1, 1, 1), rmap_vec3(draw(90), draw(90), 0),
+            rmap_vec3(16 + 0.1 * draw(70) + far, 16 + 0.1 * draw(70), 16 + 0.1 * draw(70)));
+        int32_t *object = NULL;
+        size_t n_object = 0;
+        struct live fresh = {.scene = live.scene};
+        assert_int_equal(rmap_scene_move(live.scene, part, &placement, &object, &n_object, &err),
+                         RMAP_OK);
+        assert_int_equal(rmap_accel_move(live.accel, object, n_object, &err), RMAP_OK);
+        n_top += rmap_accel_last_build(live.accel)->n_beside == 0;
+        rmap_free(object);
+        assert_int_equal(rmap_accel_create(fresh.scene, 1, &fresh.accel, &err), RMAP_OK);
+        const struct rmap_digest a = trace(&live), b = trace(&fresh);
+        assert_memory_equal(&a, &b, sizeof a);
+        rmap_accel_destroy(fresh.accel);
+    }
+    assert_true(n_top > 2 && n_top < 20);
+    const struct rmap_digest before = trace(&live);
+    assert_int_equal(rmap_accel_settle(live.accel, &err), RMAP_OK);
+    assert_int_equal(rmap_accel_last_build(live.accel)->n_beside, 0);
+    const struct rmap_digest after = trace(&live);
+    assert_memory_equal(&before, &after, sizeof before);
+    close_live(&live);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_edits_in_random_order),
-                                       cmocka_unit_test(test_a_bad_place_changes_nothing)};
+                                       cmocka_unit_test(test_a_bad_place_changes_nothing),
+                                       cmocka_unit_test(test_many_instances)};
     if (argc > 1)
         n_step = atoi(argv[1]);
     if (argc > 2)
