@@ -93,6 +93,22 @@ static enum rmap_status clear(const char *folder, struct rmap_error *err)
     return rmap_directory_visit(folder, remove_result, &cleared, err);
 }
 
+struct rows {
+    bool any;
+};
+
+/* Without them there is nothing to lose, as where the first variant had a mistake. */
+static enum rmap_status look_for_rows(void *context, int directory, const char *name,
+                                      struct rmap_error *err)
+{
+    struct rows *rows = context;
+    struct stat info;
+    (void)err;
+    rows->any = rows->any || (rmap_directory_number(name, "rows-", ".jsonl") >= 0 &&
+                              fstatat(directory, name, &info, 0) == 0 && info.st_size > 0);
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -100,17 +116,20 @@ enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run, str
     char *before = NULL;
     size_t nbytes = 0;
     struct stat info;
+    struct rows rows = {false};
     if (!state || !path)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep"));
     if (run->is_forced)
         RMAP_TRY(clear(run->folder, err));
     RMAP_TRY(rmap_path_look(path, &info, err));
     if (info.st_mode != 0 && !run->is_resumed)
+        RMAP_TRY(rmap_directory_visit(run->folder, look_for_rows, &rows, err));
+    if (rows.any)
         RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
                                 "%s holds a sweep already: --resume goes on with it, --force "
                                 "begins anew, or give another -o",
                                 run->folder));
-    if (info.st_mode != 0) {
+    if (info.st_mode != 0 && run->is_resumed) {
         RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &before, &nbytes, err));
         RMAP_TRY(check_same(run->folder, before, state, err));
         goto out;
