@@ -90,6 +90,7 @@ enum rmap_sweep_of_statistic {
 
 struct rmap_sweep_answer {
     const char *name;
+    int line; /* of the file */
     enum rmap_sweep_kind kind;
     const char *where;    /* a criterion; NULL: all rays */
     const char *detector; /* of DETECTOR, and of a statistic of registrations; or NULL */

@@ -173,8 +173,13 @@ enum rmap_status rmap_sweep_table_print(const struct rmap_sweep_table *table, FI
                 least = fmin(least, rmap_sweep_table_row(table, v)[i].value);
                 most = fmax(most, rmap_sweep_table_row(table, v)[i].value);
             }
-        fprintf(out, "%-14s %.6g +- %.2g %s as it is; %.6g to %.6g\n", sweep->answer[i].name,
-                nominal->value, nominal->standard_error, nominal->unit, least, most);
+        fprintf(out, "%-14s %.6g", sweep->answer[i].name, nominal->value);
+        if (isfinite(nominal->standard_error))
+            fprintf(out, " +- %.2g", nominal->standard_error);
+        fprintf(out, "%s%s as it is", nominal->unit[0] ? " " : "", nominal->unit);
+        if (least <= most)
+            fprintf(out, "; %.6g to %.6g", least, most);
+        fputc('\n', out);
     }
     if (sweep->n_require)
         fprintf(out, "%-14s %.4g +- %.2g: %llu of %llu meet the requirements\n", "yield",

@@ -248,7 +248,7 @@ static void read_answer(struct reading *self, const struct rmap_yaml_item *item,
 {
     struct rmap_reader *reader = &self->reader;
     const struct rmap_yaml_node *node = item->value;
-    *answer = (struct rmap_sweep_answer){.name = item->key};
+    *answer = (struct rmap_sweep_answer){.name = item->key, .line = item->line};
     if (!check_name(self, item) ||
         !rmap_reader_check_map(reader, node, "an answer",
                                "flux rays detector statistic of where unit"))

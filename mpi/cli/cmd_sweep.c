@@ -16,6 +16,7 @@
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/sweep/sweep_answers.h"
 #include "mpi/sweep/sweep_run.h"
 
 static const struct rmap_option options[] = {
@@ -96,6 +97,8 @@ static enum rmap_status load_nominal(const struct rmap_context *context,
                             sweep->path);
     if (st == RMAP_OK)
         st = rmap_sweep_find_nominal(sweep, run->bundle, &diagnostics, err);
+    if (st == RMAP_OK)
+        st = rmap_sweep_check(sweep, scene, err);
     if (context->rank == 0)
         rmap_diagnostics_print(&diagnostics, stderr);
     st = rmap_agree(context, st, err);

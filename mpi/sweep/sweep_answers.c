@@ -227,6 +227,22 @@ ask_count(const struct rmap_context *context, const struct rmap_sweep_answer *an
     return st;
 }
 
+enum rmap_status rmap_sweep_check(const struct rmap_sweep *sweep, const struct rmap_scene *scene,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < sweep->n_answer && st == RMAP_OK; i++) {
+        const struct rmap_sweep_answer *answer = &sweep->answer[i];
+        struct rmap_criterion *criterion = NULL;
+        if (answer->where)
+            st = rmap_criterion_compile(answer->where, scene, &criterion, err);
+        rmap_criterion_destroy(criterion);
+        if (st != RMAP_OK)
+            rmap_error_context(err, "%s:%d: answer '%s'", sweep->path, answer->line, answer->name);
+    }
+    return st;
+}
+
 enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct rmap_sweep *sweep,
                                 const struct rmap_map *map, struct rmap_sweep_result *result,
                                 double *part, struct rmap_error *err)
@@ -243,7 +259,7 @@ enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct
             st = rmap_criterion_compile(answer->where ? answer->where : "all", rmap_map_scene(map),
                                         &criterion[i], err);
         if (st != RMAP_OK)
-            rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
+            rmap_error_context(err, "%s:%d: answer '%s'", sweep->path, answer->line, answer->name);
     }
     RMAP_TRY(rmap_agree(context, st, err));
     for (i = 0; i < sweep->n_answer && st == RMAP_OK; i++) {
@@ -258,7 +274,7 @@ enum rmap_status rmap_sweep_ask(const struct rmap_context *context, const struct
         if (answer->kind == RMAP_SWEEP_STATISTIC)
             st = ask_statistic(context, answer, map, criterion[i], &result[i], its, err);
         if (st != RMAP_OK)
-            rmap_error_context(err, "%s: answer '%s'", sweep->path, answer->name);
+            rmap_error_context(err, "%s:%d: answer '%s'", sweep->path, answer->line, answer->name);
     }
 out:
     for (i = 0; criterion && i < sweep->n_answer; i++)

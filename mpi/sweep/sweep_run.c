@@ -4,33 +4,21 @@
  */
 #include "mpi/sweep/sweep_run.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
-#include "io/file/directory.h"
 #include "io/file/publish.h"
-#include "io/file/text_file.h"
-#include "io/file/whole_file.h"
-#include "io/map/map_directory.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/sweep/sweep_answers.h"
+#include "mpi/sweep/sweep_folder.h"
 #include "mpi/trace/trace_held.h"
 #include "mpi/trace/trace_session.h"
 
-static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
-                                                 (size_t)1 << 26};
 enum { ROW_NBYTES = 128, UNPAID_MAX = 3 }; /* about; tries, before it is given up */
-static const double sync_s =
-    5.0; /* what a crash of the machine loses; a killed program loses none */
-
 struct group {
     struct rmap_sweep_run *run;
     struct rmap_context context; /* of its ranks; of all at first */
@@ -40,177 +28,21 @@ struct group {
     bool shares_files;
     struct rmap_map *last; /* of the variant before, whose rays are taken over; NULL: none */
     struct rmap_bundle *last_bundle;
-    char *last_path; /* of the map before; NULL: none */
-    int n_unpaid;    /* maps in a row that had to trace all anew */
-    int journal;     /* descriptor, on its rank 0; -1 */
-    double synced;
+    char *last_path;                   /* of the map before; NULL: none */
+    int n_unpaid;                      /* maps in a row that had to trace all anew */
+    struct rmap_sweep_journal journal; /* on its rank 0 */
 };
-
-/* The first line in which two texts differ. */
-static enum rmap_status check_same(const char *folder, const char *before, const char *now,
-                                   struct rmap_error *err)
-{
-    for (int line = 1; *before || *now; line++) {
-        const size_t a = strcspn(before, "\n"), b = strcspn(now, "\n");
-        if (a != b || memcmp(before, now, a) != 0)
-            return rmap_error_set(err, RMAP_INPUT,
-                                  "%s holds another sweep: line %d was '%.*s' and is '%.*s'; give "
-                                  "another -o, or bring the line back",
-                                  folder, line, (int)(a < 80 ? a : 80), before,
-                                  (int)(b < 80 ? b : 80), now);
-        before += a + (before[a] == '\n');
-        now += b + (now[b] == '\n');
-    }
-    return RMAP_OK;
-}
-
-/* What must be the same for rows to be of one sweep: its file, and the scene. */
-static char *state_of(const struct rmap_sweep_run *run)
-{
-    const struct rmap_bundle *bundle = run->bundle;
-    size_t n = strlen(run->sweep->text) + bundle->text_nbytes + 64;
-    for (size_t i = 0; i < bundle->options.n_set; i++)
-        n += strlen(bundle->options.set[i]) + 8;
-    char *text = rmap_alloc(n, 1);
-    size_t used = 0;
-    if (!text)
-        return NULL;
-    for (size_t i = 0; i < bundle->options.n_set; i++)
-        used += (size_t)snprintf(text + used, n - used, "--set %s\n", bundle->options.set[i]);
-    (void)snprintf(text + used, n - used, "%s\n--- scene\n%s", run->sweep->text, bundle->text);
-    return text;
-}
-
-struct cleared {
-    const char *folder;
-};
-
-/* What a sweep wrote there, and nothing else. */
-static enum rmap_status remove_result(void *context, int directory, const char *name,
-                                      struct rmap_error *err)
-{
-    const char *folder = ((const struct cleared *)context)->folder;
-    static const char *const file[] = {"sweep.txt", "table.csv", "table.h5", "plot.svg"};
-    enum rmap_status st = RMAP_OK;
-    bool goes = rmap_directory_number(name, "rows-", ".jsonl") >= 0;
-    for (size_t i = 0; i < sizeof file / sizeof *file; i++)
-        goes = goes || strcmp(name, file[i]) == 0;
-    if (goes && unlinkat(directory, name, 0) != 0)
-        return rmap_error_set(err, RMAP_SYSTEM, "%s/%s cannot be removed: %s", folder, name,
-                              strerror(errno));
-    const size_t len = strlen(name);
-    if (strncmp(name, "variant-", 8) == 0 && len > 7 && strcmp(name + len - 7, ".raymap") == 0) {
-        char *path = rmap_path_format("%s/%s", folder, name);
-        st = path ? rmap_map_remove(path, err)
-                  : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a path");
-        rmap_free(path);
-    }
-    return st;
-}
-
-static enum rmap_status clear(const char *folder, struct rmap_error *err)
-{
-    struct stat info;
-    struct cleared cleared = {folder};
-    const enum rmap_status st = rmap_path_look(folder, &info, err);
-    if (st != RMAP_OK || info.st_mode == 0)
-        return st;
-    return rmap_directory_visit(folder, remove_result, &cleared, err);
-}
-
-/* Rank 0. */
-static enum rmap_status prepare_folder(const struct rmap_sweep_run *run, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    char *state = state_of(run), *path = rmap_path_format("%s/sweep.txt", run->folder);
-    char *before = NULL;
-    size_t nbytes = 0;
-    struct stat info;
-    if (!state || !path)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep"));
-    if (run->is_forced)
-        RMAP_TRY(clear(run->folder, err));
-    RMAP_TRY(rmap_path_look(path, &info, err));
-    if (info.st_mode != 0 && !run->is_resumed)
-        RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
-                                "%s holds a sweep already: --resume goes on with it, --force "
-                                "begins anew, or give another -o",
-                                run->folder));
-    if (info.st_mode != 0) {
-        RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &before, &nbytes, err));
-        RMAP_TRY(check_same(run->folder, before, state, err));
-        goto out;
-    }
-    if (mkdir(run->folder, 0777) != 0 && errno != EEXIST)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "%s cannot be made: %s", run->folder,
-                                strerror(errno)));
-    st = rmap_whole_file_put_bytes(path, state, strlen(state), err);
-out:
-    rmap_free(before);
-    rmap_free(state);
-    rmap_free(path);
-    return st;
-}
-
-struct journals {
-    struct rmap_sweep_run *run;
-};
-
-/* A line that was cut off, the last one, is no JSON and counts for nothing. */
-static enum rmap_status read_journal(void *context, int directory, const char *name,
-                                     struct rmap_error *err)
-{
-    struct journals *self = context;
-    char *text = NULL, *path = NULL;
-    size_t nbytes = 0;
-    struct stat info;
-    enum rmap_status st = RMAP_OK;
-    if (rmap_directory_number(name, "rows-", ".jsonl") < 0 ||
-        fstatat(directory, name, &info, 0) != 0 || info.st_size == 0)
-        return RMAP_OK;
-    path = rmap_path_format("%s/%s", self->run->folder, name);
-    if (!path)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a journal");
-    RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &text, &nbytes, err));
-    for (const char *line = text; *line;) {
-        const size_t n = strcspn(line, "\n");
-        if (line[n] == '\n')
-            rmap_sweep_row_take(&self->run->table, line, n);
-        line += n + (line[n] == '\n');
-    }
-out:
-    rmap_free(text);
-    rmap_free(path);
-    return st;
-}
-
-/* On the first rank of a group. */
-static enum rmap_status open_journal(struct group *group, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const char *folder = group->run->folder;
-    char *path = rmap_path_format("%s/rows-%05d.jsonl", folder, group->number);
-    group->journal = path ? open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666) : -1;
-    if (group->journal < 0)
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s cannot be written to: %s", folder,
-                            strerror(errno));
-    else if (lseek(group->journal, 0, SEEK_END) > 0) /* behind a line that was cut off */
-        (void)!write(group->journal, "\n", 1);
-    rmap_free(path);
-    return st;
-}
 
 /* Collective. Rows of before; all ranks are one group. */
 static enum rmap_status begin(struct rmap_sweep_run *run, struct group *group,
                               struct rmap_error *err)
 {
     const struct rmap_context *context = run->context;
-    struct journals journals = {run};
     enum rmap_status st = RMAP_OK;
     if (context->rank == 0)
-        st = prepare_folder(run, err);
+        st = rmap_sweep_folder_prepare(run, err);
     if (context->rank == 0 && st == RMAP_OK)
-        st = rmap_directory_visit(run->folder, read_journal, &journals, err);
+        st = rmap_sweep_folder_rows(run, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(RMAP_MPI(
         MPI_Bcast(run->table.is_known, (int)run->sweep->n_variant, MPI_C_BOOL, 0, context->comm)));
@@ -221,7 +53,7 @@ static enum rmap_status begin(struct rmap_sweep_run *run, struct group *group,
     RMAP_TRY(rmap_common_isa(context, &group->isa_level, err));
     group->shares_files = rmap_sweep_shares_files(run->sweep, run->bundle);
     if (context->rank == 0)
-        st = open_journal(group, err);
+        st = rmap_sweep_journal_open(group->run, group->number, &group->journal, err);
     st = rmap_agree(context, st, err);
 out:
     return st;
@@ -322,7 +154,7 @@ static enum rmap_status split(struct group *group, struct rmap_error *err)
     (void)MPI_Comm_rank(comm, &group->context.rank);
     (void)MPI_Comm_size(comm, &group->context.size);
     if (group->context.rank == 0 && group->number > 0)
-        st = open_journal(group, err);
+        st = rmap_sweep_journal_open(group->run, group->number, &group->journal, err);
     st = rmap_agree(context, st, err);
 out:
     return st;
@@ -372,27 +204,6 @@ static enum rmap_status trace_map(struct group *group, uint64_t variant,
 out:
     rmap_trace_session_fini(&session);
     rmap_free(path);
-    return st;
-}
-
-/* A row is written in one go: what a killed program leaves is whole rows and at most a part of one.
- */
-static enum rmap_status commit(struct group *group, uint64_t variant, struct rmap_error *err)
-{
-    char *row = rmap_sweep_row_line(&group->run->table, variant);
-    char *line = row ? rmap_path_format("%s\n", row) : NULL;
-    enum rmap_status st = RMAP_OK;
-    if (!line)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a row");
-    else if (write(group->journal, line, strlen(line)) != (ssize_t)strlen(line))
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: a row cannot be written: %s", group->run->folder,
-                            strerror(errno));
-    if (st == RMAP_OK && rmap_clock_seconds() - group->synced > sync_s) {
-        (void)fdatasync(group->journal);
-        group->synced = rmap_clock_seconds();
-    }
-    rmap_free(line);
-    rmap_free(row);
     return st;
 }
 
@@ -457,7 +268,7 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
                             run->table.result + variant * run->sweep->n_answer, part, err));
     if (group->context.rank == 0) {
         rmap_sweep_row_differ(&run->table, variant, part);
-        st = commit(group, variant, err);
+        st = rmap_sweep_journal_commit(run, &group->journal, variant, err);
     }
     pass(&begun, &run->times.answers);
     keep_last(group, &map, &own);
@@ -522,8 +333,7 @@ out:
 
 enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *err)
 {
-    struct group group = {.run = run, .journal = -1, .own = MPI_COMM_NULL};
-    struct journals journals = {run};
+    struct group group = {.run = run, .journal = {.file = -1}, .own = MPI_COMM_NULL};
     const double begun = rmap_clock_seconds();
     enum rmap_status st = rmap_sweep_table_init(&run->table, run->sweep, err);
     RMAP_TRY(rmap_agree(run->context, st, err));
@@ -531,22 +341,19 @@ enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *e
     RMAP_TRY(run_nominal(&group, err));
     RMAP_TRY(split(&group, err));
     st = run_group(&group, err);
-    if (group.journal >= 0 && (fdatasync(group.journal) | close(group.journal)) != 0 &&
-        st == RMAP_OK)
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: rows cannot be written: %s", run->folder,
-                            strerror(errno));
-    group.journal = -1;
+    if (st == RMAP_OK)
+        st = rmap_sweep_journal_close(run, &group.journal, err);
     run->times.all = rmap_clock_seconds() - begun;
     RMAP_TRY(rmap_agree_patiently(run->context, st, err));
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &run->n_reused, 1, MPI_UINT64_T, MPI_SUM, run->context->comm)));
     if (run->context->rank == 0)
-        st = rmap_directory_visit(run->folder, read_journal, &journals, err);
+        st = rmap_sweep_folder_rows(run, err);
     st = rmap_agree(run->context, st, err);
 out:
     drop_last(&group);
-    if (group.journal >= 0)
-        (void)close(group.journal);
+    struct rmap_error second;
+    (void)!rmap_sweep_journal_close(run, &group.journal, &second);
     if (group.own != MPI_COMM_NULL)
         (void)MPI_Comm_free(&group.own);
     return st;

@@ -12,7 +12,7 @@ import tempfile
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
 CHANGES = (("double-gauss", "objects.back_wall.at=[0,0,142.9]"), ("double-gauss", "objects.cover.at=[0,0,137.3]"),
            ("double-gauss", "geometries.gauss.surfaces.11.curvature=-0.0126"), ("room", "objects.ball_1.at=[-2.1,-1.8,0.331]"),
-           ("room", "objects.plinth_0.at.3=0.001"))
+           ("room", "objects.bench_0.at=[-1.5,0.1,0.001]"))
 raymap = sys.argv[1]
 rays = sys.argv[2] if len(sys.argv) > 2 else "1000000"
 rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 5

@@ -42,7 +42,7 @@ def rows(folder):
         return list(csv.DictReader(line for line in table if line[0] != "#"))
 
 
-for old in ("one", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
+for old in ("one", "mended", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
     shutil.rmtree(old, ignore_errors=True)
 write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "one", "--quiet")
@@ -166,6 +166,13 @@ for old, new, words in (("objects.sensor_surface.at.3", "objects.sensor_surfce.a
     write("s.yaml", SWEEP.replace(old, new))
     error = run("sweep", "s.yaml", "-o", "bad", status=3)
     check(all(word in error for word in words), f"{new}: {error}")
+for old, new, words in (("registered(sensor)}", "registered(sensr)}", ("s.yaml:10: answer 'light'", "did you mean 'sensor'")),
+                        ("{detector: sensor, of: peak}", "{detector: sensr, of: peak}", ("variant 0: s.yaml:11: answer 'peak'", "did you mean 'sensor'"))):
+    write("s.yaml", SWEEP.replace(old, new))
+    error = run("sweep", "s.yaml", "-o", "mended", "--quiet", status=3)
+    check(all(word in error for word in words), f"{new}: {error}")
+write("s.yaml", SWEEP)
+run("sweep", "s.yaml", "-o", "mended", "--quiet")
 write("s.yaml", SWEEP.replace("0.25", "0.26"))
 error = run("sweep", "s.yaml", "-o", "one", "--resume", status=3)
 check("line 6" in error, f"another sweep: {error}")

@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/sweep/sweep_folder.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/file/directory.h"
+#include "io/file/publish.h"
+#include "io/file/text_file.h"
+#include "io/file/whole_file.h"
+#include "io/map/map_directory.h"
+#include "mpi/parallel/progress.h"
+
+static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
+                                                 (size_t)1 << 26};
+static const double sync_s =
+    5.0; /* what a crash of the machine loses; a killed program loses none */
+
+/* The first line in which two texts differ. */
+static enum rmap_status check_same(const char *folder, const char *before, const char *now,
+                                   struct rmap_error *err)
+{
+    for (int line = 1; *before || *now; line++) {
+        const size_t a = strcspn(before, "\n"), b = strcspn(now, "\n");
+        if (a != b || memcmp(before, now, a) != 0)
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "%s holds another sweep: line %d was '%.*s' and is '%.*s'; give "
+                                  "another -o, or bring the line back",
+                                  folder, line, (int)(a < 80 ? a : 80), before,
+                                  (int)(b < 80 ? b : 80), now);
+        before += a + (before[a] == '\n');
+        now += b + (now[b] == '\n');
+    }
+    return RMAP_OK;
+}
+
+/* What must be the same for rows to be of one sweep: its file, and the scene. */
+static char *state_of(const struct rmap_sweep_run *run)
+{
+    const struct rmap_bundle *bundle = run->bundle;
+    size_t n = strlen(run->sweep->text) + bundle->text_nbytes + 64;
+    for (size_t i = 0; i < bundle->options.n_set; i++)
+        n += strlen(bundle->options.set[i]) + 8;
+    char *text = rmap_alloc(n, 1);
+    size_t used = 0;
+    if (!text)
+        return NULL;
+    for (size_t i = 0; i < bundle->options.n_set; i++)
+        used += (size_t)snprintf(text + used, n - used, "--set %s\n", bundle->options.set[i]);
+    (void)snprintf(text + used, n - used, "%s\n--- scene\n%s", run->sweep->text, bundle->text);
+    return text;
+}
+
+struct cleared {
+    const char *folder;
+};
+
+/* What a sweep wrote there, and nothing else. */
+static enum rmap_status remove_result(void *context, int directory, const char *name,
+                                      struct rmap_error *err)
+{
+    const char *folder = ((const struct cleared *)context)->folder;
+    static const char *const file[] = {"sweep.txt", "table.csv", "table.h5", "plot.svg"};
+    enum rmap_status st = RMAP_OK;
+    bool goes = rmap_directory_number(name, "rows-", ".jsonl") >= 0;
+    for (size_t i = 0; i < sizeof file / sizeof *file; i++)
+        goes = goes || strcmp(name, file[i]) == 0;
+    if (goes && unlinkat(directory, name, 0) != 0)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s/%s cannot be removed: %s", folder, name,
+                              strerror(errno));
+    const size_t len = strlen(name);
+    if (strncmp(name, "variant-", 8) == 0 && len > 7 && strcmp(name + len - 7, ".raymap") == 0) {
+        char *path = rmap_path_format("%s/%s", folder, name);
+        st = path ? rmap_map_remove(path, err)
+                  : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a path");
+        rmap_free(path);
+    }
+    return st;
+}
+
+static enum rmap_status clear(const char *folder, struct rmap_error *err)
+{
+    struct stat info;
+    struct cleared cleared = {folder};
+    const enum rmap_status st = rmap_path_look(folder, &info, err);
+    if (st != RMAP_OK || info.st_mode == 0)
+        return st;
+    return rmap_directory_visit(folder, remove_result, &cleared, err);
+}
+
+struct rows {
+    bool any;
+};
+
+/* Without them there is nothing to lose, as where the first variant had a mistake. */
+static enum rmap_status look_for_rows(void *context, int directory, const char *name,
+                                      struct rmap_error *err)
+{
+    struct rows *rows = context;
+    struct stat info;
+    (void)err;
+    rows->any = rows->any || (rmap_directory_number(name, "rows-", ".jsonl") >= 0 &&
+                              fstatat(directory, name, &info, 0) == 0 && info.st_size > 0);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *state = state_of(run), *path = rmap_path_format("%s/sweep.txt", run->folder);
+    char *before = NULL;
+    size_t nbytes = 0;
+    struct stat info;
+    struct rows rows = {false};
+    if (!state || !path)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep"));
+    if (run->is_forced)
+        RMAP_TRY(clear(run->folder, err));
+    RMAP_TRY(rmap_path_look(path, &info, err));
+    if (info.st_mode != 0 && !run->is_resumed)
+        RMAP_TRY(rmap_directory_visit(run->folder, look_for_rows, &rows, err));
+    if (rows.any)
+        RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
+                                "%s holds a sweep already: --resume goes on with it, --force "
+                                "begins anew, or give another -o",
+                                run->folder));
+    if (info.st_mode != 0 && run->is_resumed) {
+        RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &before, &nbytes, err));
+        RMAP_TRY(check_same(run->folder, before, state, err));
+        goto out;
+    }
+    if (mkdir(run->folder, 0777) != 0 && errno != EEXIST)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "%s cannot be made: %s", run->folder,
+                                strerror(errno)));
+    st = rmap_whole_file_put_bytes(path, state, strlen(state), err);
+out:
+    rmap_free(before);
+    rmap_free(state);
+    rmap_free(path);
+    return st;
+}
+
+struct journals {
+    struct rmap_sweep_run *run;
+};
+
+/* A line that was cut off, the last one, is no JSON and counts for nothing. */
+static enum rmap_status read_journal(void *context, int directory, const char *name,
+                                     struct rmap_error *err)
+{
+    struct journals *self = context;
+    char *text = NULL, *path = NULL;
+    size_t nbytes = 0;
+    struct stat info;
+    enum rmap_status st = RMAP_OK;
+    if (rmap_directory_number(name, "rows-", ".jsonl") < 0 ||
+        fstatat(directory, name, &info, 0) != 0 || info.st_size == 0)
+        return RMAP_OK;
+    path = rmap_path_format("%s/%s", self->run->folder, name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a journal");
+    RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &text, &nbytes, err));
+    for (const char *line = text; *line;) {
+        const size_t n = strcspn(line, "\n");
+        if (line[n] == '\n')
+            rmap_sweep_row_take(&self->run->table, line, n);
+        line += n + (line[n] == '\n');
+    }
+out:
+    rmap_free(text);
+    rmap_free(path);
+    return st;
+}
+
+enum rmap_status rmap_sweep_folder_rows(struct rmap_sweep_run *run, struct rmap_error *err)
+{
+    struct journals journals = {run};
+    return rmap_directory_visit(run->folder, read_journal, &journals, err);
+}
+
+enum rmap_status rmap_sweep_journal_open(const struct rmap_sweep_run *run, int number,
+                                         struct rmap_sweep_journal *journal, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *path = rmap_path_format("%s/rows-%05d.jsonl", run->folder, number);
+    journal->file = path ? open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666) : -1;
+    if (journal->file < 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s cannot be written to: %s", run->folder,
+                            strerror(errno));
+    else if (lseek(journal->file, 0, SEEK_END) > 0) /* behind a line that was cut off */
+        (void)!write(journal->file, "\n", 1);
+    rmap_free(path);
+    return st;
+}
+
+/* A row is written in one go: what a killed program leaves is whole rows and at most a part of one.
+ */
+enum rmap_status rmap_sweep_journal_commit(const struct rmap_sweep_run *run,
+                                           struct rmap_sweep_journal *journal, uint64_t variant,
+                                           struct rmap_error *err)
+{
+    char *row = rmap_sweep_row_line(&run->table, variant);
+    char *line = row ? rmap_path_format("%s\n", row) : NULL;
+    enum rmap_status st = RMAP_OK;
+    if (!line)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a row");
+    else if (write(journal->file, line, strlen(line)) != (ssize_t)strlen(line))
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: a row cannot be written: %s", run->folder,
+                            strerror(errno));
+    if (st == RMAP_OK && rmap_clock_seconds() - journal->synced > sync_s) {
+        (void)fdatasync(journal->file);
+        journal->synced = rmap_clock_seconds();
+    }
+    rmap_free(line);
+    rmap_free(row);
+    return st;
+}
+
+enum rmap_status rmap_sweep_journal_close(const struct rmap_sweep_run *run,
+                                          struct rmap_sweep_journal *journal,
+                                          struct rmap_error *err)
+{
+    const int file = journal->file;
+    journal->file = -1;
+    return file >= 0 && (fdatasync(file) | close(file)) != 0
+               ? rmap_error_set(err, RMAP_SYSTEM, "%s: rows cannot be written: %s", run->folder,
+                                strerror(errno))
+               : RMAP_OK;
+}
