@@ -247,7 +247,7 @@ async function timed(part, page) {
 async function main() {
   const browser = await launch(...GRAPHICS);
   try {
-    const page = await open(browser, address, { viewport: { width: 1500, height: 950 } });
+    const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
     for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, drawsHistograms, edits, dragsObjects, isKept])
       await timed(part, page);
