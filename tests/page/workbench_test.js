@@ -229,6 +229,7 @@ async function isKept(page) {
   await page.keyboard.press("?");
   check(/Ctrl\+S/.test(await page.textContent("#keys")), "the help has the workbench's keys");
   await page.locator("#help button").click();
+  await until(page, "the dragged scene traced", () => raymap.live().state === "done");
   await page.locator("#trace-rays").focus();
   const order = [];
   for (let k = 0; k < 5; k++) {
