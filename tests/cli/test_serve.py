@@ -290,12 +290,27 @@ def check_ranks():
         assert lens.query("all")["rays"]["total"] == RAYS
 
 
+def check_notebook():
+    """The code of examples/python/serve.ipynb, cell by cell, with what its last lines show."""
+    folder = os.path.join(SOURCE, "examples/python")
+    with open(os.path.join(folder, "serve.ipynb")) as file:
+        cells = [c for c in json.load(file)["cells"] if c["cell_type"] == "code"]
+    here, names = os.getcwd(), {}
+    os.chdir(folder)
+    try:
+        for cell in cells:
+            exec("".join(cell["source"]), names)  # pylint: disable=exec-used
+    finally:
+        os.chdir(here)
+    assert len(names["flux"]) == 4 and min(names["flux"]) > 0.0, names["flux"]
+
+
 def main():
     shutil.rmtree("served", ignore_errors=True)
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks):
+    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks, check_notebook):
         begun = time.monotonic()
         check()
         print(f"{check.__name__}: {time.monotonic() - begun:.1f} s", flush=True)
