@@ -7,6 +7,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -198,7 +199,7 @@ def fuzz(path):
     connection.connect(path)
     stream = connection.makefile("rwb")
     sent = 0
-    for _ in range(150):
+    for _ in range(100):
         request = {"id": sent, "command": dice.choice(words)}
         for _ in range(dice.randrange(4)):
             request[dice.choice(keys)] = dice.choice(values)
@@ -290,6 +291,26 @@ def check_ranks():
         assert lens.query("all")["rays"]["total"] == RAYS
 
 
+def check_lost_rank():
+    """One that is killed ends the server; who asked is told so, and does not wait."""
+    server = subprocess.Popen(["mpirun", "--oversubscribe", "-np", "2", RAYMAP, "serve", "scene.yaml", "--stdin"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    lens = raymap.serve.Server(server.stdout, server.stdin, server)
+    assert lens.status()["ranks"] == 2
+    ranks = subprocess.run(["pgrep", "-P", str(server.pid), "raymap"], capture_output=True, text=True).stdout.split()
+    assert len(ranks) == 2, ranks
+    os.kill(int(ranks[1]), signal.SIGKILL)
+    try:
+        for _ in range(100):
+            lens.query("all")
+            time.sleep(0.1)
+        raise AssertionError("it goes on")
+    except ConnectionError:
+        pass
+    assert "Killed" in server.stderr.read()
+    assert server.wait(20) != 0
+
+
 def check_notebook():
     """The code of examples/python/serve.ipynb, cell by cell, with what its last lines show."""
     folder = os.path.join(SOURCE, "examples/python")
@@ -310,7 +331,8 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks, check_notebook):
+    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks,
+                  check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
         print(f"{check.__name__}: {time.monotonic() - begun:.1f} s", flush=True)
