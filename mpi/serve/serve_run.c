@@ -99,6 +99,7 @@ static enum rmap_status serve_one(struct rmap_serve *self, const char *text, str
         st = rmap_serve_answer_one(self, text, err);
     if (st != RMAP_OK || !self->again || self->state != RMAP_SERVE_RUNNING)
         return st;
+    rmap_interrupt_forget(); /* that was for the request, not for the trace */
     st = rmap_serve_trace_slice(self, err);
     self->sliced = rmap_clock_seconds();
     return st;

@@ -116,6 +116,28 @@ def check_edits():
         refused(lens.redo, status=3)
 
 
+def check_set_as_command_line():
+    """An edit of the text is what --set is, in scenes that are written in various ways."""
+    equal = 0
+    for name, values in (("room", {"objects.floor.at": [0, 0, -0.01], "limits.steps": 7, "time": "on"}),
+                         ("luneburg", {"objects.screen.at.3": 50.5, "sources.beam.shape.disc": 20, "limits.weight": 0.1}),
+                         ("light-guide", {"limits.steps": 30, "media.plate.index": 1.6, "sources.2.at": [0, -100.45, 2]})):
+        path = os.path.join(SOURCE, "examples", name, "scene.yaml")
+        sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
+        told = subprocess.run([RAYMAP, "trace", path, "-n", "4096", "-o", name + ".raymap", "--quiet", *sets],
+                              capture_output=True, text=True, timeout=120)
+        with raymap.serve.start(path) as scene:
+            if told.returncode == 3:  # a key that there is not is refused here as there
+                assert len(refused(scene.edit, set=values, status=3).details["diagnostics"]) > 0
+                continue
+            assert told.returncode in (0, 7), told.stderr
+            scene.edit(set=values)
+            scene.trace(4096)
+            assert scene.status()["digest"] == run("info", name + ".raymap", "--json")["digest"], name
+            equal += 1
+    assert equal >= 2, equal
+
+
 def check_saving():
     os.makedirs("below", exist_ok=True)
     os.makedirs("../outside", exist_ok=True)
@@ -331,7 +353,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
