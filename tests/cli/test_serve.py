@@ -7,6 +7,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -115,6 +116,28 @@ def check_edits():
         refused(lens.redo, status=3)
 
 
+def check_set_as_command_line():
+    """An edit of the text is what --set is, in scenes that are written in various ways."""
+    equal = 0
+    for name, values in (("room", {"objects.floor.at": [0, 0, -0.01], "limits.steps": 7, "time": "on"}),
+                         ("luneburg", {"objects.screen.at.3": 50.5, "sources.beam.shape.disc": 20, "limits.weight": 0.1}),
+                         ("light-guide", {"limits.steps": 30, "media.plate.index": 1.6, "sources.2.at": [0, -100.45, 2]})):
+        path = os.path.join(SOURCE, "examples", name, "scene.yaml")
+        sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
+        told = subprocess.run([RAYMAP, "trace", path, "-n", "4096", "-o", name + ".raymap", "--quiet", *sets],
+                              capture_output=True, text=True, timeout=120)
+        with raymap.serve.start(path) as scene:
+            if told.returncode == 3:  # a key that there is not is refused here as there
+                assert len(refused(scene.edit, set=values, status=3).details["diagnostics"]) > 0
+                continue
+            assert told.returncode in (0, 7), told.stderr
+            scene.edit(set=values)
+            scene.trace(4096)
+            assert scene.status()["digest"] == run("info", name + ".raymap", "--json")["digest"], name
+            equal += 1
+    assert equal >= 2, equal
+
+
 def check_saving():
     os.makedirs("below", exist_ok=True)
     os.makedirs("../outside", exist_ok=True)
@@ -198,7 +221,7 @@ def fuzz(path):
     connection.connect(path)
     stream = connection.makefile("rwb")
     sent = 0
-    for _ in range(150):
+    for _ in range(100):
         request = {"id": sent, "command": dice.choice(words)}
         for _ in range(dice.randrange(4)):
             request[dice.choice(keys)] = dice.choice(values)
@@ -290,12 +313,48 @@ def check_ranks():
         assert lens.query("all")["rays"]["total"] == RAYS
 
 
+def check_lost_rank():
+    """One that is killed ends the server; who asked is told so, and does not wait."""
+    server = subprocess.Popen(["mpirun", "--oversubscribe", "-np", "2", RAYMAP, "serve", "scene.yaml", "--stdin"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    lens = raymap.serve.Server(server.stdout, server.stdin, server)
+    assert lens.status()["ranks"] == 2
+    ranks = subprocess.run(["pgrep", "-P", str(server.pid), "raymap"], capture_output=True, text=True).stdout.split()
+    assert len(ranks) == 2, ranks
+    os.kill(int(ranks[1]), signal.SIGKILL)
+    try:
+        for _ in range(100):
+            lens.query("all")
+            time.sleep(0.1)
+        raise AssertionError("it goes on")
+    except ConnectionError:
+        pass
+    assert "Killed" in server.stderr.read()
+    assert server.wait(20) != 0
+
+
+def check_notebook():
+    """The code of examples/python/serve.ipynb, cell by cell, with what its last lines show."""
+    folder = os.path.join(SOURCE, "examples/python")
+    with open(os.path.join(folder, "serve.ipynb")) as file:
+        cells = [c for c in json.load(file)["cells"] if c["cell_type"] == "code"]
+    here, names = os.getcwd(), {}
+    os.chdir(folder)
+    try:
+        for cell in cells:
+            exec("".join(cell["source"]), names)  # pylint: disable=exec-used
+    finally:
+        os.chdir(here)
+    assert len(names["flux"]) == 4 and min(names["flux"]) > 0.0, names["flux"]
+
+
 def main():
     shutil.rmtree("served", ignore_errors=True)
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_saving, check_clients, check_http, check_ranks):
+    for check in (check_answers, check_edits, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+                  check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
         print(f"{check.__name__}: {time.monotonic() - begun:.1f} s", flush=True)
