@@ -94,10 +94,10 @@ const listKeys = (more = []) => byId("keys").replaceChildren(
     ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3)), ...more].flatMap(([name, text]) =>
     [element("dt", { textContent: name }), element("dd", { textContent: text })]));
 listKeys();
-const NO_RAY = "No ray matches: the scene alone is shown.";
+const NO_RAY = ["No ray matches: the scene alone is shown.", "No rays yet: the scene alone is shown."];
 whenData(() => {
-  if (ray.count === 0) note(NO_RAY);
-  else if (byId("note").textContent === NO_RAY) note("");
+  if (ray.count === 0) note(NO_RAY[data.total > 0 ? 0 : 1]);
+  else if (NO_RAY.includes(byId("note").textContent)) note("");
 });
 
 for (const button of byId("views").querySelectorAll("[data-view]"))

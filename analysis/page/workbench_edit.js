@@ -97,7 +97,7 @@ async function applyText() {
 
 async function save() {
   try {
-    await ask("save");
+    await ask("save", /\.ya?ml$/.test(edited.file) ? {} : { file: edited.file.replace(/^.*\/|\.raymap$/g, "") + ".yaml" }); // of a map: beside it
     showScene(await ask("scene"));
   } catch (refused) {
     say(refused.message);

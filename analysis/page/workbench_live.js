@@ -36,7 +36,7 @@ async function want(...parts) {
 /* What went wrong, over the picture. */
 function say(text) {
   if (text) note(text);
-  else if (byId("note").textContent !== NO_RAY) note("");
+  else if (!NO_RAY.includes(byId("note").textContent)) note("");
 }
 
 /* New images of the same detectors. */
@@ -64,7 +64,7 @@ function liveItem(detector, index) {
   }
   const part = of && of.flux > 0 ? ` (${figure((100 * of.flux_error) / of.flux, 2)} %)` : "";
   const button = element("button", { type: "button" }, small, element("strong", { textContent: detector.name }),
-    element("small", { textContent: of ? `${figure(of.flux, 4)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit}${part}` : "" }));
+    element("small", { textContent: of && !of.registrations ? "no light yet" : of ? `${figure(of.flux, 4)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit}${part}` : "" }));
   button.setAttribute("aria-pressed", String(index === sensor.index));
   button.addEventListener("click", () => takeStep({ index, region: null }));
   return element("li", {}, button);

@@ -61,6 +61,7 @@ document.addEventListener("keydown", (event) => {
   call();
 }, true);
 
+TESTS.push(...((await ask("names")).words || []).filter((word) => !TESTS.includes(word)));
 showScene(await ask("scene"));
 showTrace((await ask("status")).trace);
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });

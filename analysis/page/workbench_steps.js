@@ -71,12 +71,21 @@ bodyActions.push((index) => {
     act("move", "move it", () => chooseMover(moverOf(index)))];
 });
 
+/* "T@lens{2} V@'odd name'" as steps; what was left out ends them. */
+function stepsOf(sequence) {
+  const words = sequence.match(/(?:'(?:[^']|'')*'|[^ '])+/g) || [], cut = words.indexOf("...");
+  return words.slice(0, cut < 0 ? words.length : cut).flatMap((word) => {
+    const [, step, times_] = /^(.*)\{(\d+)\}$/.exec(word) || [null, word, 1];
+    return Array(Number(times_)).fill(step);
+  });
+}
+
 /* {flux, rays, next: Map from step to the same} of the classes of `paths`. */
 function treeOf(classes) {
   const root = { flux: 0, rays: 0, next: new Map() };
   for (const { source, sequence, flux, rays } of classes) {
     let node = root;
-    for (const step of [`source ${source}`, ...sequence.split(" ").filter((text) => text)]) {
+    for (const step of [`source ${source}`, ...stepsOf(sequence)]) {
       if (!node.next.has(step)) node.next.set(step, { flux: 0, rays: 0, next: new Map() });
       node = node.next.get(step);
       node.flux += flux;
@@ -88,9 +97,17 @@ function treeOf(classes) {
 
 function treeItems(node, before, total) {
   const rows = [...node.next].sort(([, a], [, b]) => b.flux - a.flux);
-  return rows.map(([step, one]) => {
-    const own = [...before, step], share = total > 0 ? (100 * one.flux) / total : 0;
-    const name = element("button", { type: "button", textContent: step, title: "rays whose light went so" });
+  return rows.map(([step, begin]) => {
+    const own = [...before, step];
+    let one = begin;
+    while (one.next.size === 1 && before.length) { // what all of it did is one row
+      const [[next, after]] = one.next;
+      if (after.rays !== one.rays) break;
+      own.push(next);
+      one = after;
+    }
+    const share = total > 0 ? (100 * one.flux) / total : 0;
+    const name = element("button", { type: "button", textContent: own.slice(before.length).join(" "), title: "rays whose light went so" });
     name.addEventListener("click", (event) => {
       event.preventDefault();
       const path = own.slice(1).join(" "), from = `source(${quoted(own[0].slice(7))})`;
@@ -108,11 +125,12 @@ function treeItems(node, before, total) {
 async function showTree() {
   if (!byId("steps-box").open) return;
   try {
-    const told = await ask("paths", { by: "object", top: 500 });
+    const told = await ask("paths", { by: "surface", top: 500 }), rest = told.remainder;
     const text = JSON.stringify(told.classes);
     if (text === steps_.tree) return; // what is unfolded stays so
     steps_.tree = text;
     byId("tree").replaceChildren(...treeItems(treeOf(told.classes), [], told.flux.value));
+    if (rest && rest.rays) byId("tree").append(element("li", {}, element("small", { className: "leaf", textContent: `${figure(100 * rest.share, 3)} % in rarer ways` })));
   } catch (refused) {
     byId("tree").textContent = refused.message;
   }

@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/random.h>
@@ -26,6 +27,7 @@ enum {
     CONNECTIONS_MAX = 256,
     IDLE_S = 120,
     WAIT_MS = 500,
+    CLOSING_MS = 300,
     HEARTBEAT_MS = 10000, /* shows whether a browser is still there */
 };
 
@@ -373,6 +375,14 @@ const char *rmap_serve_http_token(const struct rmap_serve_http *http)
 
 void rmap_serve_http_stop(struct rmap_serve_http *http)
 {
+    /* What was answered last is still on its way. */
+    for (int i = 0; http && http->daemon && i < CLOSING_MS; i++) {
+        const union MHD_DaemonInfo *info =
+            MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_CURRENT_CONNECTIONS);
+        if (!info || info->num_connections == 0)
+            break;
+        (void)poll(NULL, 0, 1);
+    }
     if (http && http->daemon)
         MHD_stop_daemon(http->daemon);
     rmap_free(http);

@@ -13,7 +13,6 @@
 #include "base/alloc.h"
 #include "io/file/base64.h"
 #include "io/file/publish.h"
-#include "io/file/text_file.h"
 #include "mpi/parallel/agree.h"
 
 static const struct {
@@ -100,15 +99,34 @@ static json_t *document_of(const char *type, const char *bytes, size_t n)
     return document;
 }
 
+static char *read_bytes(const char *path, size_t *n_ret)
+{
+    FILE *file = fopen(path, "rb");
+    char *bytes = NULL;
+    long n = -1;
+    if (file && fseek(file, 0, SEEK_END) == 0)
+        n = ftell(file);
+    if (n >= 0)
+        bytes = rmap_alloc((size_t)n + 1, 1);
+    if (file)
+        rewind(file);
+    if (bytes && fread(bytes, 1, (size_t)n, file) != (size_t)n) {
+        rmap_free(bytes);
+        bytes = NULL;
+    }
+    if (file)
+        (void)fclose(file);
+    *n_ret = bytes ? (size_t)n : 0;
+    return bytes;
+}
+
 enum rmap_status rmap_serve_picture_take(const char *path, const char *type, const json_t *printed,
                                          json_t **result_ret, struct rmap_error *err)
 {
-    static const struct rmap_text_kind kind = {"an answer", NULL, "", (size_t)1 << 30};
-    char *bytes = NULL;
     size_t n = 0;
-    const enum rmap_status st = rmap_text_file_read(path, &kind, &bytes, &n, err);
-    if (st != RMAP_OK)
-        return st;
+    char *bytes = read_bytes(path, &n);
+    if (!bytes)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s cannot be read", path);
     json_t *document = document_of(type, bytes, n);
     rmap_free(bytes);
     if (!document)

@@ -15,6 +15,7 @@
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/interrupt.h"
+#include "mpi/parallel/progress.h"
 #include "mpi/serve/serve_answer.h"
 #include "mpi/serve/serve_browser.h"
 #include "mpi/serve/serve_capture.h"
@@ -35,6 +36,7 @@ struct doors {
     bool alone; /* standard input is the one way in */
 };
 
+static const double waits_s = 0.15; /* a trace, at most, for requests; about what a slice takes */
 static const char slice_text[] = "{}"; /* what other ranks are told of a slice */
 
 /* Collective. Rank 0's text on every rank; the others wait asleep. rmap_free. */
@@ -70,6 +72,8 @@ static char *next_text(struct rmap_serve *self, const struct doors *doors)
     const bool runs = self->state == RMAP_SERVE_RUNNING;
     if (rmap_interrupt_caught())
         return rmap_strdup("{\"command\": \"quit\"}");
+    if (runs && rmap_clock_seconds() - self->sliced > waits_s)
+        return rmap_strdup(slice_text);
     self->request = rmap_serve_queue_next(self->queue, runs ? 0 : IDLE_MS);
     if (self->request && self->request->cancelled) {
         rmap_serve_answer(self->request,
@@ -86,14 +90,18 @@ static char *next_text(struct rmap_serve *self, const struct doors *doors)
     return NULL;
 }
 
-/* Collective. A request, and a slice of the trace. */
+/* Collective. A request, or a slice of the trace; one, too, before a request comes again. */
 static enum rmap_status serve_one(struct rmap_serve *self, const char *text, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    if (strcmp(text, slice_text) != 0)
+    self->again = strcmp(text, slice_text) == 0;
+    if (!self->again)
         st = rmap_serve_answer_one(self, text, err);
-    if (st == RMAP_OK && self->state == RMAP_SERVE_RUNNING && !self->quit)
-        st = rmap_serve_trace_slice(self, err);
+    if (st != RMAP_OK || !self->again || self->state != RMAP_SERVE_RUNNING)
+        return st;
+    rmap_interrupt_forget(); /* that was for the request, not for the trace */
+    st = rmap_serve_trace_slice(self, err);
+    self->sliced = rmap_clock_seconds();
     return st;
 }
 

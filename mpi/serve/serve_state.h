@@ -44,6 +44,7 @@ struct rmap_serve {
     /* Of rank 0. */
     struct rmap_serve_queue *queue;
     struct rmap_serve_request *request; /* in hand; NULL: none */
+    double sliced;                      /* when the trace came on */
     json_t *details;                    /* more of what is wrong, for the answer's error */
     char *folder;                       /* where it was started: scenes are saved below */
     char *scratch;                      /* a folder of its own; NULL: not yet */

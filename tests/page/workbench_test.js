@@ -229,6 +229,7 @@ async function isKept(page) {
   await page.keyboard.press("?");
   check(/Ctrl\+S/.test(await page.textContent("#keys")), "the help has the workbench's keys");
   await page.locator("#help button").click();
+  await until(page, "the dragged scene traced", () => raymap.live().state === "done");
   await page.locator("#trace-rays").focus();
   const order = [];
   for (let k = 0; k < 5; k++) {
@@ -247,7 +248,7 @@ async function timed(part, page) {
 async function main() {
   const browser = await launch(...GRAPHICS);
   try {
-    const page = await open(browser, address, { viewport: { width: 1500, height: 950 } });
+    const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
     for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, drawsHistograms, edits, dragsObjects, isKept])
       await timed(part, page);

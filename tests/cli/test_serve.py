@@ -1,0 +1,365 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""A server: answers as the command line's, traces to the same digest, several clients, wrong input, edits and
+saving, HTTP for who has the token, ranks that share the work."""
+import http.client
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+RAYMAP = os.environ["RAYMAP"]
+SOURCE = os.environ["SOURCE_DIR"]
+sys.path.insert(0, os.path.join(SOURCE, "examples/python"))
+import raymap  # noqa: E402
+import raymap.serve  # noqa: E402
+
+RAYS = 20000
+
+
+def run(*args):
+    done = subprocess.run([RAYMAP, *args], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout) if "--json" in args else None
+
+
+def without_cost(answer):
+    return {k: v for k, v in answer.items() if k not in ("seconds", "bytes_read", "portions", "map", "name", "path", "rays_asked")}
+
+
+def refused(call, *args, status=None, **keys):
+    try:
+        call(*args, **keys)
+    except raymap.serve.ServerError as error:
+        assert status in (None, error.status), (error, error.status)
+        return error
+    raise AssertionError(f"{keys} was not refused")
+
+
+def check_answers():
+    run("trace", "scene.yaml", "-n", str(RAYS), "-o", "full.raymap", "--quiet")
+    digest = run("info", "full.raymap", "--json")["digest"]
+    with raymap.serve.start("scene.yaml") as lens:
+        assert lens.query("all")["rays"]["total"] == 0
+        told = []
+        done = lens.trace(RAYS, told=told.append)
+        assert done["state"] == "done" and done["rays"] == RAYS, done
+        assert all(0 <= t["progress"] <= 1 for t in told), told
+        assert lens.status()["digest"] == digest
+        for criterion in ("all", "registered(sensor)", "hit(lens.*, reflect) >= 2"):
+            assert without_cost(lens.query(criterion)) == \
+                without_cost(run("query", "full.raymap", criterion, "--json")), criterion
+        pairs = [(lens.stats(of="path_length", where="registered(sensor)"),
+                  ["stats", "full.raymap", "--of", "path_length", "--where", "registered(sensor)"]),
+                 (lens.detector("sensor", cells="9x6", values=True),
+                  ["detector", "full.raymap", "sensor", "--cells", "9x6", "--table"]),
+                 (lens.paths(top=3, no_events=True), ["paths", "full.raymap", "--top", "3", "--no-events"]),
+                 (lens.report(ray=7), ["report", "full.raymap", "7"]),
+                 (lens.report(energy=True), ["report", "full.raymap", "--energy"])]
+        for answer, command in pairs:
+            expected = run(*command, "--json")
+            assert without_cost(answer) == without_cost(expected), (command, answer, expected)
+        assert len(lens.sample("registered(sensor)", 3)) == 3
+        assert lens.draw(limit=5)["text"].startswith("<?xml")
+        assert lens.draw(limit=5, format="png")["base64"].startswith("iVBOR")
+        assert "sensor" in lens.names()["detectors"] and "hit" in lens.names()["words"]
+        assert lens.check()["errors"] == 0
+        wrong = refused(lens.query, "hot(lens)", status=3)
+        assert wrong.details["column"] == 1 and "did you mean" in str(wrong)
+        for keys in ({"output": "x.csv"}, {"where": {"a": 1}}, {"where": [["a"]]}, {"threads": 3}, {"criteria": "f"}):
+            refused(lens.ask, "stats", of="ray", status=2, **keys)
+        refused(lens.query, "-o/tmp/x.csv")
+        refused(lens.ask, "query", criterion="all", format="csv", status=2)
+        refused(lens.ask, "trase", status=2)
+        refused(lens.ask, "trace", rays=-4, status=2)
+        refused(lens.ask, "trace", action="pause", status=3)
+        refused(lens.ask, "load", file="nothing.yaml")
+        lens.load(file="full.raymap")
+        status = lens.status()
+        assert status["map"] and status["digest"] == digest and status["trace"]["rays"] == RAYS
+        assert lens.query("all")["rays"]["total"] == RAYS
+        lens.trace(4096)  # of the scene inside the map
+        assert lens.query("all")["rays"]["total"] == 4096
+
+
+def check_edits():
+    with raymap.serve.start("scene.yaml") as lens:
+        before = lens.scene()
+        assert before["undo"] == before["redo"] == 0 and before["saved"]
+        moved = lens.move("mount", 0, 0, 1.5)
+        assert "{name: mount, geometry: flange, at: [0, 0, 80.5]" in moved["text"] and not moved["saved"]
+        assert moved["text"].count("#") == before["text"].count("#")
+        lens.edit(set={"objects.mirror_box.surface": "absorber", "sources.star.flux": "2 W",
+                       "limits.steps": 500})
+        lens.trace(RAYS)
+        lens.save("edited.yaml")
+        run("trace", "edited.yaml", "-n", str(RAYS), "-o", "edited.raymap", "--quiet")
+        assert lens.status()["digest"] == run("info", "edited.raymap", "--json")["digest"]
+        wrong = refused(lens.edit, text="raymap: 1\nobjects: 5\n", status=3)
+        assert wrong.details["diagnostics"][0]["line"] == 2
+        refused(lens.edit, text="{")
+        refused(lens.edit, set={"objects.nobody.at": [0, 0, 0]}, status=3)
+        refused(lens.move, "nobody", 0, 0, 0, status=3)
+        refused(lens.edit, status=2)
+        assert lens.check(text="objects: 5")["errors"] == 2
+        assert lens.undo()["text"] == moved["text"]
+        assert lens.undo()["text"] == before["text"]
+        refused(lens.undo, status=3)
+        assert lens.redo()["text"] == moved["text"]
+        lens.move("mount", 1, 0, 0)
+        refused(lens.redo, status=3)
+
+
+def check_set_as_command_line():
+    """An edit of the text is what --set is, in scenes that are written in various ways."""
+    equal = 0
+    for name, values in (("room", {"objects.floor.at": [0, 0, -0.01], "limits.steps": 7, "time": "on"}),
+                         ("luneburg", {"objects.screen.at.3": 50.5, "sources.beam.shape.disc": 20, "limits.weight": 0.1}),
+                         ("light-guide", {"limits.steps": 30, "media.plate.index": 1.6, "sources.2.at": [0, -100.45, 2]})):
+        path = os.path.join(SOURCE, "examples", name, "scene.yaml")
+        sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
+        told = subprocess.run([RAYMAP, "trace", path, "-n", "4096", "-o", name + ".raymap", "--quiet", *sets],
+                              capture_output=True, text=True, timeout=120)
+        with raymap.serve.start(path) as scene:
+            if told.returncode == 3:  # a key that there is not is refused here as there
+                assert len(refused(scene.edit, set=values, status=3).details["diagnostics"]) > 0
+                continue
+            assert told.returncode in (0, 7), told.stderr
+            scene.edit(set=values)
+            scene.trace(4096)
+            assert scene.status()["digest"] == run("info", name + ".raymap", "--json")["digest"], name
+            equal += 1
+    assert equal >= 2, equal
+
+
+def check_saving():
+    os.makedirs("below", exist_ok=True)
+    os.makedirs("../outside", exist_ok=True)
+    for link, to in (("link", "../outside"), ("file.yaml", "../outside/x.yaml"), ("loop", "loop")):
+        if not os.path.islink(link):
+            os.symlink(to, link)
+    with raymap.serve.start("scene.yaml") as lens:
+        here = os.getcwd()
+        for path in ("../x.yaml", "below/../../outside/x.yaml", "link/x.yaml", "file.yaml", "/tmp/x.yaml", "below",
+                     here + "/../x.yaml", here + "x/y.yaml", "loop/x.yaml", "x.txt", "nowhere/x.yaml", ".yaml/",
+                     "a" * 300 + ".yaml"):
+            refused(lens.save, path)
+        assert not os.listdir("../outside")
+        lens.save("below/new.yaml")
+        refused(lens.save, "below/new.yaml", status=2)
+        lens.save("below/new.yaml", force=True)
+        lens.save(here + "/below/other.yaml")
+        assert open("below/other.yaml").read() == lens.scene()["text"]
+        assert not [f for f in os.listdir("below") if f.startswith(".")]
+
+
+def start(*ways):
+    server = subprocess.Popen([RAYMAP, "serve", "scene.yaml", *ways], stdout=subprocess.PIPE, text=True,
+                              stderr=subprocess.DEVNULL)
+    return server, json.loads(server.stdout.readline())
+
+
+def check_clients():
+    server, ready = start("--socket", "s.sock")
+    try:
+        assert ready["socket"] == "s.sock" and os.stat("s.sock").st_mode & 0o777 == 0o600
+        one = raymap.serve.connect("s.sock")
+        events = []
+        one.on_event = events.append
+        one.watch()
+        one.ask("trace", rays=50_000_000)
+        answers, clients = [], [raymap.serve.connect("s.sock") for _ in range(50)]
+
+        def ask(client):
+            answers.append(client.query("all")["rays"]["matched"])
+
+        threads = [threading.Thread(target=ask, args=(c,)) for c in clients]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60)
+        assert len(answers) == 50, len(answers)
+        states = [e for e in events if e["event"] == "trace"]
+        assert states and states[-1]["state"] == "running" and states[-1]["of"] == 50_000_000
+        assert one.trace is not None and one.ask("trace", action="pause")["state"] == "paused"
+        rays = one.status()["trace"]["rays"]
+        time.sleep(0.3)
+        assert one.status()["trace"]["rays"] == rays
+        one.ask("trace", action="resume")
+        try:  # a question that waits for the trace is cancelled, and others go on
+            one.ask("trace", rays=50_000_000, wait=True, timeout=0.5)
+            raise AssertionError("the trace was done")
+        except TimeoutError:
+            pass
+        assert one.ask("trace", action="stop")["state"] == "stopped"
+        for i, client in enumerate(clients):  # some in the middle of a word
+            if i % 2:
+                client._out.write('{"id": 1, "command": "paths"}\n{"id')
+                client._out.flush()
+            client.close()
+        fuzz("s.sock")
+        assert one.query("all")["rays"]["total"] >= 0
+        one.quit()
+        assert server.wait(20) == 0 and not os.path.exists("s.sock")
+    finally:
+        server.kill()
+
+
+def fuzz(path):
+    """Lines that are wrong in all ways: each complete one has an answer, none ends the server."""
+    dice = random.Random(31)
+    words = ["status", "edit", "query", "check", "trace", "draw", "cancel", "save", "load", "undo", "watch", "report"]
+    values = [None, True, -1, 1e300, "", "all", "../x", "\0", "\ud800", [], {}, [[]], "hit(", "a" * 5000, 2 ** 62]
+    keys = ["criterion", "where", "of", "text", "set", "move", "by", "rays", "action", "file", "id", "ray", "command"]
+    connection = socket.socket(socket.AF_UNIX)
+    connection.connect(path)
+    stream = connection.makefile("rwb")
+    sent = 0
+    for _ in range(100):
+        request = {"id": sent, "command": dice.choice(words)}
+        for _ in range(dice.randrange(4)):
+            request[dice.choice(keys)] = dice.choice(values)
+        line = bytearray(json.dumps(request).encode())
+        for _ in range(dice.choice((0, 0, 0, 1, 5))):
+            line[dice.randrange(len(line))] = dice.randrange(256)
+        line = bytes(line).replace(b"\n", b"?").replace(b"\r", b"?")
+        stream.write(line + b"\n")
+        stream.flush()
+        sent += 1
+        while b'"ok":' not in stream.readline():
+            pass
+    stream.write(b"[" * 100000 + b"\n")
+    stream.flush()
+    assert b'"ok":false' in stream.readline()
+    connection.close()
+
+
+def check_http():
+    server, ready = start("--http")
+    host = ready["address"][7:]
+
+    def ask(method="POST", path="/api", body='{"id": 1, "command": "status"}', **headers):
+        connection = http.client.HTTPConnection(host, timeout=30)
+        connection.putrequest(method, path, skip_host=True)
+        given = {"Host": host, "Content_Type": "application/json", **headers, "Content_Length": str(len(body))}
+        for name, value in given.items():
+            if value is not None:
+                connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders(body.encode())
+        answer = connection.getresponse()
+        return answer.status, answer.read(), answer
+
+    try:
+        token = "Bearer " + ready["token"]
+        status, body, _ = ask(Authorization=token)
+        assert status == 200 and json.loads(body)["result"]["file"] == "scene.yaml"
+        for keys, code in (({}, 401), ({"Authorization": "Bearer " + "0" * 32}, 401), ({"Authorization": token[:-1]}, 401),
+                           ({"Authorization": token, "Host": "evil.example:80"}, 403),
+                           ({"Authorization": token, "Host": None}, 403),
+                           ({"Authorization": token, "Origin": "http://evil.example"}, 403),
+                           ({"Authorization": token, "Origin": "null"}, 403),
+                           ({"Authorization": token, "Content_Type": "text/plain"}, 415)):
+            for method, path in (("POST", "/api"), ("GET", "/"), ("GET", "/events")):
+                if code == 415 and method == "GET":
+                    continue
+                status, body, _ = ask(method, path, **keys)
+                assert status == code and body == b"", (keys, method, path, status, body)
+        assert ask(Authorization=token, Origin="http://" + host)[0] == 200
+        assert ask(Authorization=token, Host="localhost:" + host.split(":")[1])[0] == 200
+        assert ask("GET", "/no/../../etc/passwd", Authorization=token)[0] == 404
+        assert ask("PUT", Authorization=token)[0] == 405
+        status, _, answer = ask("GET", "/?token=" + ready["token"], "")
+        cookie = answer.getheader("Set-Cookie")
+        assert status == 302 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
+        status, body, answer = ask("GET", "/", "", Cookie=cookie.split(";")[0])
+        assert status == 200 and b"<" in body and "script-src 'self'" in answer.getheader("Content-Security-Policy")
+        events = http.client.HTTPConnection(host, timeout=30)
+        events.request("GET", "/events?token=" + ready["token"])
+        stream = events.getresponse()
+        assert stream.getheader("Content-Type") == "text/event-stream"
+        ask(body='{"command": "trace", "rays": 20000}', Authorization=token)
+        seen = []
+        while not seen or seen[-1]["state"] != "done":
+            line = stream.readline()
+            seen += [json.loads(line[6:])] if line.startswith(b"data: ") else []
+        assert seen[-1]["rays"] == 20000, seen[-1]
+        vanishing = socket.create_connection(host.split(":"))
+        vanishing.sendall(f"POST /api HTTP/1.1\r\nHost: {host}\r\nContent-Length: 1000\r\n\r\n{{".encode())
+        vanishing.close()
+        status, body, _ = ask(body='{"id": 9, "command": "quit"}', Authorization=token)
+        assert status == 200 and json.loads(body)["ok"]
+        assert server.wait(20) == 0
+    finally:
+        server.kill()
+
+
+def check_ranks():
+    with raymap.serve.start("scene.yaml", before=["mpirun", "--oversubscribe", "-np", "3"]) as lens:
+        lens.trace(RAYS)
+        assert lens.status()["ranks"] == 3
+        assert lens.status()["digest"] == run("info", "full.raymap", "--json")["digest"]
+        assert without_cost(lens.query("registered(sensor)")) == \
+            without_cost(run("query", "full.raymap", "registered(sensor)", "--json"))
+        refused(lens.query, "hot(x)", status=3)
+        refused(lens.edit, text="objects: 5", status=3)
+        lens.move("mount", 0, 0, 1)
+        lens.trace(RAYS)
+        assert lens.query("all")["rays"]["total"] == RAYS
+
+
+def check_lost_rank():
+    """One that is killed ends the server; who asked is told so, and does not wait."""
+    server = subprocess.Popen(["mpirun", "--oversubscribe", "-np", "2", RAYMAP, "serve", "scene.yaml", "--stdin"],
+                              stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    lens = raymap.serve.Server(server.stdout, server.stdin, server)
+    assert lens.status()["ranks"] == 2
+    ranks = subprocess.run(["pgrep", "-P", str(server.pid), "raymap"], capture_output=True, text=True).stdout.split()
+    assert len(ranks) == 2, ranks
+    os.kill(int(ranks[1]), signal.SIGKILL)
+    try:
+        for _ in range(100):
+            lens.query("all")
+            time.sleep(0.1)
+        raise AssertionError("it goes on")
+    except ConnectionError:
+        pass
+    assert "Killed" in server.stderr.read()
+    assert server.wait(20) != 0
+
+
+def check_notebook():
+    """The code of examples/python/serve.ipynb, cell by cell, with what its last lines show."""
+    folder = os.path.join(SOURCE, "examples/python")
+    with open(os.path.join(folder, "serve.ipynb")) as file:
+        cells = [c for c in json.load(file)["cells"] if c["cell_type"] == "code"]
+    here, names = os.getcwd(), {}
+    os.chdir(folder)
+    try:
+        for cell in cells:
+            exec("".join(cell["source"]), names)  # pylint: disable=exec-used
+    finally:
+        os.chdir(here)
+    assert len(names["flux"]) == 4 and min(names["flux"]) > 0.0, names["flux"]
+
+
+def main():
+    shutil.rmtree("served", ignore_errors=True)
+    os.makedirs("served/start")
+    os.chdir("served/start")
+    shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
+    for check in (check_answers, check_edits, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+                  check_lost_rank, check_notebook):
+        begun = time.monotonic()
+        check()
+        print(f"{check.__name__}: {time.monotonic() - begun:.1f} s", flush=True)
+    os.chdir("../..")
+    shutil.rmtree("served")
+
+
+main()
