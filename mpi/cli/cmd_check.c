@@ -77,7 +77,7 @@ static enum rmap_status print_result(const struct rmap_context *context,
                                   json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
                                             "wanted", (json_int_t)effort->n_ray, "cut",
                                             (int)effort->cut));
-        if (checked->build.n_object)
+        if (checked->found.build.n_object)
             (void)json_object_set_new(document, "times", times_json(checked));
         if (checked->scene)
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
@@ -91,7 +91,7 @@ static enum rmap_status print_result(const struct rmap_context *context,
     if (checked->scene && !context->quiet) {
         printf("%s\n", checked->path);
         rmap_scene_summary_print(checked->scene, stdout);
-        if (checked->build.n_object)
+        if (checked->found.build.n_object)
             print_times(checked);
     }
     if (asked)
