@@ -23,6 +23,7 @@
 #include "io/scene/scene_simulations.h"
 #include "io/scene/scene_skies.h"
 #include "io/scene/scene_sources.h"
+#include "io/scene/scene_species.h"
 #include "io/scene/scene_surfaces.h"
 #include "io/scene/scene_turbid.h"
 
@@ -153,7 +154,10 @@ static void finish(struct rmap_reader *reader)
     else if (st != RMAP_OK)
         rmap_reader_fail(reader, st);
     /* Scenes from maps, and from other ranks, were looked at where they came from. */
-    else if (!reader->bundle->meshes_complete && reader->scene->n_gradient) {
+    if (st != RMAP_OK || reader->bundle->meshes_complete)
+        return;
+    rmap_reader_check_worth(reader);
+    if (reader->scene->n_gradient) {
         rmap_reader_probe_gradients(reader);
         rmap_reader_probe_sag(reader);
     }

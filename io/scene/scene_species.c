@@ -169,3 +169,31 @@ void rmap_reader_species(struct rmap_reader *reader, const struct rmap_yaml_node
             read_one(reader, list->item[i].value, medium, its);
     }
 }
+
+void rmap_reader_check_worth(struct rmap_reader *reader)
+{
+    const struct rmap_scene *scene = reader->scene;
+    const double *nm = scene->channels.wavelength_nm;
+    enum { WEIGHT_MAX = 1024 }; /* rmap_weight_round */
+    double most = 1.0;
+    int from = 0, to = 0;
+    for (size_t m = 0; m < scene->n_medium; m++)
+        for (size_t k = 0; k < scene->medium[m].n_species; k++) {
+            const struct rmap_species *its = &scene->medium[m].species[k];
+            for (int i = 0; i < scene->channels.n; i++)
+                for (int c = 0; c < scene->channels.n && its->absorption[i] * its->yield[i] > 0.0;
+                     c++)
+                    if (its->below[c] > (c > 0 ? its->below[c - 1] : 0.0) &&
+                        scene->worth[c] > most * scene->worth[i]) {
+                        most = scene->worth[c] / scene->worth[i];
+                        from = i;
+                        to = c;
+                    }
+        }
+    if (most > WEIGHT_MAX)
+        rmap_reader_warn(reader, NULL,
+                         "light of %g nm that is given back at %g nm is %.0f times as many lumens, "
+                         "and more than %d times are not counted: give flux in W, and let "
+                         "detectors make lx of it (--quantity illuminance, --xyz)",
+                         nm[from], nm[to], most, WEIGHT_MAX);
+}

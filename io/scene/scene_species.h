@@ -11,4 +11,7 @@
 void rmap_reader_species(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                          struct rmap_medium *medium);
 
+/* Warns where light given back weighs more than a ray's weight can. After rmap_scene_finish. */
+void rmap_reader_check_worth(struct rmap_reader *reader);
+
 #endif

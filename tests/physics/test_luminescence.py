@@ -14,7 +14,7 @@ import os
 import h5py
 import numpy
 
-from raymap import Checks, columns, drop, many, rays, run, trace
+from raymap import Checks, columns, drop, many, rays, run, trace, write_scene
 
 checks = Checks()
 CHANNELS = 128
@@ -126,6 +126,9 @@ objects: [{name: globe, geometry: globe, surface: black, front: dye, back: dye}]
 sources: [{name: lamp, type: point, at: [0, 0, 0], flux: 1 lm, spectrum: {lines: {430: 1}}, medium: dye}]
 detectors: [{name: round, type: plane, on: globe, size: [3000, 3000], cells: [2, 1], at: [0, 0, 0], side: both}]
 """
+    for nm, warned in ((400, True), (430, False)):
+        told = json.loads(run("check", write_scene("heavy", text.replace("430", str(nm))), "--json"))["diagnostics"]
+        checks.true(f"{nm} nm: warned {told}", any("times as many lumens" in one["text"] for one in told) == warned)
     target, n = trace("violet", text, 20_000), 20_000
     (weight, wavelength) = columns(target, "ray/weight", "ray/wavelength")
     checks.true("violet: weights", weight[wavelength == 555].min() == weight.max() > 60)
