@@ -12,7 +12,7 @@
 
 struct rmap_import_text {
     const char *path;
-    const char *text; /* that stands there, or will; NULL: that of the file */
+    const char *text;       /* that stands there, or will; NULL: that of the file */
     const char *simulation; /* NULL: none is chosen */
 };
 
