@@ -19,6 +19,7 @@
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/serve/save_below.h"
+#include "mpi/serve/serve_trace.h"
 #include "mpi/session/session_words.h"
 
 enum { UNDO_MAX = 1000 };
@@ -28,12 +29,19 @@ static bool is_scene_name(const char *path)
     return rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml");
 }
 
+/* Nothing is taken over from what was before. */
+static void forget_last(struct rmap_serve *self)
+{
+    rmap_accel_destroy(self->last_accel);
+    rmap_map_close(self->last);
+    self->last_accel = NULL;
+    self->last = NULL;
+}
+
 /* The map is another from now on; NULL: none. */
 static void take_map(struct rmap_serve *self, struct rmap_map *map)
 {
-    rmap_accel_destroy(self->accel);
-    self->accel = NULL;
-    rmap_map_close(self->map);
+    rmap_serve_keep_last(self);
     self->map = map;
     self->at_hand.map = map;
     self->state = RMAP_SERVE_NONE;
@@ -53,6 +61,7 @@ static void drop_texts_from(struct rmap_serve *self, size_t first)
 void rmap_serve_scene_fini(struct rmap_serve *self)
 {
     take_map(self, NULL);
+    forget_last(self);
     drop_texts_from(self, 0);
     rmap_free(self->text);
     rmap_bundle_destroy(self->bundle);
@@ -178,6 +187,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     RMAP_TRY(st);
     opened.text = NULL;
     take_map(self, opened.map);
+    forget_last(self);
     rmap_bundle_destroy(self->bundle);
     self->bundle = opened.bundle;
     rmap_free((char *)(uintptr_t)before.path);

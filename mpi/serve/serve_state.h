@@ -28,6 +28,9 @@ struct rmap_serve {
     struct rmap_map *map;
     struct rmap_bundle *bundle; /* of a map that was opened; NULL: of a scene's file */
     struct rmap_accel *accel;   /* of the map's scene; NULL: not yet */
+    /* Of before the last edits: what the scene still has of it is taken over. NULL: none. */
+    struct rmap_map *last; /* with rays */
+    struct rmap_accel *last_accel;
     int isa_level;
 
     char **text; /* [n_text] of the scene, oldest first; `now` is its number */
@@ -39,6 +42,7 @@ struct rmap_serve {
     uint64_t seed;
     double pace;                   /* rays per second of late, 0: unknown */
     double seconds;                /* of tracing */
+    uint64_t n_reused;             /* rays that were taken over */
     char why[RMAP_ERROR_TEXT_LEN]; /* it failed */
 
     /* Of rank 0. */

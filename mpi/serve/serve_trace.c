@@ -18,20 +18,43 @@ static const double slice_s = 0.15; /* what a question waits for at most, about 
 
 static const char *const state_name[] = {"none", "running", "paused", "done", "stopped", "failed"};
 
-static uint64_t n_traced(const struct rmap_serve *self)
+static uint64_t rays_of(const struct rmap_map *map)
 {
     struct rmap_map_summary summary;
-    rmap_map_summarise(self->map, &summary);
+    if (!map)
+        return 0;
+    rmap_map_summarise(map, &summary);
     return summary.n_row[RMAP_TABLE_RAY];
+}
+
+static uint64_t n_traced(const struct rmap_serve *self)
+{
+    return rays_of(self->map);
+}
+
+void rmap_serve_keep_last(struct rmap_serve *self)
+{
+    const bool gives = self->map && rmap_map_is_held(self->map) && rays_of(self->map) > 0 &&
+                       rays_of(self->map) >= rays_of(self->last);
+    if (self->accel) {
+        rmap_accel_destroy(self->last_accel);
+        self->last_accel = self->accel;
+        self->accel = NULL;
+    }
+    rmap_map_close(gives ? self->last : self->map);
+    if (gives)
+        self->last = self->map;
+    self->map = self->at_hand.map = NULL;
 }
 
 json_t *rmap_serve_trace_json(const struct rmap_serve *self)
 {
     const uint64_t n = n_traced(self);
     json_t *told =
-        json_pack("{s:s, s:I, s:I, s:I, s:f}", "state", state_name[self->state], "rays",
+        json_pack("{s:s, s:I, s:I, s:I, s:f, s:I}", "state", state_name[self->state], "rays",
                   (json_int_t)n, "of", (json_int_t)(rmap_map_is_held(self->map) ? self->n_ray : n),
-                  "seed", (json_int_t)self->seed, "seconds", self->seconds);
+                  "seed", (json_int_t)self->seed, "seconds", self->seconds, "rays_taken_over",
+                  (json_int_t)self->n_reused);
     if (told && self->state == RMAP_SERVE_FAILED)
         (void)json_object_set_new(told, "message", json_string(self->why));
     return told;
@@ -64,9 +87,7 @@ static enum rmap_status renew(struct rmap_serve *self, uint64_t seed, struct rma
     if (st == RMAP_OK)
         scene = NULL;
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    rmap_accel_destroy(self->accel);
-    self->accel = NULL;
-    rmap_map_close(self->map);
+    rmap_serve_keep_last(self);
     self->map = self->at_hand.map = map;
     self->seed = seed;
 out:
@@ -91,13 +112,16 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
     if (!rmap_map_is_held(self->map) || n_traced(self) > 0 || now != self->seed)
         RMAP_TRY(renew(self, now, err));
     if (!self->accel) {
-        st = rmap_accel_create_isa(rmap_map_scene(self->map), self->context.n_thread,
-                                   self->isa_level, &self->accel, err);
+        const struct rmap_scene *scene = rmap_map_scene(self->map);
+        st = self->last_accel ? rmap_accel_create_like(self->last_accel, scene, &self->accel, err)
+                              : rmap_accel_create_isa(scene, self->context.n_thread,
+                                                      self->isa_level, &self->accel, err);
         RMAP_TRY(rmap_agree(&self->context, st, err));
     }
     self->n_ray = (uint64_t)wanted;
     self->state = RMAP_SERVE_RUNNING;
     self->pace = self->seconds = 0.0;
+    self->n_reused = 0;
 out:
     return st;
 }
@@ -168,9 +192,16 @@ enum rmap_status rmap_serve_trace_slice(struct rmap_serve *self, struct rmap_err
     const uint64_t before = n_traced(self);
     const double begun = rmap_clock_seconds();
     uint64_t end = 0, reused = 0;
+    struct rmap_map_summary last = {.seed = 0};
+    if (self->last)
+        rmap_map_summarise(self->last, &last);
     RMAP_TRY(next_end(self, &end, err));
-    const enum rmap_status traced = rmap_trace_held_more(&self->context, self->accel, NULL, end,
-                                                         self->map, &self->seconds, &reused, &why);
+    const enum rmap_status traced = rmap_trace_held_more(
+        &self->context, self->accel, self->last && last.seed == self->seed ? self->last : NULL, end,
+        self->map, &self->seconds, &reused, &why);
+    RMAP_TRY(RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, &reused, 1, MPI_UINT64_T, MPI_SUM, self->context.comm)));
+    self->n_reused += reused;
     const double passed = rmap_clock_seconds() - begun;
     self->pace = passed > 0.0 ? (double)(end - before) / passed : 0.0;
     if (traced != RMAP_OK) {

@@ -88,6 +88,24 @@ def check_answers():
         assert lens.query("all")["rays"]["total"] == 4096
 
 
+def check_taken_over(lens):
+    """Rays that an edit does not touch are not traced again; the rays are the same as if they were."""
+    before = lens.status()["digest"]
+    lens.move("back_wall", 0, 0, 0.5)
+    moved = lens.trace(RAYS)
+    assert 0 < moved["rays_taken_over"] < RAYS and lens.status()["digest"] != before
+    lens.undo()
+    lens.edit(set={"limits.steps": 500})  # another version between two traces
+    assert 0 < lens.trace(RAYS)["rays_taken_over"] < RAYS and lens.status()["digest"] == before
+    assert lens.trace(RAYS, seed=2)["rays_taken_over"] == 0
+    assert lens.trace(RAYS)["rays_taken_over"] in (0, RAYS) and lens.status()["digest"] == before
+    lens.undo()
+    lens.undo()
+    lens.trace(4096)  # fewer than the ones before
+    lens.redo()
+    assert lens.trace(RAYS)["rays_taken_over"] > 0 and lens.status()["digest"] == before
+
+
 def check_edits():
     with raymap.serve.start("scene.yaml") as lens:
         before = lens.scene()
@@ -101,6 +119,7 @@ def check_edits():
         lens.save("edited.yaml")
         run("trace", "edited.yaml", "-n", str(RAYS), "-o", "edited.raymap", "--quiet")
         assert lens.status()["digest"] == run("info", "edited.raymap", "--json")["digest"]
+        check_taken_over(lens)
         wrong = refused(lens.edit, text="raymap: 1\nobjects: 5\n", status=3)
         assert wrong.details["diagnostics"][0]["line"] == 2
         refused(lens.edit, text="{")
@@ -308,8 +327,10 @@ def check_ranks():
             without_cost(run("query", "full.raymap", "registered(sensor)", "--json"))
         refused(lens.query, "hot(x)", status=3)
         refused(lens.edit, text="objects: 5", status=3)
+        run("trace", "scene.yaml", "--set", "objects.mount.at=[0, 0, 80]", "-n", str(RAYS), "-o", "moved.raymap", "--quiet", "--force")
         lens.move("mount", 0, 0, 1)
-        lens.trace(RAYS)
+        assert lens.trace(RAYS)["rays_taken_over"] > 0
+        assert lens.status()["digest"] == run("info", "moved.raymap", "--json")["digest"]
         assert lens.query("all")["rays"]["total"] == RAYS
 
 
