@@ -26,7 +26,8 @@ struct group {
     int number, n_group;
     int isa_level;
     bool shares_files;
-    struct rmap_map *last; /* of the variant before, whose rays are taken over; NULL: none */
+    struct rmap_accel *accel; /* of the variant before; NULL: none */
+    struct rmap_map *last;    /* of the variant before, whose rays are taken over; NULL: none */
     struct rmap_bundle *last_bundle;
     char *last_path;                   /* of the map before; NULL: none */
     int n_unpaid;                      /* maps in a row that had to trace all anew */
@@ -257,9 +258,9 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
                                      : load(group, &options, &own, &scene, err));
         pass(&begun, &run->times.scenes);
         const double before = run->times.tracing;
-        RMAP_TRY(rmap_trace_held(&group->context, group->last, &scene, run->sweep->seed,
-                                 run->sweep->n_ray, group->isa_level, &map, &run->times.tracing,
-                                 &run->n_reused, err));
+        RMAP_TRY(rmap_trace_held(&group->context, group->last, &group->accel, &scene,
+                                 run->sweep->seed, run->sweep->n_ray, group->isa_level, &map,
+                                 &run->times.tracing, &run->n_reused, err));
         pass(&begun, &run->times.trees);
         run->times.trees -= run->times.tracing - before;
     }
@@ -351,6 +352,7 @@ enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *e
         st = rmap_sweep_folder_rows(run, err);
     st = rmap_agree(run->context, st, err);
 out:
+    rmap_accel_destroy(group.accel);
     drop_last(&group);
     struct rmap_error second;
     (void)!rmap_sweep_journal_close(run, &group.journal, &second);

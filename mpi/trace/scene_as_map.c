@@ -23,7 +23,7 @@ static enum rmap_status trace(const struct rmap_context *context, const char *pa
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_load_scene(context, path, &options, &bundle, &scene, err));
     RMAP_TRY(rmap_common_isa(context, &level, err));
-    RMAP_TRY(rmap_trace_held(context, NULL, &scene, 1, scene->n_source > 0 ? n_ray : 0, level,
+    RMAP_TRY(rmap_trace_held(context, NULL, NULL, &scene, 1, scene->n_source > 0 ? n_ray : 0, level,
                              map_ret, &seconds, &reused, err));
 out:
     rmap_scene_destroy(scene);

@@ -212,13 +212,15 @@ out:
 }
 
 enum rmap_status rmap_trace_held(const struct rmap_context *context, const struct rmap_map *from,
-                                 struct rmap_scene **scene, uint64_t seed, uint64_t n_ray,
-                                 int isa_level, struct rmap_map **map_ret, double *seconds_ret,
-                                 uint64_t *reused_ret, struct rmap_error *err)
+                                 struct rmap_accel **kept, struct rmap_scene **scene, uint64_t seed,
+                                 uint64_t n_ray, int isa_level, struct rmap_map **map_ret,
+                                 double *seconds_ret, uint64_t *reused_ret, struct rmap_error *err)
 {
     struct rmap_accel *accel = NULL;
     struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_accel_create_isa(*scene, context->n_thread, isa_level, &accel, err);
+    enum rmap_status st =
+        kept && *kept ? rmap_accel_create_like(*kept, *scene, &accel, err)
+                      : rmap_accel_create_isa(*scene, context->n_thread, isa_level, &accel, err);
     RMAP_TRY(rmap_agree(context, st, err));
     st = rmap_map_hold(context->size, seed, *scene, &map, err);
     if (st == RMAP_OK)
@@ -227,6 +229,11 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
     RMAP_TRY(rmap_trace_held_more(context, accel, from, n_ray, map, seconds_ret, reused_ret, err));
     *map_ret = map;
     map = NULL;
+    if (kept) {
+        rmap_accel_destroy(*kept);
+        *kept = accel;
+        accel = NULL;
+    }
 out:
     rmap_map_close(map);
     rmap_accel_destroy(accel);

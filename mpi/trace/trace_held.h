@@ -17,10 +17,12 @@
  * tracing took. Rays that `from`, of another version of the scene, has already are taken over from
  * it (trace_reuse.h): traced with the same seed, by the same group of ranks, with the same
  * instruction set; borrowed. NULL: all are traced. reused_ret: grows by this rank's rays that were
- * taken over. */
+ * taken over. *accel, of another version of the scene or NULL, becomes the scene's, with the meshes
+ * of before that are the same; NULL: none is kept. */
 enum rmap_status rmap_trace_held(const struct rmap_context *context, const struct rmap_map *from,
-                                 struct rmap_scene **scene, uint64_t seed, uint64_t n_ray,
-                                 int isa_level, struct rmap_map **map_ret, double *seconds_ret,
+                                 struct rmap_accel **accel, struct rmap_scene **scene,
+                                 uint64_t seed, uint64_t n_ray, int isa_level,
+                                 struct rmap_map **map_ret, double *seconds_ret,
                                  uint64_t *reused_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Collective. The same of a map that has whole blocks of its first rays: it grows to rays [0, end).
