@@ -310,15 +310,23 @@ static struct rmap_vec3 facet_at(const struct rmap_scattering *at, double part, 
     return m;
 }
 
-double rmap_facet_fit(const struct rmap_scattering *at)
+void rmap_facet_fit(const struct rmap_scattering *at, size_t n, const struct rmap_vec3 *in,
+                    double *fit)
 {
-    double sum = 0.0, weight;
+    struct rmap_scattering by = *at;
+    double weight;
+    for (size_t j = 0; j < n; j++)
+        fit[j] = 0.0;
     for (int i = 0; i < TILTS; i++)
         for (int k = 0; k < TURNS; k++) {
             struct rmap_vec3 m = facet_at(at, (i + 0.5) / TILTS, (k + 0.5) / TURNS, &weight);
-            sum += fits(at, m) ? weight : 0.0;
+            for (size_t j = 0; j < n; j++) {
+                by.in = in[j];
+                fit[j] += fits(&by, m) ? weight : 0.0;
+            }
         }
-    return sum / (TILTS * TURNS);
+    for (size_t j = 0; j < n; j++)
+        fit[j] /= TILTS * TURNS;
 }
 
 void rmap_facet_total(const struct rmap_scattering *at,

@@ -470,8 +470,11 @@ static double cosine_total(const struct rmap_scattering *at)
 
 double rmap_lobe_total(const struct rmap_scattering *at)
 {
-    if (at->scatter->model == RMAP_SCATTER_UNIFIED)
-        return rmap_facet_fit(at);
+    if (at->scatter->model == RMAP_SCATTER_UNIFIED) {
+        double fit;
+        rmap_facet_fit(at, 1, &at->in, &fit);
+        return fit;
+    }
     if (rmap_scatter_is_table(at->scatter))
         return rmap_table_total(at);
     if (at->scatter->model == RMAP_SCATTER_CONTAMINATION)
@@ -514,11 +517,20 @@ enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_chann
                 c > 0 && !scatter->by_wavelength && n1[c] == n1[c - 1] && n2[c] == n2[c - 1];
             struct rmap_scattering at = {
                 .scatter = scatter, .channel = c, .passes = way == 1, .n1 = n1[c], .n2 = n2[c]};
+            struct rmap_vec3 in[RMAP_TOTAL_STEPS + 1];
             for (size_t k = 0; k < n; k++) {
                 double v = (double)k / RMAP_TOTAL_STEPS, cosine = v * v;
-                at.in = rmap_vec3(lift(cosine * cosine), 0.0, -cosine);
-                total[k] = again ? (total - n)[k] : rmap_lobe_total(&at);
+                in[k] = rmap_vec3(lift(cosine * cosine), 0.0, -cosine);
             }
+            if (again)
+                memcpy(total, total - n, n * sizeof *total);
+            else if (scatter->model == RMAP_SCATTER_UNIFIED)
+                rmap_facet_fit(&at, n, in, total);
+            else
+                for (size_t k = 0; k < n; k++) {
+                    at.in = in[k];
+                    total[k] = rmap_lobe_total(&at);
+                }
         }
     return RMAP_OK;
 }

@@ -227,8 +227,10 @@ struct rmap_vec3 rmap_facet_reflected(struct rmap_vec3 in, struct rmap_vec3 norm
 bool rmap_facet_refracted(const struct rmap_scattering *at, struct rmap_vec3 normal,
                           struct rmap_vec3 *out);
 
-/* UNIFIED: the integral of exp(-a^2 / (2 sigma^2)) over the facets that rmap_facet_draw draws. */
-double rmap_facet_fit(const struct rmap_scattering *at);
+/* UNIFIED: the integral of exp(-a^2 / (2 sigma^2)) over the facets that rmap_facet_draw draws, of
+ * each direction in[n] in the place of `at->in`, into fit[n]. */
+void rmap_facet_fit(const struct rmap_scattering *at, size_t n, const struct rmap_vec3 *in,
+                    double *fit);
 
 /* Integral over facets: what is reflected, what passes, and what meets another facet, of light
  * whose facets reflect share[0], and let pass share[1], at a cosine of incidence. */
