@@ -507,7 +507,7 @@ static void check_facets(const struct rmap_scatter *scatter, double degrees, boo
     char what[80];
     at.passes = passes;
     at.n2 = scatter->refracts ? 1.5 : 1.0;
-    at.total = scatter->model == RMAP_SCATTER_UNIFIED ? rmap_facet_fit(&at) : 0;
+    at.total = scatter->model == RMAP_SCATTER_UNIFIED ? rmap_lobe_total(&at) : 0;
     assert_non_null(sample.out);
     for (uint64_t i = 0; i < DRAWS; i++) {
         const struct rmap_draw draw = {.seed = 5, .ray = i, .step = 2};
