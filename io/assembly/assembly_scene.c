@@ -463,7 +463,7 @@ static void put_camera(FILE *out, struct rmap_vec3 lower, struct rmap_vec3 upper
     const double half_fov = RMAP_PI / 12, away = 0.5 * size / sin(half_fov);
     const struct rmap_vec3 at = rmap_axpy(away, from, middle);
     (void)fprintf(out,
-                  "background: {radiance: 1}\ncameras:\n"
+                  "background: {radiance: 1, trace: false}\ncameras:\n"
                   "  - {name: view, at: [%.5g, %.5g, %.5g], look_at: [%.5g, %.5g, %.5g], fov: 30, "
                   "resolution: [800, 600]}\n",
                   at.x, at.y, at.z, middle.x, middle.y, middle.z);

@@ -43,7 +43,7 @@ static bool number_of(const char *text, double least, double most, double &value
 {
     char *end = nullptr;
     value = text ? std::strtod(text, &end) : 0;
-    return text && end != text && *end == '\0' && value > least && value <= most;
+    return text && end != text && *end == '\0' && value >= least && value <= most;
 }
 
 static Options options_of(int count, char **words)
@@ -57,16 +57,16 @@ static Options options_of(int count, char **words)
         } else if (word == "--no-touching") {
             options.touching = false;
         } else if (word == "--chord") {
-            if (!number_of(next, 0, 1e6, options.chord))
-                throw Refused{"--chord takes a length in mm, > 0", 2};
+            if (!number_of(next, 1e-6, 1e6, options.chord)) // OpenCASCADE's own least: 1e-7
+                throw Refused{"--chord takes a length in mm, from 1e-6 to 1e6", 2};
             ++i;
         } else if (word == "--angle") {
             if (!number_of(next, 0.1, 90, options.angle))
                 throw Refused{"--angle takes degrees, from 0.1 to 90", 2};
             ++i;
         } else if (word == "--seconds") {
-            if (!number_of(next, 0, 1e6, options.seconds))
-                throw Refused{"--seconds takes a time, > 0", 2};
+            if (!number_of(next, 0.001, 1e6, options.seconds))
+                throw Refused{"--seconds takes a time, from 0.001 to 1e6", 2};
             ++i;
         } else if (word.size() > 1 && word[0] == '-') {
             throw Refused{word + ": no such option; raymap-step --help tells those that are", 2};

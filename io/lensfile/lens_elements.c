@@ -112,6 +112,16 @@ static size_t bored_rows(const struct run *run)
     return run->n - k;
 }
 
+/* Between the first and the last of n rows. */
+static void add_tube(struct rmap_lens_plan *plan, enum rmap_lens_element_kind kind, size_t first,
+                     size_t n)
+{
+    struct rmap_lens_element *tube =
+        add_element(plan, kind, first, n, kind == RMAP_ELEMENT_BORE ? "bore" : "edge");
+    (void)is_coaxial(&plan->place[plan->row[first].surface].to_world,
+                     &plan->place[plan->row[first + n - 1].surface].to_world, &tube->gap);
+}
+
 static void add_bored(struct run *run)
 {
     struct rmap_lens_plan *plan = run->plan;
@@ -121,13 +131,38 @@ static void add_bored(struct run *run)
         plan->place[plan->row[first + k].surface].hole = hole;
         add_alone(plan, first + k);
     }
-    for (size_t k = 0; k + 1 < 2 * n - 1; k++) {
-        const size_t at = first + k / 2;
-        struct rmap_lens_element *tube = add_element(
-            plan, k % 2 ? RMAP_ELEMENT_BORE : RMAP_ELEMENT_EDGE, at, 2, k % 2 ? "bore" : "edge");
-        (void)is_coaxial(&plan->place[plan->row[at].surface].to_world,
-                         &plan->place[plan->row[at + 1].surface].to_world, &tube->gap);
+    for (size_t k = 0; k + 1 < 2 * n - 1; k++)
+        add_tube(plan, k % 2 ? RMAP_ELEMENT_BORE : RMAP_ELEMENT_EDGE, first + k / 2, 2);
+}
+
+/* Glass that goes on to the image, as an eye's: what stands alone has edges, so that no light gets
+ * in beside it. */
+static void add_edges(const struct run *run)
+{
+    struct rmap_lens_plan *plan = run->plan;
+    size_t last = run->n; /* that refracts */
+    for (size_t k = 0; k < run->n; k++) {
+        const size_t i = plan->row[run->first + k].surface;
+        const struct rmap_lens_surface *s = &plan->lens->surface[i];
+        if (plan->place[i].role != RMAP_ROLE_REFRACTS)
+            continue;
+        if (!rmap_lens_is_revolved(s) || rmap_lens_is_outline(&s->aperture))
+            return;
+        if (last < k && plan->media.behind[plan->row[run->first + last].surface] != 0)
+            add_tube(plan, RMAP_ELEMENT_EDGE, run->first + last, k - last + 1);
+        last = k;
     }
+}
+
+/* Nothing that does anything stands between it and the image, and light goes along z. */
+static bool is_before_image(const struct rmap_lens_plan *plan, size_t i)
+{
+    if (plan->place[i].backwards)
+        return false;
+    for (i++; i + 1 < plan->lens->n_surface; i++)
+        if (plan->place[i].role != RMAP_ROLE_NOTHING)
+            return false;
+    return true;
 }
 
 static void end_run(struct run *run)
@@ -152,12 +187,16 @@ static void end_run(struct run *run)
     if (n == 0)
         return;
     const size_t begin = row[0].surface, end = row[n - 1].surface;
-    const bool in_air = plan->media.behind[begin - 1] == 0 &&
-                        (plan->lens->surface[end].is_mirror || plan->media.behind[end] == 0);
+    const bool from_air = plan->media.behind[begin - 1] == 0;
+    const bool in_air =
+        from_air && (plan->lens->surface[end].is_mirror || plan->media.behind[end] == 0);
     if (!run->refracts || !in_air) {
         for (size_t k = 0; k < n; k++)
             add_alone(plan, run->first + k);
-        for (size_t k = 0; run->refracts && k < n; k++)
+        const bool to_image = run->refracts && from_air && is_before_image(plan, end);
+        if (to_image)
+            add_edges(run);
+        for (size_t k = 0; run->refracts && !to_image && k < n; k++)
             rmap_lens_remark(&plan->lens->surface[row[k].surface],
                              "not closed to a body by its neighbours: it has no edge");
     } else {

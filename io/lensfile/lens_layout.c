@@ -255,7 +255,7 @@ static double overlap(const struct rmap_shape *a, const struct rmap_shape *b, do
 }
 
 static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row *a,
-                     const struct rmap_element_row *b)
+                     const struct rmap_element_row *b, double gap)
 {
     struct rmap_lens_place *pa = &plan->place[a->surface], *pb = &plan->place[b->surface];
     const double r = fmin(pa->semi, pb->semi), enough = 1e-3;
@@ -266,10 +266,10 @@ static void fit_pair(struct rmap_lens_plan *plan, const struct rmap_element_row 
     struct rmap_shape sa = pa->shape, sb = pb->shape;
     sa.aperture = sa.type == RMAP_SHAPE_CONIC ? r : sa.aperture;
     sb.aperture = sb.type == RMAP_SHAPE_CONIC ? r : sb.aperture;
-    const double most = apart(&sa, &sb, b->z - a->z, r);
+    const double most = apart(&sa, &sb, gap, r);
     if (most <= enough * r && r > 0) {
         plan->crossing.surface = a->surface < b->surface ? a->surface : b->surface;
-        plan->crossing.by = overlap(&sa, &sb, b->z - a->z, r);
+        plan->crossing.by = overlap(&sa, &sb, gap, r);
     } else if (most < r) {
         limit(plan, a->surface, most, "the next surface allows");
         limit(plan, b->surface, most, "the surface before it allows");
@@ -330,9 +330,14 @@ static void fit(struct rmap_lens_plan *plan)
             !rmap_lens_is_outline(&plan->lens->surface[i].aperture))
             limit(plan, i, rmap_lens_reach(&plan->lens->surface[i]), "its sphere or conic reaches");
     for (size_t e = 0; e < plan->n_element; e++) {
-        const struct rmap_element_row *row = &plan->row[plan->element[e].first];
-        for (size_t k = 0; k + 1 < plan->element[e].n && !plan->crossing.surface; k++)
-            fit_pair(plan, &row[k], &row[k + 1]);
+        const struct rmap_lens_element *element = &plan->element[e];
+        const struct rmap_element_row *row = &plan->row[element->first];
+        if (element->kind == RMAP_ELEMENT_EDGE && !plan->crossing.surface)
+            fit_pair(plan, row, row + element->n - 1, element->gap);
+        for (size_t k = 0;
+             element->kind == RMAP_ELEMENT_LENS && k + 1 < element->n && !plan->crossing.surface;
+             k++)
+            fit_pair(plan, &row[k], &row[k + 1], row[k + 1].z - row[k].z);
         for (size_t k = 0; plan->element[e].kind == RMAP_ELEMENT_LENS && k + 1 < plan->element[e].n;
              k++)
             if (row[k].medium != 0)

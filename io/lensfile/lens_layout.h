@@ -67,7 +67,7 @@ struct rmap_element_row {
 struct rmap_lens_element {
     enum rmap_lens_element_kind kind;
     char name[48];
-    size_t first, n; /* rows; of EDGE and BORE the two */
+    size_t first, n; /* rows; EDGE and BORE go from the first to the last */
     double gap;      /* of EDGE and BORE, between the vertices */
     struct rmap_affine to_world;
     size_t before; /* medium before its first row, of SURFACE and LENS */

@@ -233,8 +233,8 @@ static double tube(const struct rmap_lens_plan *plan, const struct rmap_lens_ele
                    double radius[2], double *length)
 {
     double z[2];
-    for (int k = 0; k < 2; k++) {
-        const size_t i = plan->row[e->first + (size_t)k].surface;
+    for (size_t k = 0; k < 2; k++) {
+        const size_t i = plan->row[k ? e->first + e->n - 1 : e->first].surface;
         radius[k] = e->kind == RMAP_ELEMENT_BORE ? plan->place[i].hole : plan->place[i].semi;
         const struct rmap_shape shape = rmap_lens_shape(&plan->lens->surface[i], radius[k]);
         z[k] = (k ? e->gap : 0) + rmap_shape_sag(&shape, radius[k]);

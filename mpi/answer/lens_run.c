@@ -159,9 +159,10 @@ static enum rmap_status refuse_strictly(const struct rmap_lens_import *lens, str
 {
     if (lens->findings.n == 0 || !rmap_argument(lens->given, "strict"))
         return RMAP_OK;
+    const size_t n = lens->findings.n + lens->findings.n_dropped;
     return rmap_error_set(err, RMAP_INPUT,
-                          "%s: %zu things are not understood; nothing is written, as --strict asks",
-                          lens->path, lens->findings.n + lens->findings.n_dropped);
+                          "%s: %zu thing%s not understood; nothing is written, as --strict asks",
+                          lens->path, n, n == 1 ? " is" : "s are");
 }
 
 static enum rmap_status tell(const struct rmap_context *context,

@@ -43,6 +43,25 @@ static const char *plural(size_t n)
     return n == 1 ? "" : "s";
 }
 
+static const char *label_of(const struct rmap_assembly *a, const char *id)
+{
+    for (size_t i = 0; i < a->n_part; i++)
+        if (strcmp(a->part[i].id, id) == 0)
+            return a->part[i].label;
+    return id;
+}
+
+static void print_touching(const struct rmap_assembly *a, FILE *out)
+{
+    enum { MOST = 5 };
+    (void)fprintf(out, "  %zu pair%s of parts touch%s", a->n_touch, plural(a->n_touch),
+                  a->n_touch == 1 ? "es" : "");
+    for (size_t i = 0; i < a->n_touch && i < MOST; i++)
+        (void)fprintf(out, "%s %s and %s", i ? "," : ":", label_of(a, a->touch[i].part[0]),
+                      label_of(a, a->touch[i].part[1]));
+    (void)fputs(a->n_touch > MOST ? " ... (--json has them all)\n" : "\n", out);
+}
+
 void rmap_model_print(const struct rmap_assembly *a, const char *scene, FILE *out)
 {
     const struct counts n = count(a);
@@ -55,18 +74,10 @@ void rmap_model_print(const struct rmap_assembly *a, const char *scene, FILE *ou
         (void)fprintf(out, "  %zu part%s transparent by %s material\n", n.clear,
                       n.clear == 1 ? " is" : "s are", n.clear == 1 ? "its" : "their");
     if (a->n_touch > 0)
-        (void)fprintf(out, "  %zu pair%s of parts touch\n", a->n_touch, plural(a->n_touch));
+        print_touching(a, out);
     (void)fputs("next:\n  raymap render", out);
     rmap_arguments_put_word(out, scene);
     (void)fputs(" -o model.png\n  attributes.yaml beside it says what parts are made of\n", out);
-}
-
-static const char *label_of(const struct rmap_assembly *a, const char *id)
-{
-    for (size_t i = 0; i < a->n_part; i++)
-        if (strcmp(a->part[i].id, id) == 0)
-            return a->part[i].label;
-    return id;
 }
 
 json_t *rmap_model_json(const struct rmap_assembly *a, const char *path, const char *scene)

@@ -97,10 +97,11 @@ static enum rmap_status refuse_strictly(const struct rmap_arguments *given,
 {
     if (assembly->findings.n == 0 || !rmap_argument(given, "strict"))
         return RMAP_OK;
+    const size_t n = assembly->findings.n + assembly->findings.n_dropped;
     return rmap_error_set(err, RMAP_INPUT,
-                          "%s: %zu things are not as the file has them; nothing is written, as "
+                          "%s: %zu thing%s not as the file has %s; nothing is written, as "
                           "--strict asks",
-                          path, assembly->findings.n + assembly->findings.n_dropped);
+                          path, n, n == 1 ? " is" : "s are", n == 1 ? "it" : "them");
 }
 
 enum rmap_status rmap_model_import(const struct rmap_context *context,
@@ -151,6 +152,27 @@ out:
     return st;
 }
 
+/* A model of something else would take the place of all parts. */
+static enum rmap_status refuse_another(const struct rmap_assembly *before,
+                                       const struct rmap_assembly_match *match, const char *path,
+                                       const char *folder, struct rmap_error *err)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < before->n_part; i++) {
+        if (before->part[i].shape >= 0 && match->to[i] >= 0)
+            return RMAP_OK;
+        n += before->part[i].shape >= 0;
+    }
+    if (n == 0)
+        return RMAP_OK;
+    return rmap_error_set(
+        err, RMAP_USAGE,
+        "%s: nothing of it is found again in %s: is it a revision of that model? "
+        "`raymap import` with another -o brings a new model; --force replaces all "
+        "of this one",
+        folder, path);
+}
+
 enum rmap_status rmap_model_update(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -181,6 +203,8 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     rmap_diagnostics_print(&before.findings, stderr);
     rmap_diagnostics_print(&after.findings, stderr);
     RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
+    if (!force && !dry_run)
+        RMAP_TRY(refuse_another(&before, &match, request.path, folder, err));
     RMAP_TRY(rmap_assembly_adopt(&before, &after, &match, err));
     RMAP_TRY(rmap_assembly_settle_labels(&after, err));
     RMAP_TRY(rmap_assembly_settle_files(&after, err));

@@ -9,7 +9,10 @@
 static const struct rmap_option options[] = {
     {"dry-run", 'n', NULL, "tell what would change, and write nothing"},
     RMAP_MODEL_OPTIONS,
-    {"force", 'f', NULL, "keep an edited parts.yaml as parts.yaml.bak, and write a new one"},
+    {"force", 'f', NULL,
+     "keep an edited parts.yaml as parts.yaml.bak, and write a new one; take a model that has "
+     "nothing "
+     "of the one before"},
     {NULL}};
 
 /* Rank 0 does it all. */

@@ -3,6 +3,7 @@
 """`raymap import` says nothing good of what `raymap check` refuses: numbers that no scene can have are replaced and told with line and
 surface; words of every format that are no numbers; folders of another model, interrupts, full disks; rules that fit nothing."""
 import json
+import math
 import os
 import pathlib
 import re
@@ -102,6 +103,30 @@ def check_words():
     expect("words.seq", SEQ.replace("STO\n", "STO\nCIR abc\n").replace("YAN 0 3", "YAN 0 q"), (8, "CIR abc is no number"), (4, "YAN q is no number"))
     expect("zoom.seq", SEQ + "ZOO 2\nZOO THI S9 1 2\nGO\n", (11, "S9: the lens has no such surface"))
     expect("words.len", OSLO.replace("AP 6", "AP odd six"), (9, "AP six is no number"), (9, "AP odd is not understood"))
+
+
+def check_eye():
+    """Glass that goes on to the image: nothing gets in beside its surfaces, and all fields stay."""
+    rows = ((7.8, 0.55, 5, 1.376), (6.5, 3.05, 5, 1.337), (0, 0.1, 1.5, 1.337), (10.2, 4, 4.5, 1.42), (-6, 16.6, 4.5, 1.336))
+    text = ZMX[:ZMX.index("SURF 1")].replace("ENPD 10", "ENPD 3").replace("YFLN 0 5", "YFLN 0 10")
+    for i, (radius, gap, semi, n) in enumerate(rows):
+        text += f"SURF {i + 1}\n" + ("  STOP\n" if i == 2 else "") + f"  CURV {1 / radius if radius else 0}\n  DISZ {gap}\n"
+        text += f"  GLAS ___BLANK 1 0 {n} 55\n  DIAM {semi} 1 0 0 1\n"
+    told = said_of("eye.zmx", text + "SURF 6\n  CURV -0.083\n")
+    scene = pathlib.Path("here/out/scene.yaml").read_text(encoding="utf-8")
+    check(told == [] and "field_2" in scene and "no edge" not in scene, f"{told}\n{scene}")
+    check("warning" not in run("check", "here/out/scene.yaml", "--json"), "no light leaves inside it")
+    z, rims = 0, []
+    for radius, gap, semi, _ in rows:
+        if radius:
+            rims.append((z + radius - math.copysign(math.sqrt(radius**2 - semi**2), radius), semi))
+        z += gap
+    tubes = re.findall(r"edge_\d: \{type: cone, radius: (\S+), radius2: (\S+), length: (\S+)\}", scene)
+    places = re.findall(r"geometry: edge_\d, at: \[0, 0, (\S+)\]", scene)
+    check(len(tubes) == len(places) == 3, scene)
+    for tube, place, (z0, r0), (z1, r1) in zip(tubes, places, rims, rims[1:]):
+        for got, want in zip(map(float, (*tube, place)), (r0, r1, z1 - z0, z0)):
+            check(abs(got - want) < 1e-9, f"{tube} at {place}: {want}")
 
 
 OBJ = "g one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
@@ -224,6 +249,7 @@ def check_rules():
 
 check_numbers()
 check_words()
+check_eye()
 check_folders()
 check_direction()
 check_interrupt()

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """`raymap update`: ids, groups and names of the scene stay with their parts when a name above changes, when the first of equal names
 goes, when a part changes its group; scales and turns are told; rules by face number on another shape are warned of; damaged meshes
-and texts that were taken away are made again; the unit of the import is remembered."""
+and texts that were taken away are made again; the unit of the import is remembered; a model of something else is refused."""
 import json
 import os
 import pathlib
@@ -169,10 +169,29 @@ def check_unit():
     check("1000 x 1000 x 1000 mm" in text("here/u/parts.yaml") and update("here/u", "here/a.obj")[0]["kept"] == 1, "another unit is, too")
 
 
+def check_another():
+    """A model of something else takes no scene's place without a word."""
+    model("one.gltf", [("bench", [("screw", "screw"), ("lens", "lens")])])
+    model("two.gltf", [("lorry", [("wheel", "vane"), ("door", "plate")])])
+    before = fresh("here/e", "here/one.gltf")
+    says = run("update", "here/e", "here/two.gltf", status=2)
+    check("nothing of it is found again" in says and "--force" in says and parts("here/e") == before, f"refused: {says}")
+    check("2 new, 2 gone" in run("update", "here/e", "here/two.gltf", "--dry-run"), "told")
+    run("update", "here/e", "here/two.gltf", "--force")
+    check({"wheel", "door"} <= set(parts("here/e")), "asked for")
+    # With light and a detector, the sky of the written scene is still for pictures only.
+    scene = text("here/e/scene.yaml")
+    pathlib.Path("here/e/scene.yaml").write_text(scene + "sources: [{name: s, type: point, at: [0, 0, 400], direction: [0, 0, -1], distribution: "
+                                                 "{cone: 20}}]\ndetectors: [{name: d, type: plane, at: [0, 0, 300], size: [9, 9], cells: [9, 9]}]\n", encoding="utf-8")
+    told = json.loads(run("check", "here/e/scene.yaml", "--json"))
+    check(told["errors"] == 0 and not [d for d in told["diagnostics"] if "background" in d["text"]], f"{told['diagnostics']}")
+
+
 check_name_above()
 check_equal_names()
 check_groups_and_scales()
 check_faces_by_number()
 check_what_was_damaged()
 check_unit()
+check_another()
 asking.finish()
