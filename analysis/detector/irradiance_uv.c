@@ -94,19 +94,66 @@ static size_t cell_of(const struct rmap_irradiance_cells *self, double column, d
     return of[1] * self->uv[0] + of[0];
 }
 
+/* What charts cover of a cell: how much, in cells, and which of 8 x 8 places in it. */
+enum { PLACES = 8 };
+struct cover {
+    double area;
+    uint64_t seen;
+    bool twice; /* some place */
+};
+
 /* A triangle of the part in hand. */
 struct cut {
     struct rmap_irradiance_cells *cells;
     struct chart chart;
     struct rmap_vec3 corner[3];
     double area, covers; /* it; and of the texture, in cells */
-    double *covered;     /* [rows][columns] of the texture, in cells */
+    struct cover *cover; /* [rows][columns] of the texture */
     int32_t triangle;
 };
 
-static enum rmap_status add_piece(const struct cut *cut, const struct polygon *piece, size_t cell,
-                                  struct rmap_error *err)
+/* Neither on an edge nor so near that rounding decides; corners turn in either sense. */
+static bool is_within(double corner[][2], uint32_t n, const double at[2])
 {
+    double low = (double)INFINITY, high = -(double)INFINITY;
+    for (uint32_t k = 0; k < n; k++) {
+        const double *a = corner[k], *b = corner[(k + 1) % n];
+        const double edge[2] = {b[0] - a[0], b[1] - a[1]}, len = hypot(edge[0], edge[1]);
+        const double off =
+            len > 0.0 ? (edge[0] * (at[1] - a[1]) - edge[1] * (at[0] - a[0])) / len : (double)NAN;
+        low = fmin(low, off);
+        high = fmax(high, off);
+    }
+    return low > 10.0 * ON_BORDER || high < -10.0 * ON_BORDER;
+}
+
+/* Places off the lines and diagonals on which regular meshes have edges. */
+static void look_at_places(const struct chart *chart, const struct polygon *piece,
+                           const double cell[2], struct cover *cover)
+{
+    static const double offset[2] = {0.37, 0.61};
+    double corner[CORNERS_MAX][2];
+    int first[2] = {PLACES, PLACES}, last[2] = {-1, -1};
+    for (uint32_t k = 0; k < piece->n; k++)
+        for (int axis = 0; axis < 2; axis++) {
+            corner[k][axis] = PLACES * (along(chart, axis, piece->share[k]) - cell[axis]);
+            first[axis] = (int)fmin(first[axis], ceil(corner[k][axis] - offset[axis]));
+            last[axis] = (int)fmax(last[axis], floor(corner[k][axis] - offset[axis]));
+        }
+    for (int j = first[1]; j <= last[1]; j++)
+        for (int i = first[0]; i <= last[0]; i++) {
+            const uint64_t place = (uint64_t)1 << (j * PLACES + i);
+            if (!is_within(corner, piece->n, (const double[]){i + offset[0], j + offset[1]}))
+                continue;
+            cover->twice = cover->twice || (cover->seen & place);
+            cover->seen |= place;
+        }
+}
+
+static enum rmap_status add_piece(const struct cut *cut, const struct polygon *piece,
+                                  const double at[2], struct rmap_error *err)
+{
+    const size_t cell = cell_of(cut->cells, at[0], at[1]);
     struct rmap_vec3 corner[CORNERS_MAX];
     double part = 0.0; /* of the triangle */
     for (uint32_t k = 0; k < piece->n; k++) {
@@ -118,7 +165,8 @@ static enum rmap_status add_piece(const struct cut *cut, const struct polygon *p
     }
     if (piece->n < 3 || !(part > 0.0))
         return RMAP_OK;
-    cut->covered[cell] += part * cut->covers;
+    cut->cover[cell].area += part * cut->covers;
+    look_at_places(&cut->chart, piece, at, &cut->cover[cell]);
     return rmap_irradiance_add_facet(cut->cells,
                                      &(struct rmap_irradiance_facet){.area = part * cut->area,
                                                                      .n_corner = piece->n,
@@ -141,7 +189,7 @@ static enum rmap_status cut_triangle(const struct cut *cut, struct rmap_error *e
         find_range(&cut->chart, 1, &strip, row);
         for (double v = row[0]; v <= row[1]; v++) {
             clip_to(&cut->chart, 1, v, &strip, &piece);
-            RMAP_TRY(add_piece(cut, &piece, cell_of(cut->cells, u, v), err));
+            RMAP_TRY(add_piece(cut, &piece, (const double[]){u, v}, err));
         }
     }
 out:
@@ -155,7 +203,7 @@ enum rmap_status rmap_irradiance_cut_uv(struct rmap_irradiance_cells *self,
 {
     enum rmap_status st = RMAP_OK;
     const size_t first = self->n_node, n_cell = (size_t)self->uv[0] * self->uv[1];
-    struct cut cut = {.cells = self, .covered = NULL};
+    struct cut cut = {.cells = self, .cover = NULL};
     if (!mesh || !mesh->uv)
         return rmap_error_set(err, RMAP_INPUT,
                               mesh ? "'%.60s' has no texture coordinates in this map: say `uv: "
@@ -164,8 +212,8 @@ enum rmap_status rmap_irradiance_cut_uv(struct rmap_irradiance_cells *self,
                                    : "'%.60s' is no mesh of a file: only such have texture "
                                      "coordinates; --cells LENGTH cuts any shape",
                               object->name);
-    cut.covered = rmap_alloc(n_cell, sizeof *cut.covered);
-    if (!cut.covered)
+    cut.cover = rmap_alloc(n_cell, sizeof *cut.cover);
+    if (!cut.cover)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for cells"));
     RMAP_TRY(RMAP_RESERVE(self->node, self->cap_node, first + mesh->n_triangle + 1, err));
     self->n_node += mesh->n_triangle + 1;
@@ -189,9 +237,9 @@ enum rmap_status rmap_irradiance_cut_uv(struct rmap_irradiance_cells *self,
     self->node[first + mesh->n_triangle] =
         (struct rmap_irradiance_node){(uint32_t)self->n_facet, RMAP_IRRADIANCE_NONE};
     for (size_t c = 0; c < n_cell; c++)
-        self->n_twice += cut.covered[c] > 1.0 + 10.0 * ON_BORDER;
+        self->n_twice += cut.cover[c].twice || cut.cover[c].area > 1.0 + 10.0 * ON_BORDER;
 out:
-    rmap_free(cut.covered);
+    rmap_free(cut.cover);
     return st;
 }
 

@@ -39,31 +39,38 @@ void rmap_lamp_sheet_ask_fini(struct rmap_lamp_sheet_ask *ask)
     rmap_free(ask->gamma_deg);
 }
 
-enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *name,
+enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *path, const char *name,
                                 const struct rmap_source **source_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_INPUT;
+    const struct rmap_source *named = NULL;
     size_t n = 0;
     const char **known = rmap_alloc(scene->n_source + 1, sizeof *known);
     if (!known)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the lamps' names");
-    for (size_t s = 0; s < scene->n_source && st != RMAP_OK; s++) {
-        if (!scene->source[s].lamp)
-            continue;
-        known[n++] = scene->source[s].name;
-        if (strcmp(scene->source[s].name, name) != 0)
-            continue;
-        *source_ret = &scene->source[s];
-        st = RMAP_OK;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        if (strcmp(scene->source[s].name, name) == 0)
+            named = &scene->source[s];
+        if (scene->source[s].lamp)
+            known[n++] = scene->source[s].name;
     }
-    const char *nearest = st == RMAP_OK ? NULL : rmap_nearest_word(name, known, n);
-    if (st != RMAP_OK && n == 0)
-        (void)rmap_error_set(err, st, "no source of this scene is by a lamp maker's file");
-    else if (st != RMAP_OK)
-        (void)rmap_error_set(err, st, "no lamp named '%.60s' in this scene (did you mean '%.60s'?)",
-                             name, nearest ? nearest : known[0]);
+    const char *nearest = rmap_nearest_word(name, known, n);
+    char remedy[160];
+    if (n > 0)
+        (void)snprintf(remedy, sizeof remedy, "did you mean '%.60s'?",
+                       nearest ? nearest : known[0]);
+    else
+        (void)snprintf(remedy, sizeof remedy,
+                       "no source of this scene is; say {type: lamp, file: X.ies}, or .ldt");
     rmap_free(known);
-    return st;
+    *source_ret = named;
+    if (named && named->lamp)
+        return RMAP_OK;
+    if (named)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s:%d:%d: source '%.60s' is not by a lamp maker's file (%s)", path,
+                              named->line, named->column, name, remedy);
+    return rmap_error_set(err, RMAP_INPUT, "%s: no lamp named '%.60s' by its maker's file (%s)",
+                          path, name, remedy);
 }
 
 void rmap_lamp_sheet_of(const struct rmap_scene *scene, const struct rmap_source *source,

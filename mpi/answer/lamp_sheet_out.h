@@ -27,8 +27,8 @@ enum rmap_status rmap_lamp_sheet_ask(const struct rmap_arguments *given,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lamp_sheet_ask_fini(struct rmap_lamp_sheet_ask *ask);
 
-/* The lamp of that name in the scene. RMAP_INPUT with the nearest name. */
-enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *name,
+/* The lamp of that name in the scene of `path`. RMAP_INPUT with place and the nearest name. */
+enum rmap_status rmap_find_lamp(const struct rmap_scene *scene, const char *path, const char *name,
                                 const struct rmap_source **source_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lamp_sheet_of(const struct rmap_scene *scene, const struct rmap_source *source,

@@ -52,7 +52,9 @@ const struct rmap_command rmap_command_bench = {
         "render_preview: pictures of 640 x 480 a second; render_overhead: a picture against its\n"
         "index evaluations and its surface queries alone. tm25_write_vs_plain, "
         "tm25_read_vs_plain:\n"
-        "rays to a TM-25 file and from it against write() and read() of its bytes. move_vs_build:\n"
+        "rays to a TM-25 file and from it against write() and read() of its bytes. "
+        "timed_vs_plain:\n"
+        "maps of a scintillator with times and spectra, against one wavelength. move_vs_build:\n"
         "one of 20,968 instances is moved, against building all; moved_trace_vs_fresh: rays after\n"
         "a hundred moves against those in a structure made anew.",
     .options = options,

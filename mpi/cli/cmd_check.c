@@ -130,7 +130,7 @@ static enum rmap_status check_scene(const struct rmap_context *context,
         asked = &question;
     }
     if (st == RMAP_OK && checked->lamp)
-        RMAP_TRY(rmap_find_lamp(checked->scene, checked->lamp, &lamp, err));
+        RMAP_TRY(rmap_find_lamp(checked->scene, checked->path, checked->lamp, &lamp, err));
     if (asked && checked->plot)
         RMAP_TRY(draw(checked, checked->found.n_read, asked, err));
     RMAP_TRY(print_result(context, checked, asked, lamp, err));

@@ -278,10 +278,11 @@ out:
 static void warn(const struct rmap_irradiance_cells *cells)
 {
     if (cells->n_twice > 0)
-        fprintf(stderr,
-                "raymap: %s of the texture hold more surface than has room in them (charts overlap "
-                "or repeat): light and area of all of it are summed\n",
-                rmap_counted(cells->n_twice, "cell").text);
+        fprintf(
+            stderr,
+            "raymap: %s of the texture hold surface twice in one place (charts overlap or repeat): "
+            "light and area of all of it are summed\n",
+            rmap_counted(cells->n_twice, "cell").text);
     if (cells->n_without > 0)
         fprintf(stderr, "raymap: %s have no texture coordinates: their light is in no cell\n",
                 rmap_counted(cells->n_without, "triangle").text);

@@ -18,32 +18,16 @@
 #include "mpi/parallel/agree.h"
 #include "version.h"
 
-static const char *const measurement[] = {"trace_vs_roofline",
-                                          "record_vs_trace",
-                                          "record_vs_seed",
-                                          "bytes_per_segment",
-                                          "durable_vs_not",
-                                          "checksums_vs_trace",
-                                          "durability_vs_trace",
-                                          "resume_vs_anew",
-                                          "decode_vs_seed",
-                                          "verify_vs_decode",
-                                          "query_vs_seed",
-                                          "query_several_vs_slowest",
-                                          "session_second_vs_first",
-                                          "stats_vs_query",
-                                          "paths_vs_query",
-                                          "energy_vs_query",
-                                          "ranks_vs_threads",
-                                          "gradient_evaluations_vs_seed",
-                                          "uniform_vs_gradient_code",
-                                          "render_preview",
-                                          "render_overhead",
-                                          "scatter_vs_roofline",
-                                          "tm25_write_vs_plain",
-                                          "tm25_read_vs_plain",
-                                          "move_vs_build",
-                                          "moved_trace_vs_fresh"};
+static const char *const measurement[] = {
+    "trace_vs_roofline",        "record_vs_trace",     "record_vs_seed",
+    "bytes_per_segment",        "durable_vs_not",      "checksums_vs_trace",
+    "durability_vs_trace",      "resume_vs_anew",      "decode_vs_seed",
+    "verify_vs_decode",         "query_vs_seed",       "query_several_vs_slowest",
+    "session_second_vs_first",  "stats_vs_query",      "paths_vs_query",
+    "energy_vs_query",          "ranks_vs_threads",    "gradient_evaluations_vs_seed",
+    "uniform_vs_gradient_code", "render_preview",      "render_overhead",
+    "scatter_vs_roofline",      "tm25_write_vs_plain", "tm25_read_vs_plain",
+    "timed_vs_plain",           "move_vs_build",       "moved_trace_vs_fresh"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -57,6 +41,10 @@ static const struct rmap_bench_scene known_scene[] = {
      .folder = "gradient-sphere",
      .set = "objects.front.inside=noise",
      .pictures = true},
+    {.name = "scintillator",
+     .folder = "scintillator",
+     .set = "spectrum.wavelengths=[425]",
+     .timed = true},
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
@@ -158,9 +146,17 @@ static bool wants_pictures(const struct rmap_bench *bench)
            rmap_bench_wanted(bench, "render_overhead");
 }
 
-static bool pictures_only(const struct rmap_bench *bench)
+/* By the measurements that it is for. */
+static bool wants_scene(const struct rmap_bench *bench, const struct rmap_bench_scene *scene)
 {
-    return bench->only && wants_pictures(bench);
+    const bool times = rmap_bench_wanted(bench, "timed_vs_plain");
+    if (scene->sizes_only)
+        return rmap_bench_wanted(bench, "bytes_per_segment");
+    if (scene->pictures)
+        return wants_pictures(bench);
+    if (scene->timed)
+        return times;
+    return !bench->only || !(times || wants_pictures(bench));
 }
 
 /* Rank 0 alone. */
@@ -196,19 +192,23 @@ out:
     return st;
 }
 
-/* Released by whoever takes them over. */
-static enum rmap_status options_of(const struct rmap_bench_scene *scene,
-                                   struct rmap_scene_options *light, struct rmap_error *err)
+enum rmap_status rmap_bench_load(struct rmap_bench *bench, const char *path, const char *const *set,
+                                 size_t n_set, struct rmap_bench_scene *scene,
+                                 struct rmap_error *err)
 {
-    if (!scene->set)
-        return RMAP_OK;
-    light->set = rmap_alloc(1, sizeof *light->set);
-    if (light->set)
-        light->set[0] = rmap_strdup(scene->set);
-    if (!light->set || !light->set[0])
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    light->n_set = 1;
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene_options light = {.set = rmap_alloc(n_set + 1, sizeof *light.set)};
+    for (size_t i = 0; light.set && i < n_set; i++) {
+        light.set[i] = rmap_strdup(set[i]);
+        light.n_set = light.set[i] ? i + 1 : light.n_set;
+    }
+    if (light.n_set < n_set)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
+    RMAP_TRY(rmap_load_scene(&bench->alone, path, &light, &scene->bundle, &scene->scene, err));
+    RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
+out:
+    rmap_scene_options_fini(&light);
+    return st;
 }
 
 /* Rank 0 alone. */
@@ -216,18 +216,16 @@ static enum rmap_status measure_scene(struct rmap_bench *bench, const char *path
                                       struct rmap_bench_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_scene_options light = {0};
-    RMAP_TRY(options_of(scene, &light, err));
-    RMAP_TRY(rmap_load_scene(&bench->alone, path, &light, &scene->bundle, &scene->scene, err));
-    RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
+    RMAP_TRY(rmap_bench_load(bench, path, &scene->set, scene->set ? 1 : 0, scene, err));
     if (scene->sizes_only)
         RMAP_TRY(rmap_bench_record(bench, scene, err));
     else if (scene->pictures)
         RMAP_TRY(rmap_bench_render(bench, scene, err));
+    else if (scene->timed)
+        RMAP_TRY(rmap_bench_timed(bench, scene, path, err));
     else
         RMAP_TRY(measure_alone(bench, path, scene, err));
 out:
-    rmap_scene_options_fini(&light);
     rmap_bench_scene_fini(scene);
     return st;
 }
@@ -261,11 +259,8 @@ static enum rmap_status measure_all(struct rmap_bench *bench, const struct rmap_
         struct rmap_bench_scene scene = known_scene[i];
         if (only && strcmp(only, scene.name) != 0)
             continue;
-        if (scene.sizes_only && (pair || !rmap_bench_wanted(bench, "bytes_per_segment")))
-            continue;
-        if (scene.pictures && (pair || !wants_pictures(bench)))
-            continue;
-        if (!scene.pictures && pictures_only(bench))
+        if (!wants_scene(bench, &scene) ||
+            (pair && (scene.sizes_only || scene.pictures || scene.timed)))
             continue;
         if (!find_scene(folder, scene.folder, path, sizeof path))
             st = rmap_error_set(err, RMAP_INPUT,

@@ -22,6 +22,7 @@ struct rmap_bench_scene {
     const char *set;    /* KEY=VALUE for the scene; NULL: none */
     bool sizes_only;    /* takes part in bytes_per_segment alone */
     bool pictures;      /* in render_preview and render_overhead alone */
+    bool timed;         /* in timed_vs_plain alone */
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_accel *accel;
@@ -77,6 +78,11 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
                        const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
                        const char *unit, json_t *extra);
 
+/* The scene of a file with such KEY=VALUE; finished by the caller, on failure as well. */
+enum rmap_status rmap_bench_load(struct rmap_bench *bench, const char *path, const char *const *set,
+                                 size_t n_set, struct rmap_bench_scene *scene,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
 /* The measurements. Not collective, rank 0 alone. */
 enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                      struct rmap_error *err) RMAP_MUST_USE;
@@ -102,6 +108,8 @@ enum rmap_status rmap_bench_folds(struct rmap_bench *bench, const struct rmap_be
                                   struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_uniform(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                     const char *path, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_timed(struct rmap_bench *bench, const struct rmap_bench_scene *plain,
+                                  const char *path, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_gradient(struct rmap_bench *bench,
                                      struct rmap_error *err) RMAP_MUST_USE;
 bool rmap_bench_wants_ray_file(const struct rmap_bench *bench);

@@ -5,9 +5,7 @@
  */
 #include <string.h>
 
-#include "base/alloc.h"
 #include "bench.h"
-#include "mpi/command/load.h"
 #include "trace/tracer.h"
 
 /* What an example scene needs for the ball: the item that follows its objects. */
@@ -23,26 +21,6 @@ static const struct beside {
 enum { UNIFORM, GRADIENT, WAYS };
 static const char *const filling[WAYS] = {"media.ball={index: 1.5}",
                                           "media.ball={gradient: {type: luneburg, radius: 1}}"};
-
-static enum rmap_status load(struct rmap_bench *bench, const char *path, const char *object,
-                             const char *medium, struct rmap_bench_scene *scene,
-                             struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const char *const set[] = {medium, "geometries.ball={type: sphere, radius: 1}", object};
-    struct rmap_scene_options light = {.set = rmap_alloc(3, sizeof *light.set)};
-    for (size_t i = 0; light.set && i < 3; i++) {
-        light.set[i] = rmap_strdup(set[i]);
-        light.n_set = light.set[i] ? i + 1 : light.n_set;
-    }
-    if (light.n_set < 3)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
-    RMAP_TRY(rmap_load_scene(&bench->alone, path, &light, &scene->bundle, &scene->scene, err));
-    RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
-out:
-    rmap_scene_options_fini(&light);
-    return st;
-}
 
 /* Processor seconds of so many rays. */
 static enum rmap_status trace(const struct rmap_bench_scene *scene, uint64_t n_ray, double *seconds,
@@ -76,8 +54,11 @@ enum rmap_status rmap_bench_uniform(struct rmap_bench *bench, const struct rmap_
         which++;
     if (which == n_beside)
         goto out;
-    for (int w = 0; w < WAYS; w++)
-        RMAP_TRY(load(bench, path, beside[which].object, filling[w], &way[w], err));
+    for (int w = 0; w < WAYS; w++) {
+        const char *const set[] = {filling[w], "geometries.ball={type: sphere, radius: 1}",
+                                   beside[which].object};
+        RMAP_TRY(rmap_bench_load(bench, path, set, 3, &way[w], err));
+    }
     for (int i = 0; i < bench->n_repeat; i++) {
         double seconds[WAYS];
         for (int k = 0; k < WAYS; k++) { /* in turns, either first */

@@ -5,6 +5,7 @@ by hand, with a luminaire half hidden, and with the background of an integrating
 import json
 import math
 import pathlib
+import re
 import sys
 
 import asking
@@ -70,6 +71,12 @@ def check_sheets():
     text = run("check", "lamps.yaml", "--lamp", "oval")
     check("C90-C270" in text and "/klm" in text and "UGR: none" in text and "beam angle (50 %) 47.0" in text, text)
     check("did you mean 'narrow'" in run("check", "lamps.yaml", "--lamp", "narow", status=3), "nearest lamp")
+    scene("other.yaml", ["name: bulb, type: point, flux: 9 lm", "name: narrow, type: lamp, file: narrow.ies, at: [9, 0, 0]"])
+    told = run("check", "other.yaml", "--lamp", "bulb", status=3)
+    where = re.search(r"other.yaml:(\d+):\d+: source 'bulb' is not by a lamp maker's file \(did you mean 'narrow'", told)
+    check(where and "name: bulb" in open("other.yaml", encoding="utf-8").read().splitlines()[int(where[1]) - 1], told)
+    scene("other.yaml", ["name: bulb, type: point"])
+    check("other.yaml: no lamp named 'narow' by" in (told := run("check", "other.yaml", "--lamp", "narow", status=3)) and "type: lamp, file" in told, told)
     check("--gammas: 200" in run("check", "lamps.yaml", "--lamp", "oval", "--gammas", "200", status=2), "gamma")
 
     grid = "detectors: [{name: far, type: intensity, cells: [30, 8]}, {name: near, type: plane, at: [0, 0, 1], size: 1, cells: 2}]\n"

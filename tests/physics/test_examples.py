@@ -16,14 +16,14 @@ EXAMPLES = os.path.join(os.environ["SOURCE_DIR"], "examples")
 def trace_example(name, n, *more):
     target = name + ".raymap"
     shutil.rmtree(target, ignore_errors=True)
-    run("trace", os.path.join(EXAMPLES, name, "scene.yaml"), "-o", target, "-n", n, "--quiet", *more)
-    return target
+    told = json.loads(run("trace", os.path.join(EXAMPLES, name, "scene.yaml"), "-o", target, "-n", n, "--quiet", "--json", *more))
+    return target, told["bytes_per_segment"]
 
 
 def check_double_gauss():
     """100.0038 mm tan(2 degrees) = 3.492 mm; distortion and lateral colour stay below 1 %. All of
     the star's direct light lies in a blur of less than 0.1 mm; the sun's direct image misses."""
-    target = trace_example("double-gauss", 200_000)
+    target, _ = trace_example("double-gauss", 200_000)
     direct = "source(star) and registered(sensor) and hit(*, reflect) == 0"
     at = 100.0038 * math.tan(math.radians(2))
     spots = [f"({direct}) and registered(sensor, ellipse({x}, 0, 0.1, 0.1))" for x in (at, -at)]
@@ -41,7 +41,7 @@ def check_double_gauss():
 
 def check_room():
     """223 instances of 20 meshes; a path of about 9 segments; the mesh bodies leak nothing."""
-    target = trace_example("room", 40_000)
+    target, _ = trace_example("room", 40_000)
     answer = count(target, "ended(error) or ended(limit) or ended(left)", "hit(shelves)",
                    "surface(clear)", "surface(mirror)")
     checks.true(f"{answer[0]['rays']['matched']} rays did not end absorbed",
@@ -55,7 +55,8 @@ def check_room():
 
 def check_milk():
     """All light comes back or gets through but for what the milk absorbs; much more comes back."""
-    target = trace_example("milk", 3000)
+    target, nbytes = trace_example("milk", 3000)
+    checks.true(f"{nbytes} bytes a segment", nbytes <= 4)
     (back, through, absorbed), total = rays(target, "registered(glow)", "registered(through)", "ended(absorbed, milk)")
     (left,), _ = rays(target, "ended(left)")
     checks.true(f"{left} of milk's light left, {absorbed} absorbed, of {total}", left + absorbed == total and absorbed < 0.2 * total)
@@ -65,7 +66,8 @@ def check_milk():
 
 def check_concentrator():
     """Of light that the dye takes up, more gets to the cell than the cell's own share of the faces; none of it is blue."""
-    target = trace_example("concentrator", 10_000)
+    target, nbytes = trace_example("concentrator", 10_000)
+    checks.true(f"{nbytes} bytes a segment", nbytes <= 4)
     (cell, taken, blue, ended), total = rays(target, "hit(cell)", "event(fluoresce)", "hit(cell) and wavelength < 560",
                                              "ended(left) or ended(absorbed)")
     checks.true(f"{cell} of {taken} at the cell", 0.08 * taken < cell < 0.7 * taken and taken > 0.3 * total)
@@ -77,7 +79,8 @@ def check_concentrator():
 check_double_gauss()
 def check_office():
     """What its README says: illuminance of a desk in the evening; no light gets lost but through the window."""
-    target = trace_example("office", 200_000)
+    target, nbytes = trace_example("office", 1_000_000)
+    checks.true(f"{nbytes} bytes a segment of the office", nbytes <= 4)
     (wrong,), _ = rays(target, "ended(error) or ended(limit)")
     checks.true(f"{wrong} rays of the office ended badly", wrong == 0)
     seen = json.loads(run("detector", target, "left_task", "--receivers", os.path.join(EXAMPLES, "office", "tasks.yaml"), "--where", "not (source(sky) or source(sun))", "--json"))
@@ -87,7 +90,8 @@ def check_office():
 
 def check_wls_fibre():
     """Near and far end get what the fibre keeps; the way between them takes longer; what is taken up twice is redder."""
-    target = trace_example("wls-fibre", 20_000, "--time", "on")
+    target, nbytes = trace_example("wls-fibre", 20_000, "--time", "on")
+    checks.true(f"{nbytes} bytes a segment", nbytes <= 4)
     (green, near, far, blue, wrong), _ = rays(target, "event(fluoresce)", "registered(near)", "registered(far)",
                                               "(registered(near) or registered(far)) and not event(fluoresce)", "ended(error) or ended(limit)")
     checks.true(f"{near} and {far} of {green} at the ends, {blue} of the tile's own light", 0.01 * green < far < near < 0.05 * green and blue == 0)
@@ -102,7 +106,8 @@ def check_wls_fibre():
 
 def check_light_guide():
     """Two thirds of the light come out in front, evenly; both halves alike."""
-    target = trace_example("light-guide", 12_000)
+    target, nbytes = trace_example("light-guide", 12_000)
+    checks.true(f"{nbytes} bytes a segment", nbytes <= 4)
     (wrong, south, north), total = rays(target, "ended(error) or ended(limit)", "source(leds.south) and registered(front)",
                                         "source(leds.north) and registered(front)")
     checks.true(f"{wrong} rays of the light guide ended badly", wrong == 0)
