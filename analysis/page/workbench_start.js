@@ -61,8 +61,8 @@ document.addEventListener("keydown", (event) => {
   call();
 }, true);
 
-TESTS.push(...((await ask("names")).words || []).filter((word) => !TESTS.includes(word)));
-showScene(await ask("scene"));
-showTrace((await ask("status")).trace);
+TESTS.push(...firstNames.words.filter((word) => !TESTS.includes(word)));
+showScene(firstScene);
+showTrace(firstStatus.trace);
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });
 document.documentElement.dataset.workbench = "yes";
