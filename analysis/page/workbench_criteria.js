@@ -51,6 +51,7 @@ function setCriteria(list) {
 const MOST_CRITERIA = 31; // of a page
 
 async function addCriterion(text = criterionEditor.getValue()) {
+  criterionEditor.closeHint();
   if (text !== criterionEditor.getValue()) proposeCriterion(text);
   if (!(await countCriterion(text)) || live.criteria.includes(text)) return;
   if (live.criteria.length >= MOST_CRITERIA) {

@@ -105,10 +105,12 @@ async function renew() {
 
 async function applyText() {
   const text = textEditor.getValue();
-  if (text !== edited.text) await change("edit", { text });
+  return text === edited.text || change("edit", { text });
 }
 
+/* With the text that stands in the editor: a wrong one is not saved. */
 async function save() {
+  if (!(await applyText())) return;
   try {
     await ask("save", /\.ya?ml$/.test(edited.file) ? {} : { file: edited.file.replace(/^.*\/|\.raymap$/g, "") + ".yaml" }); // of a map: beside it
     showScene(await ask("scene"));

@@ -126,6 +126,10 @@ async function clicksCriteria(page) {
   await page.evaluate(() => raymap.clickBody(0));
   await page.locator("#tip button", { hasText: "reflect" }).click();
   check((await shown("a body")) === "hit(lens.1, reflect)", "a body is clicked");
+  await page.evaluate(() => raymap.clickBody(0));
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("Escape");
+  check(await page.locator("#tip").isHidden(), "Esc takes the body's buttons away");
   await page.locator("#steps-box summary").first().click();
   for (const [letter, at] of [["T", "lens.1"], ["T", "lens.2"]]) {
     await page.locator("#letters button", { hasText: new RegExp(`^${letter}$`) }).click();
@@ -245,10 +249,18 @@ async function edits(page) {
   check(file() === onDisk, "the file does not yet");
   await picture(page, "moved.png");
   await page.keyboard.press("Escape");
+  await text.set(moved + "objects: 5\n");
   await page.locator("#canvas").focus();
   await page.keyboard.press("Control+s");
+  await until(page, "a wrong text is told", () => document.querySelector("#text-mistakes button") && !document.getElementById("note").hidden);
+  check(file() === onDisk, "a wrong text is not saved");
+  const last = moved.replace("reflectance: 0.25", "reflectance: 0.125");
+  await text.set(last);
+  await page.keyboard.press("Control+s");
   await until(page, "saved", () => document.getElementById("edit-save").disabled);
-  check(file() === moved, "now it does");
+  check(file() === last, "what is saved is what stands in the editor");
+  await page.click("#edit-undo");
+  await until(page, "the last undone", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() === old, moved);
   await page.keyboard.press("Control+z");
   await page.waitForFunction(() => !document.getElementById("edit-redo").disabled);
   await page.click("#edit-undo");
