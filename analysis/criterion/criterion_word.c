@@ -330,6 +330,14 @@ const char *rmap_criterion_word(size_t i)
     return rmap_scatter_word(i);
 }
 
+const char *rmap_stats_word(int place)
+{
+    for (size_t i = 0; i < N_WORD; i++)
+        if (place > 0 && word_table[i].in_stats == place)
+            return word_table[i].word;
+    return NULL;
+}
+
 /* The word of a number of the ray where a detector stands behind it; of its length, a medium. */
 static const struct rmap_word its_word = {"", rmap_parse_any_number};
 static const struct rmap_word path_in_word = {"path_length", parse_path_in, .is_number = true,

@@ -43,6 +43,9 @@ enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct r
  * last. */
 const char *rmap_criterion_word(size_t i);
 
+/* The number of `stats --of` at a place of their list, from 1; NULL behind the last. */
+const char *rmap_stats_word(int place);
+
 /* One elementary test with its comparison. */
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 

@@ -33,6 +33,9 @@ controls.enableKeys = false; // main.js has the keys
 controls.screenSpacePanning = true;
 controls.rotateSpeed = 0.8;
 
+/* jumps: to another view, which is drawn in full at once; else it moves. */
+const sight = { jumps: false };
+
 /* Half the height of what is seen at the point looked at. */
 function halfHeight() {
   if (camera === orthographic) return whereabouts.radius / camera.zoom;
@@ -82,7 +85,9 @@ function look(points, toward, up) {
   const aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1);
   const half = Math.max(size.y, size.x / aspect, 1e-9 * whereabouts.radius) * 0.5 * MARGIN;
   setHalfHeight(half + (camera === perspective ? 0.5 * size.z * Math.tan((FIELD_OF_VIEW * Math.PI) / 360) : 0));
+  sight.jumps = true;
   controls.update();
+  sight.jumps = false;
 }
 
 /* The same view in the other projection. */

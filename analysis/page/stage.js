@@ -4,14 +4,16 @@
 // colours of the light and the dark scheme; scale bar, axes and labels over it.
 
 /* Whether the processor draws, not a graphics card: then motion starts at the last level. */
-const drawnBySoftware = (() => {
+function drawsBySoftware() {
+  if (drawsBySoftware.told !== undefined) return drawsBySoftware.told;
   const context = document.createElement("canvas").getContext("webgl");
   const told = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
   const lose = context && context.getExtension("WEBGL_lose_context");
   if (lose) lose.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
-})();
+  return (drawsBySoftware.told = /swiftshader|llvmpipe|software|basic render/i.test(name));
+}
+const drawnBySoftware = drawsBySoftware();
 
 function note(text) {
   byId("note").textContent = text;
@@ -21,7 +23,7 @@ function note(text) {
 /* Edges of bodies and the first rays, in two dimensions, where there is no WebGL. */
 function plainRenderer() {
   const MOST = 20000, p = new THREE.Vector3(); // strokes
-  const context = canvas.getContext("2d"), nothing = () => {};
+  const context = canvas.getContext("2d");
   let ground = "#fff";
   const trace = (position, matrix) => {
     context.beginPath();
@@ -49,8 +51,8 @@ function plainRenderer() {
     }
     context.globalAlpha = 1;
   };
-  return { render, setPixelRatio: nothing, setClearColor: (colour) => (ground = colour),
-    setSize: (width, height) => Object.assign(canvas, { width, height }) };
+  return { render, setClearColor: (colour) => (ground = colour),
+    setDrawingBufferSize: (width, height, ratio) => Object.assign(canvas, { width: ratio * width, height: ratio * height }) };
 }
 
 const renderer = (() => {
@@ -72,7 +74,7 @@ canvas.addEventListener("webglcontextrestored", () => {
 renderer.sortObjects = true;
 const world = new THREE.Scene();
 
-const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, fresh: false, animate: null };
+const frames = { drawn: 0, milliseconds: [], before: [], after: [], wanted: false, fresh: false, animate: null, size: null };
 
 /* Asks for a new frame. */
 function redraw() {
@@ -105,8 +107,10 @@ function setLevel(level) {
 
 function setResolution() {
   const full = Math.min(window.devicePixelRatio || 1, 2);
-  renderer.setPixelRatio(pace.level > 0 ? 0.5 * full : full);
-  renderer.setSize(canvas.clientWidth, canvas.clientHeight, false);
+  const size = [canvas.clientWidth, canvas.clientHeight, pace.level > 0 ? 0.5 * full : full];
+  if (String(size) === frames.size) return; // a new buffer takes long where a processor draws
+  frames.size = String(size);
+  renderer.setDrawingBufferSize(...size);
 }
 
 /* Something moves now; it rests when no frame was asked for in a while. */
@@ -171,7 +175,7 @@ function drawFrame(time) {
 
 controls.addEventListener("change", () => {
   pickCache.valid = false;
-  stir();
+  if (!sight.jumps) stir();
   redraw();
 });
 

@@ -48,9 +48,17 @@ function setCriteria(list) {
   return want("rays", "detectors");
 }
 
+const MOST_CRITERIA = 31; // of a page
+
 async function addCriterion(text = criterionEditor.getValue()) {
+  criterionEditor.closeHint();
   if (text !== criterionEditor.getValue()) proposeCriterion(text);
   if (!(await countCriterion(text)) || live.criteria.includes(text)) return;
+  if (live.criteria.length >= MOST_CRITERIA) {
+    byId("criterion-said").className = "wrong";
+    byId("criterion-said").textContent = `${MOST_CRITERIA} criteria are shown, which is the most: take one away`;
+    return;
+  }
   await setCriteria([...live.criteria, text]);
 }
 
@@ -82,9 +90,11 @@ for (const box of document.querySelectorAll(".criterion")) {
 byId("criterion-add").addEventListener("click", () => addCriterion());
 byId("criterion-clear").addEventListener("click", () => setCriteria([]));
 byId("ray-limit").addEventListener("change", (event) => {
-  const limit = Number(event.target.value);
-  if (Number.isInteger(limit) && limit > 0) asking.limit = limit;
+  const limit = Number(event.target.value.replace(/[ ,_]/g, "")), MOST = 200000;
+  const own = Number.isInteger(limit) && limit > 0 && limit <= MOST;
+  if (own) asking.limit = limit;
+  else say(`Rays drawn are a number from 1 to ${whole(MOST)}; "${event.target.value}" is none`);
   event.target.value = asking.limit;
-  want("rays");
+  if (own) want("rays");
 });
 byId("criterion-said").before(byId("where"));

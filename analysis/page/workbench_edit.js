@@ -5,7 +5,8 @@
 
 const textEditor = makeEditor(byId("text"), "the scene's text", { mode: "yaml", lineNumbers: true,
   extraKeys: { "Ctrl-Enter": () => applyText(), "Cmd-Enter": () => applyText() } });
-const edited = { text: "", file: null, name: null, dragging: null };
+/* base: what the editor's text was made of */
+const edited = { text: "", base: "", file: null, name: null, dragging: null };
 whenData(() => edited.file && (byId("title").textContent = edited.file));
 
 /* The server's text, number of steps and so on. */
@@ -15,6 +16,7 @@ function showScene({ text, file, revision, undo: past, redo: future, saved }) {
   edited.text = text;
   edited.file = file;
   byId("title").textContent = document.title = file;
+  if (!own || textEditor.getValue() === text) edited.base = text;
   if (!own && textEditor.getValue() !== text) {
     const { left, top } = textEditor.getScrollInfo();
     textEditor.setValue(text);
@@ -31,27 +33,38 @@ function showScene({ text, file, revision, undo: past, redo: future, saved }) {
 function showTextState() {
   const own = textEditor.getValue() !== edited.text;
   byId("text-apply").disabled = byId("text-revert").disabled = !own;
-  byId("text-state").textContent = own ? "changed, not yet applied" : "";
+  byId("text-state").textContent = !own ? "" : edited.base === edited.text ? "changed, not yet applied"
+    : "changed, and so was the scene since: apply takes that back, revert shows it";
 }
 
 function showMistakes(mistakes) {
   markMistakes(textEditor, mistakes);
   byId("text-mistakes").replaceChildren(...mistakes.map(({ line, column, text }) => {
-    const go = element("button", { type: "button", textContent: `${line}:${column} ${text}` });
+    const go = element("button", { type: "button", textContent: (line ? `${line}:${column} ` : "") + text });
     go.addEventListener("click", () => {
-      textEditor.setCursor(line - 1, column - 1);
+      if (line) textEditor.setCursor(line - 1, column - 1);
       textEditor.focus();
     });
     return element("li", {}, go);
   }));
 }
 
+/* What was said of a text that is no longer there. */
+function clearMistakes() {
+  showMistakes([]);
+  say("");
+}
+
+const errorsOf = (diagnostics) => diagnostics.filter((one) => one.severity === "error");
+
 const checkLater = later(400, async () => {
   const text = textEditor.getValue();
-  if (text === edited.text) return showMistakes([]);
+  if (text === edited.text) return clearMistakes();
   try {
     const { diagnostics } = await ask("check", { text });
-    if (text === textEditor.getValue()) showMistakes(diagnostics.filter((one) => one.severity === "error"));
+    if (text !== textEditor.getValue()) return;
+    showMistakes(errorsOf(diagnostics));
+    if (!byId("text-mistakes").children.length) say("");
   } catch (refused) {
     if (text === textEditor.getValue()) showMistakes(mistakesOf(refused));
   }
@@ -61,7 +74,7 @@ textEditor.on("change", () => {
   checkLater();
 });
 
-const mistakesOf = ({ message, told }) => told.diagnostics || (told.line ? [{ line: told.line, column: told.column, text: message }] : []);
+const mistakesOf = ({ message, told }) => told.diagnostics ? errorsOf(told.diagnostics) : (told.line ? [{ line: told.line, column: told.column, text: message }] : []);
 
 /* A change of the scene by the server: what is shown follows, and as many rays as before are traced. */
 async function change(command, words) {
@@ -92,10 +105,12 @@ async function renew() {
 
 async function applyText() {
   const text = textEditor.getValue();
-  if (text !== edited.text) await change("edit", { text });
+  return text === edited.text || change("edit", { text });
 }
 
+/* With the text that stands in the editor: a wrong one is not saved. */
 async function save() {
+  if (!(await applyText())) return;
   try {
     await ask("save", /\.ya?ml$/.test(edited.file) ? {} : { file: edited.file.replace(/^.*\/|\.raymap$/g, "") + ".yaml" }); // of a map: beside it
     showScene(await ask("scene"));
@@ -106,8 +121,9 @@ async function save() {
 
 byId("text-apply").addEventListener("click", applyText);
 byId("text-revert").addEventListener("click", () => {
+  edited.base = edited.text;
   textEditor.setValue(edited.text);
-  showMistakes([]);
+  clearMistakes();
 });
 byId("edit-undo").addEventListener("click", () => change("undo"));
 byId("edit-redo").addEventListener("click", () => change("redo"));

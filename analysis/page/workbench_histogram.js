@@ -5,7 +5,7 @@
 const CHART = { height: 210, left: 52, right: 10, top: 8, bottom: 34 };
 const chart = { told: null };
 
-const numbersOf = () => ["path_length", "optical_path", "wavelength", "flux", "segments", "bounces", "ghost_order", "scatter_order",
+const numbersOf = () => [...firstNames.values,
   ...names().detector.flatMap((name) => ["x", "y", "angle", "optical_path"].map((what) => `${what}(${name})`)),
   ...names().object.slice(0, 100).map((name) => `hit(${name}, reflect)`)];
 whenData(() => byId("numbers").replaceChildren(...numbersOf().map((value) => element("option", { value }))));
@@ -19,6 +19,7 @@ function groupsOf(told) {
 function drawChart() {
   const svg = d3.select("#histogram-chart");
   svg.selectAll("*").remove();
+  svg.attr("height", 0);
   if (!chart.told || !byId("histogram-box").open) return;
   const groups = groupsOf(chart.told), width = Math.max(byId("histogram-chart").clientWidth || 380, 200);
   const log = byId("histogram-log").checked, all = groups.flatMap((one) => one.flux.map((f, k) => f + (one.error[k] || 0)));
@@ -51,8 +52,10 @@ function drawChart() {
 
 async function askHistogram() {
   const of = byId("histogram-of").value.trim(), by = byId("histogram-by").value;
+  const refused = !of ? "say of what, such as path_length" : by === "criterion" && !live.criteria.length ? "no criterion is shown: add some above" : null;
   const where_ = live.criteria.length ? live.criteria.map((text) => `(${text})`).join(" or ") : undefined;
   try {
+    if (refused) throw new Error(refused);
     chart.told = await ask("stats", { of, ...(by ? { by } : {}), ...(by === "criterion" ? { where: live.criteria } : where_ ? { where: where_ } : {}) });
     const { mean, standard_deviation: sd, values, unit } = chart.told;
     byId("histogram-said").className = "";

@@ -119,10 +119,34 @@ byId("trace").addEventListener("submit", (event) => {
 byId("trace-pause").addEventListener("click", () => trace(live.state === "paused" ? "resume" : "pause"));
 byId("trace-stop").addEventListener("click", () => trace("stop"));
 
+/* A question that takes long: which, how far it is, and a way to end it. */
+const LONG = 1000; // milliseconds
+
+function showAsked() {
+  const [id, one] = [...asking.open].find(([, { begun }]) => performance.now() - begun >= LONG) || [];
+  const box = byId("asked"), bar = box.querySelector("progress");
+  box.hidden = !id;
+  if (!id) return;
+  box.dataset.id = id;
+  box.querySelector("span").textContent = one.command;
+  if (one.progress === null) bar.removeAttribute("value");
+  else bar.value = one.progress;
+}
+asking.told = () => {
+  showAsked();
+  if (asking.open.size) setTimeout(showAsked, LONG + 10);
+};
+byId("asked").querySelector("button").addEventListener("click", () =>
+  ask("cancel", { of: byId("asked").dataset.id }).catch(({ message }) => say(message)));
+
 const events = new EventSource("/events");
 events.addEventListener("message", ({ data: text }) => {
   const told = JSON.parse(text);
   if (told.event === "trace") showTrace(told);
+  if (told.event === "progress" && asking.open.has(told.id)) {
+    asking.open.get(told.id).progress = told.progress;
+    showAsked();
+  }
   if (told.event === "scene" && told.revision !== live.revision) sceneChanged();
 });
 events.addEventListener("error", () => say("The server does not answer; what is shown stays."));

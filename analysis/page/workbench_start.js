@@ -47,7 +47,11 @@ KEYS.unshift(
     byId("histogram-of").focus();
   }]);
 const escape_ = KEYS.find(([name]) => name === "Escape"), escapeBefore = escape_[3];
-escape_[3] = () => dropObject(false) || escapeBefore();
+escape_[3] = () => {
+  if (dropObject(false)) return;
+  if (byId("tip").hidden) escapeBefore();
+  else hideTip();
+};
 byId("help").append(element("p", { textContent: "Editors by CodeMirror 5 (MIT licence), charts by d3 3.5 (BSD licence); the texts are in /library.js." }));
 listKeys([["Ctrl+Z, Ctrl+Shift+Z", "edits of the scene undone, and done again"], ["Ctrl+S", "save the scene"]]);
 
@@ -61,8 +65,8 @@ document.addEventListener("keydown", (event) => {
   call();
 }, true);
 
-TESTS.push(...((await ask("names")).words || []).filter((word) => !TESTS.includes(word)));
-showScene(await ask("scene"));
-showTrace((await ask("status")).trace);
+TESTS.push(...firstNames.words.filter((word) => !TESTS.includes(word)));
+showScene(firstScene);
+showTrace(firstStatus.trace);
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });
 document.documentElement.dataset.workbench = "yes";

@@ -9,6 +9,9 @@
 #include "analysis/detector/detector_image.h"
 #include "analysis/detector/lux_table.h"
 #include "analysis/detector/spot.h"
+#include "analysis/paths/path_text.h"
+#include "base/alloc.h"
+#include "io/file/publish.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/detector_out.h"
 #include "mpi/answer/detector_request.h"
@@ -109,6 +112,30 @@ static void tell_sparse(const struct rmap_context *context,
                 answer->crowd);
 }
 
+/* What is registered in the image's part of the detector, as a criterion, beside that part. Of one
+ * that is turned, or over directions on a plane, there is none. */
+static enum rmap_status put_criterion(const struct rmap_detector_image *image, json_t *document,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_detector_bins *bins = &image->bins;
+    const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
+    json_t *region = json_object_get(document, "region");
+    char *name = NULL, *text = NULL;
+    if (!region || bins->rotate_rad != 0.0 ||
+        bins->directions != (image->detector->type == RMAP_DETECTOR_INTENSITY))
+        return RMAP_OK;
+    RMAP_TRY(rmap_path_quote(image->detector->name, &name, err));
+    text = rmap_path_format("registered(%s, rect(%.12g, %.12g, %.12g, %.12g))", name,
+                            bins->low[0] * unit, bins->low[1] * unit, bins->high[0] * unit,
+                            bins->high[1] * unit);
+    (void)json_object_set_new(region, "criterion", json_string(text ? text : ""));
+out:
+    rmap_free(name);
+    rmap_free(text);
+    return st;
+}
+
 static enum rmap_status show(const struct rmap_context *context,
                              const struct rmap_detector_request *request,
                              const struct rmap_map *map, const struct answer *answer,
@@ -127,6 +154,7 @@ static enum rmap_status show(const struct rmap_context *context,
                                  request->plot_path, err));
     if (context->json) {
         json_t *document = rmap_detector_image_json(image, request->where);
+        RMAP_TRY(put_criterion(image, document, err));
         if (document && answer->spot)
             rmap_spot_json(answer->spot, document);
         if (document && request->table)

@@ -89,6 +89,8 @@ for criterion, n in (("rect(10.35, 0.15, 10.65, 0.45, world)", 2000), ("ellipse(
     check(place["rays"]["matched"] == n, f"{criterion}: {place['rays']}")
 part = json.loads(run("detector", "wall.raymap", "d", "--frame", "world", "--region", "10.35,0.15,10.5,0.45", "--json"))
 check(900 < part["registrations"] < 1100 and 10.35 < part["peak"]["x"] < 10.5, f"{part['registrations']} {part['peak']}")
+place = json.loads(run("query", "wall.raymap", part["region"]["criterion"], "--json"))
+check(place["rays"]["matched"] == part["registrations"], f"{part['region']}: {place['rays']}")
 run("detector", "wall.raymap", "d", "--frame", "world", "--rotate", "20", "--region", "10,0,11,1", status=2)
 
 run("detector", "wall.raymap", "d", "--over", "direction", "--plot", "polar.svg")

@@ -68,7 +68,14 @@ def check_answers():
         assert len(lens.sample("registered(sensor)", 3)) == 3
         assert lens.draw(limit=5)["text"].startswith("<?xml")
         assert lens.draw(limit=5, format="png")["base64"].startswith("iVBOR")
-        assert "sensor" in lens.names()["detectors"] and "hit" in lens.names()["words"]
+        names = lens.names()
+        assert "sensor" in names["detectors"] and "hit" in names["words"]
+        assert {"path_length", "angle", "photon_energy"} < set(names["values"]) and len(names["events"]) == 13, names
+        part = lens.detector("sensor", region="-18,-3,4,5.5")
+        assert part["region"]["criterion"] == "registered(sensor, rect(-18, -3, 4, 5.5))", part["region"]
+        matched = lens.query(part["region"]["criterion"])["rays"]["matched"]
+        assert 0.97 * part["registrations"] <= matched <= part["registrations"] and matched > 20, (part, matched)
+        assert "criterion" not in lens.detector("sensor", region="-18,-3,4,5.5", rotate=20)["region"]
         assert lens.check()["errors"] == 0
         wrong = refused(lens.query, "hot(lens)", status=3)
         assert wrong.details["column"] == 1 and "did you mean" in str(wrong)

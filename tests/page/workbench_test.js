@@ -126,6 +126,10 @@ async function clicksCriteria(page) {
   await page.evaluate(() => raymap.clickBody(0));
   await page.locator("#tip button", { hasText: "reflect" }).click();
   check((await shown("a body")) === "hit(lens.1, reflect)", "a body is clicked");
+  await page.evaluate(() => raymap.clickBody(0));
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("Escape");
+  check(await page.locator("#tip").isHidden(), "Esc takes the body's buttons away");
   await page.locator("#steps-box summary").first().click();
   for (const [letter, at] of [["T", "lens.1"], ["T", "lens.2"]]) {
     await page.locator("#letters button", { hasText: new RegExp(`^${letter}$`) }).click();
@@ -139,6 +143,59 @@ async function clicksCriteria(page) {
   await page.locator("#tree ul button").first().click();
   check(/^source\(lamp\) and path\("/.test(await shown("the tree of events")), "the tree of events");
   await picture(page, "events.png");
+}
+
+/* What is not right is said where it was written, and spoils nothing of what is shown. */
+async function refusesNonsense(page) {
+  for (const wrong of ["1e9", "0", "many"]) {
+    await page.fill("#ray-limit", wrong);
+    await page.keyboard.press("Tab");
+    check((await page.inputValue("#ray-limit")) === "400", `no ${wrong} rays are drawn`);
+    check((await page.textContent("#note")).includes(wrong), `${wrong} is refused: ${await page.textContent("#note")}`);
+  }
+  const criterion = editor(page, "#criterion");
+  const counted_ = { rays: { matched: 1, total: 1 }, flux: { matched: 1, standard_error: 0, unit: "W" } };
+  await page.route("**/api", (route) => {
+    const { id, command } = route.request().postDataJSON();
+    return command === "query" ? route.fulfill({ json: { id, ok: true, result: counted_ } }) : route.continue();
+  });
+  for (let k = 1; k <= 32; k++) {
+    await criterion.set(`ray < ${k}`);
+    await page.click("#criterion-add");
+    await until(page, `criterion ${k}`, (n) => raymap.live().criteria.length === Math.min(n, 31) && (n < 32 || /is the most/.test(document.getElementById("criterion-said").textContent)), k);
+  }
+  await page.unroute("**/api");
+  await page.click("#criterion-clear");
+  await until(page, "cleared", () => document.querySelectorAll("#where li").length === 0 && raymap.live().criteria.length === 0);
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("h");
+  await page.selectOption("#histogram-by", "criterion");
+  await page.click("#histogram button");
+  await until(page, "no criterion to draw by", () => /no criterion is shown/.test(document.getElementById("histogram-said").textContent));
+  await page.selectOption("#histogram-by", "");
+  const words = await page.locator("#numbers option").evaluateAll((all) => all.map((one) => one.value));
+  check(words.includes("photon_energy") && words.includes("x(sensor)"), `numbers are offered: ${words}`);
+}
+
+/* A question that takes long is told, with how far it is, and can be cancelled. */
+async function cancels(page) {
+  let asked = null, cancelled = null;
+  await page.route("**/api", async (route) => {
+    const words = route.request().postDataJSON();
+    if (words.command === "paths") asked = words.id;
+    if (words.command === "cancel") cancelled = words.of;
+    for (let k = 0; words.command === "paths" && k < 100 && cancelled === null; k++) await new Promise((done) => setTimeout(done, 100));
+    await route.continue();
+  });
+  await page.locator("#steps-box").evaluate((box) => (box.open = false));
+  await page.locator("#steps-box").evaluate((box) => (box.open = true));
+  await page.waitForSelector("#asked:not([hidden])");
+  check((await page.textContent("#asked span")) === "paths", "the question that takes long is told");
+  await picture(page, "asked.png");
+  await page.click("#asked button");
+  await page.waitForSelector("#asked", { state: "hidden" });
+  check(asked !== null && cancelled === asked && !/^\d+$/.test(asked), `cancelled: ${asked}, ${cancelled}`);
+  await page.unroute("**/api");
 }
 
 async function drawsHistograms(page) {
@@ -169,6 +226,11 @@ async function edits(page) {
   const line = before.split("\n").findIndex((one) => one.includes("geometry: wall")) + 1;
   check((await page.textContent("#text-mistakes")).startsWith(`${line}:`), `mistake of line ${line}: ${await page.textContent("#text-mistakes")}`);
   await picture(page, "text.png");
+  await text.set("");
+  await page.click("#text-apply");
+  await until(page, "an empty text is refused, without a place", () => /^the text is empty/.test(document.getElementById("text-mistakes").textContent));
+  await page.click("#text-revert");
+  await until(page, "nothing is wrong with the text before", () => document.getElementById("note").hidden && !document.querySelector("#text-mistakes button"));
   await text.set(before.replace("reflectance: 0.5", "reflectance: 0.25"));
   await page.click("#text-apply");
   await until(page, "the edit", () => !document.getElementById("edit-undo").disabled);
@@ -187,16 +249,47 @@ async function edits(page) {
   check(file() === onDisk, "the file does not yet");
   await picture(page, "moved.png");
   await page.keyboard.press("Escape");
+  await text.set(moved + "objects: 5\n");
   await page.locator("#canvas").focus();
   await page.keyboard.press("Control+s");
+  await until(page, "a wrong text is told", () => document.querySelector("#text-mistakes button") && !document.getElementById("note").hidden);
+  check(file() === onDisk, "a wrong text is not saved");
+  const last = moved.replace("reflectance: 0.25", "reflectance: 0.125");
+  await text.set(last);
+  await page.keyboard.press("Control+s");
   await until(page, "saved", () => document.getElementById("edit-save").disabled);
-  check(file() === moved, "now it does");
+  check(file() === last, "what is saved is what stands in the editor");
+  await page.click("#edit-undo");
+  await until(page, "the last undone", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() === old, moved);
   await page.keyboard.press("Control+z");
   await page.waitForFunction(() => !document.getElementById("edit-redo").disabled);
   await page.click("#edit-undo");
   await until(page, "both undone", () => document.getElementById("edit-undo").disabled);
   check((await text.get()) === before, "undone to the first text");
   await until(page, "traced as at first", (n) => raymap.live().traced === n && raymap.live().state === "done", RAYS);
+}
+
+/* What one browser changes the other shows; a text that was begun before says that it would take that back. */
+async function isShared(page, browser) {
+  const other = await open(browser, address, { viewport: { width: 700, height: 700 }, colorScheme: "dark" });
+  await other.waitForSelector("html[data-workbench]");
+  check((await other.evaluate(() => document.documentElement.scrollWidth)) <= 700, "a narrow window needs no scrolling aside");
+  await until(other, "the other has the rays", (n) => raymap.live().traced === n, RAYS);
+  const text = editor(page, "#text"), before = await text.get();
+  await text.set(before + "# of mine\n");
+  await other.locator('[aria-label="move screen"]').click();
+  await other.locator("#move-fields input").nth(2).fill("1.5");
+  await other.click("#move-fields button");
+  await until(page, "both changed", () => /so was the scene/.test(document.getElementById("text-state").textContent));
+  await picture(other, "narrow.png");
+  await page.click("#tab-text");
+  await page.click("#text-revert");
+  await until(page, "the other's move", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() !== old, before);
+  await page.click("#edit-undo");
+  await until(other, "undone for both", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() === old, before);
+  await until(page, "traced again", (n) => raymap.live().traced === n && raymap.live().state === "done", RAYS);
+  await page.click("#tab-tree");
+  await other.context().close();
 }
 
 /* An object is dragged in the view along x, its text follows. */
@@ -239,9 +332,9 @@ async function isKept(page) {
   check(order[0] === "trace-start" && order.includes("scheme"), `Tab goes on: ${order.join(" ")}`);
 }
 
-async function timed(part, page) {
+async function timed(part, page, browser) {
   const begin = Date.now();
-  await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
+  await part(page, browser).catch((error) => check(false, `${part.name}: ${error.message}`));
   console.log(`${part.name}: ${((Date.now() - begin) / 1000).toFixed(1)} s`);
 }
 
@@ -250,8 +343,8 @@ async function main() {
   try {
     const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
-    for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, drawsHistograms, edits, dragsObjects, isKept])
-      await timed(part, page);
+    for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, isKept])
+      await timed(part, page, browser);
     await page.click("#scheme");
     await settle(page);
     await picture(page, "dark.png");
