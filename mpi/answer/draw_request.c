@@ -231,8 +231,8 @@ out:
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                         struct rmap_draw_request *request, struct rmap_error *err)
 {
-    static const char *const suffixes[] = {".svg", ".png", ".html", ".json",
-                                           ".vtp", ".glb", ".gltf", NULL};
+    static const char *const suffixes[] = {".json", ".svg", ".png",  ".html",
+                                           ".vtp",  ".glb", ".gltf", NULL};
     enum rmap_status st = RMAP_OK;
     *request = (struct rmap_draw_request){.map_path = given->operand[0],
                                           .output_path = rmap_argument(given, "output"),
