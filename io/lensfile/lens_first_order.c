@@ -60,7 +60,10 @@ static double pupil_diameter(const struct rmap_lens_plan *plan, double parallel,
     case RMAP_PUPIL_DIAMETER:
         diameter = value;
         break;
-    case RMAP_PUPIL_F_NUMBER: /* of a near object: at the image */
+    case RMAP_PUPIL_F_NUMBER:
+        diameter = fabs(o->focal_length) / value;
+        break;
+    case RMAP_PUPIL_WORKING_F_NUMBER:
         diameter = isfinite(o->object) && o->magnification != 0
                        ? 2 * to_pupil * fabs(o->magnification) / (2 * value)
                        : fabs(o->focal_length) / value;

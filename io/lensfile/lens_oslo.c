@@ -123,7 +123,7 @@ static bool read_of_lens(struct oslo *o, const char *key, char **word, size_t n)
                rmap_lens_is(key, "FNB")) {
         lens->pupil = rmap_lens_is(key, "NAO")  ? RMAP_PUPIL_OBJECT_NA
                       : rmap_lens_is(key, "NA") ? RMAP_PUPIL_IMAGE_NA
-                                                : RMAP_PUPIL_F_NUMBER;
+                                                : RMAP_PUPIL_WORKING_F_NUMBER;
         lens->pupil_value = fabs(value);
     } else if (rmap_lens_is(key, "ANG")) {
         o->angle = value;

@@ -340,7 +340,7 @@ static bool read_of_lens(struct seq *s, const char *key, char **word, size_t n)
         const char *key;
         enum rmap_lens_pupil pupil;
     } pupils[] = {{"EPD", RMAP_PUPIL_DIAMETER},
-                  {"FNO", RMAP_PUPIL_F_NUMBER},
+                  {"FNO", RMAP_PUPIL_WORKING_F_NUMBER},
                   {"NAO", RMAP_PUPIL_OBJECT_NA},
                   {"NA", RMAP_PUPIL_IMAGE_NA}};
     struct rmap_prescription *lens = s->lens;

@@ -260,6 +260,13 @@ static void read_pupil(struct zmx *z, const char *key, char *const *word, size_t
         if (strcmp(key, pupils[i].key) == 0)
             z->lens->pupil = pupils[i].pupil;
     z->lens->pupil_value = fabs(rmap_lens_value(word, n, 1, 0));
+    if (rmap_lens_value(word, n, 2, 0) != 1)
+        return;
+    /* With a 1 behind it, FNUM is the paraxial working F/#, and OBNA the object's cone angle. */
+    if (z->lens->pupil == RMAP_PUPIL_F_NUMBER)
+        z->lens->pupil = RMAP_PUPIL_WORKING_F_NUMBER;
+    else if (z->lens->pupil == RMAP_PUPIL_OBJECT_NA)
+        z->lens->pupil_value = sin(z->lens->pupil_value * RMAP_PI / 180);
 }
 
 static bool read_of_lens(struct zmx *z, const char *key, char *const *word, size_t n)

@@ -95,7 +95,8 @@ struct rmap_lens_surface {
 enum rmap_lens_pupil {
     RMAP_PUPIL_STOP, /* as large as the stop's semi-diameter says */
     RMAP_PUPIL_DIAMETER,
-    RMAP_PUPIL_F_NUMBER,
+    RMAP_PUPIL_F_NUMBER,         /* focal length by diameter */
+    RMAP_PUPIL_WORKING_F_NUMBER, /* of the light that comes to the image */
     RMAP_PUPIL_OBJECT_NA,
     RMAP_PUPIL_IMAGE_NA
 };

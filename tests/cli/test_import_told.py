@@ -247,8 +247,25 @@ def check_rules():
         check(any("fits no face: 'p1' has the faces 0 to" in line for line in lines), f"{faces}: {lines}")
 
 
+def check_f_numbers():
+    """Of a near object the F/# of parallel light (0) and the working one at the image (1) are two; OBNA may be an angle."""
+    lens = ZMX.replace("FTYP 0", "FTYP 1").replace("DISZ INFINITY", "DISZ 100")
+
+    def pupil(words):
+        return json.loads(run("import", write("near.zmx", lens.replace("ENPD 10", words)), "-o", "here/near", "--force", "--json"))
+
+    parallel, working = pupil("FNUM 4 0"), pupil("FNUM 4 1")
+    check(abs(parallel["f_number"] - 4) < 1e-9, f"F/4 of parallel light: {parallel}")
+    magnified = working["entrance_pupil_diameter"] / parallel["entrance_pupil_diameter"]
+    check(1.2 < magnified < 10, f"F/4 at the image: {magnified}")
+    by_angle, by_aperture = pupil("OBNA 3 1"), pupil(f"OBNA {math.sin(math.radians(3))!r} 0")
+    for one in (by_angle, by_aperture):
+        check(abs(one["entrance_pupil_diameter"] - 200 * math.tan(math.radians(3))) < 1e-6, f"3 degrees of the object: {one}")
+
+
 check_numbers()
 check_words()
+check_f_numbers()
 check_eye()
 check_folders()
 check_direction()
