@@ -83,7 +83,7 @@ def files_of(folder):
 
 def try_one(name, what):
     shutil.rmtree("scene", ignore_errors=True)
-    for words, folder in ((["import", name, "-o", "scene", "--quiet"], None), (["update", "kept", name, "--quiet"], "kept")):
+    for words, folder in ((["import", name, "-o", "scene", "--quiet"], None), (["update", "kept", name, "--force", "--quiet"], "kept")):
         before, start = files_of(folder) if folder else None, time.time()
         try:
             done = subprocess.run([os.environ["RAYMAP"], *words], text=True, capture_output=True, check=False, timeout=SECONDS, errors="replace")
