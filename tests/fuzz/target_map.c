@@ -25,7 +25,7 @@
 #include "target.h"
 #include "tests/format/map_fixture.h"
 
-const unsigned rmap_fuzz_rounds = 80;
+const unsigned rmap_fuzz_rounds = 60;
 
 enum { BLOCK = 40, N_BLOCK = 2, OP = 16, N_IMAGE = 2 * RMAP_ENCODING_COUNT };
 _Static_assert(N_IMAGE == 4, "two bits choose");
