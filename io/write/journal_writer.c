@@ -13,6 +13,7 @@
 
 #include "base/alloc.h"
 #include "io/file/file_lock.h"
+#include "io/file/write_all.h"
 #include "io/map/journal_format.h"
 
 /* Payload of one record at most, so that its size fits 32 bits whatever is added. */
@@ -140,16 +141,9 @@ out:
 static enum rmap_status write_all(struct rmap_journal_writer *self, const uint8_t *from,
                                   size_t nbytes, struct rmap_error *err)
 {
-    while (nbytes > 0) {
-        ssize_t put = write(self->fd, from, nbytes);
-        if (put < 0 && errno == EINTR)
-            continue;
-        if (put < 0)
-            return rmap_error_set(err, RMAP_SYSTEM, "%s: writing: %s", self->path, strerror(errno));
-        from += put;
-        nbytes -= (size_t)put;
-    }
-    return RMAP_OK;
+    return rmap_write_all(self->fd, from, nbytes)
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_SYSTEM, "%s: writing: %s", self->path, strerror(errno));
 }
 
 enum rmap_status rmap_journal_commit(struct rmap_journal_writer *self,

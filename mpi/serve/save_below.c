@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base/alloc.h"
+#include "io/file/write_all.h"
 
 enum { PART_LEN = 256 };
 
@@ -80,21 +80,6 @@ static enum rmap_status check_last(int at, const char *path, const char *last, b
                  : rmap_error_set(err, RMAP_USAGE, "%s exists; 'force': true replaces it", path);
 }
 
-static bool write_all(int file, const char *text)
-{
-    size_t n = strlen(text);
-    while (n > 0) {
-        const ssize_t written = write(file, text, n);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return false;
-        text += written;
-        n -= (size_t)written;
-    }
-    return true;
-}
-
 enum rmap_status rmap_save_below(const char *folder, const char *path, const char *text, bool force,
                                  struct rmap_error *err)
 {
@@ -108,7 +93,7 @@ enum rmap_status rmap_save_below(const char *folder, const char *path, const cha
     (void)snprintf(temporary, sizeof temporary, ".raymap-save.%ld.part", (long)getpid());
     (void)unlinkat(at, temporary, 0);
     file = openat(at, temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-    bool done = file >= 0 && write_all(file, text) && fsync(file) == 0 &&
+    bool done = file >= 0 && rmap_write_all(file, text, strlen(text)) && fsync(file) == 0 &&
                 (mode == 0 || fchmod(file, mode) == 0);
     int code = errno;
     if (file >= 0 && close(file) != 0 && done) {

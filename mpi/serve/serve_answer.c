@@ -8,7 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "io/map/map_held.h"
@@ -18,22 +17,21 @@
 #include "mpi/serve/serve_render.h"
 #include "mpi/serve/serve_scene.h"
 #include "mpi/serve/serve_trace.h"
-#include "portion/event.h"
 
 typedef enum rmap_status answer(struct rmap_serve *self, const json_t *message, json_t **result,
                                 struct rmap_error *err);
 
-static answer answer_status, answer_quit, answer_check, answer_names;
+static answer answer_status, answer_quit, answer_check;
 
 /* On every rank, to do or to refuse the same. */
 static const struct {
     const char *name;
     answer *answer;
 } own[] = {
-    {"status", answer_status}, {"quit", answer_quit},       {"check", answer_check},
-    {"load", rmap_serve_load}, {"edit", rmap_serve_edit},   {"undo", rmap_serve_undo},
-    {"redo", rmap_serve_redo}, {"save", rmap_serve_save},   {"scene", rmap_serve_scene},
-    {"names", answer_names},   {"trace", rmap_serve_trace}, {"render", rmap_serve_render},
+    {"status", answer_status},   {"quit", answer_quit},       {"check", answer_check},
+    {"load", rmap_serve_load},   {"edit", rmap_serve_edit},   {"undo", rmap_serve_undo},
+    {"redo", rmap_serve_redo},   {"save", rmap_serve_save},   {"scene", rmap_serve_scene},
+    {"names", rmap_serve_names}, {"trace", rmap_serve_trace}, {"render", rmap_serve_render},
 };
 
 enum { N_OWN = sizeof own / sizeof *own, WORDS_MAX = 64 };
@@ -63,21 +61,6 @@ static enum rmap_status answer_quit(struct rmap_serve *self, const json_t *messa
     self->quit = true;
     *result = json_object();
     return RMAP_OK;
-}
-
-/* Those of the scene, and what `stats` and criteria know by themselves. */
-static enum rmap_status answer_names(struct rmap_serve *self, const json_t *message,
-                                     json_t **result, struct rmap_error *err)
-{
-    const enum rmap_status st = rmap_serve_names(self, message, result, err);
-    json_t *values = json_array(), *events = json_array();
-    for (int place = 1; rmap_stats_word(place); place++)
-        (void)json_array_append_new(values, json_string(rmap_stats_word(place)));
-    for (uint32_t bit = 1; rmap_event_word(bit); bit <<= 1)
-        (void)json_array_append_new(events, json_string(rmap_event_word(bit)));
-    (void)json_object_set_new(*result, "values", values);
-    (void)json_object_set_new(*result, "events", events);
-    return st;
 }
 
 /* Of the scene's text, or of another. A wrong one is no failure of the request. */

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/file/write_all.h"
 #include "mpi/serve/serve_message.h"
 
 enum { LOOK_MS = 200, READ_NBYTES = 1 << 16, BACKLOG = 64, SLOW_S = 60 };
@@ -102,25 +103,11 @@ static void *read_lines(void *context)
     return NULL;
 }
 
-static bool write_all(int out, const char *text, size_t n)
-{
-    while (n > 0) {
-        const ssize_t written = write(out, text, n);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return false;
-        text += written;
-        n -= (size_t)written;
-    }
-    return true;
-}
-
 static bool write_line(const struct connection *self, char *text)
 {
     const size_t n = strlen(text);
     text[n] = '\n'; /* in place of its zero */
-    return write_all(self->out, text, n + 1);
+    return rmap_write_all(self->out, text, n + 1);
 }
 
 /* After the end of the input an event more is no reason to stay. */

@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_word.h"
 #include "analysis/query/map_light.h"
 #include "base/alloc.h"
+#include "io/map/map_content.h"
 #include "io/map/map_held.h"
 #include "io/mesh/bundle_pack.h"
 #include "io/scene/scene_text.h"
@@ -19,8 +20,8 @@
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/serve/save_below.h"
-#include "mpi/serve/serve_trace.h"
 #include "mpi/session/session_words.h"
+#include "portion/event.h"
 
 enum { UNDO_MAX = 1000 };
 
@@ -32,18 +33,40 @@ static bool is_scene_name(const char *path)
 /* Nothing is taken over from what was before. */
 static void forget_last(struct rmap_serve *self)
 {
+    rmap_reuse_fini(&self->reuse);
     rmap_accel_destroy(self->last_accel);
     rmap_map_close(self->last);
     self->last_accel = NULL;
     self->last = NULL;
 }
 
+static uint64_t n_ray_of(const struct rmap_map *map)
+{
+    return map ? rmap_map_contents(map)->n_row[RMAP_TABLE_RAY] : 0;
+}
+
+/* The map and its structure step aside for another; they are kept where they have more to give to
+ * its rays than those of before. */
+static void put_map(struct rmap_serve *self, struct rmap_map *map)
+{
+    const bool gives = self->map && rmap_map_is_held(self->map) && n_ray_of(self->map) > 0 &&
+                       n_ray_of(self->map) >= n_ray_of(self->last);
+    if (self->accel) {
+        rmap_accel_destroy(self->last_accel);
+        self->last_accel = self->accel;
+        self->accel = NULL;
+    }
+    rmap_reuse_fini(&self->reuse);
+    rmap_map_close(gives ? self->last : self->map);
+    if (gives)
+        self->last = self->map;
+    self->map = self->at_hand.map = map;
+}
+
 /* The map is another from now on; NULL: none. */
 static void take_map(struct rmap_serve *self, struct rmap_map *map)
 {
-    rmap_serve_keep_last(self);
-    self->map = map;
-    self->at_hand.map = map;
+    put_map(self, map);
     self->state = RMAP_SERVE_NONE;
     self->revision++;
 }
@@ -88,7 +111,7 @@ static enum rmap_status push_text(struct rmap_serve *self, char *text, struct rm
 }
 
 /* Collective. The scene of at_hand.text, with no rays yet. */
-static enum rmap_status build(struct rmap_serve *self, struct rmap_map **map_ret,
+static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct rmap_map **map_ret,
                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -99,7 +122,7 @@ static enum rmap_status build(struct rmap_serve *self, struct rmap_map **map_ret
     rmap_diagnostics_init(&found, self->at_hand.path);
     RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found, &bundle,
                                   &scene, err));
-    st = rmap_map_hold(self->context.size, self->seed, scene, map_ret, err);
+    st = rmap_map_hold(self->context.size, seed, scene, map_ret, err);
     if (st == RMAP_OK)
         scene = NULL;
     st = rmap_agree(&self->context, st, err);
@@ -109,6 +132,19 @@ out:
     rmap_diagnostics_fini(&found);
     rmap_scene_destroy(scene);
     rmap_bundle_destroy(bundle);
+    return st;
+}
+
+enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    const enum rmap_status st = build(self, seed, &map, err);
+    if (st == RMAP_OK) {
+        put_map(self, map);
+        self->seed = seed;
+    } else {
+        rmap_map_close(map);
+    }
     return st;
 }
 
@@ -181,7 +217,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     self->at_hand.bundle = opened.bundle;
     self->at_hand.text = opened.text;
     if (is_scene)
-        RMAP_TRY(build(self, &opened.map, err));
+        RMAP_TRY(build(self, self->seed, &opened.map, err));
     drop_texts_from(self, 0);
     st = rmap_agree(&self->context, push_text(self, opened.text, err), err);
     RMAP_TRY(st);
@@ -239,7 +275,7 @@ static enum rmap_status change(struct rmap_serve *self, const char *text, struct
     const char *before = self->at_hand.text;
     struct rmap_map *map = NULL;
     self->at_hand.text = text;
-    const enum rmap_status st = build(self, &map, err);
+    const enum rmap_status st = build(self, self->seed, &map, err);
     self->at_hand.text = st == RMAP_OK ? text : before;
     if (st == RMAP_OK)
         take_map(self, map);
@@ -350,12 +386,18 @@ enum rmap_status rmap_serve_scene(struct rmap_serve *self, const json_t *message
 enum rmap_status rmap_serve_names(struct rmap_serve *self, const json_t *message, json_t **result,
                                   struct rmap_error *err)
 {
-    json_t *words = json_array();
+    json_t *words = json_array(), *values = json_array(), *events = json_array();
     (void)message;
     (void)err;
     for (size_t i = 0; rmap_criterion_word(i); i++)
         (void)json_array_append_new(words, json_string(rmap_criterion_word(i)));
+    for (int place = 1; rmap_stats_word(place); place++)
+        (void)json_array_append_new(values, json_string(rmap_stats_word(place)));
+    for (uint32_t bit = 1; rmap_event_word(bit); bit <<= 1)
+        (void)json_array_append_new(events, json_string(rmap_event_word(bit)));
     *result = rmap_session_names_json(rmap_map_scene(self->map));
     (void)json_object_set_new(*result, "words", words);
+    (void)json_object_set_new(*result, "values", values);
+    (void)json_object_set_new(*result, "events", events);
     return RMAP_OK;
 }

@@ -12,6 +12,10 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path,
                                  struct rmap_error *err) RMAP_MUST_USE;
 void rmap_serve_scene_fini(struct rmap_serve *self);
 
+/* Collective. The scene of the text that is now, without rays. */
+enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
 /* Collective; requests. A scene that is wrong is refused with self->details, and all is as it was.
  */
 enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,

@@ -12,6 +12,7 @@
 #include "mpi/command/command.h"
 #include "mpi/parallel/at_hand.h"
 #include "mpi/serve/serve_queue.h"
+#include "mpi/trace/trace_reuse.h"
 
 enum rmap_serve_trace_state {
     RMAP_SERVE_NONE,
@@ -31,6 +32,7 @@ struct rmap_serve {
     /* Of before the last edits: what the scene still has of it is taken over. NULL: none. */
     struct rmap_map *last; /* with rays */
     struct rmap_accel *last_accel;
+    struct rmap_reuse reuse; /* of `last`, while a trace goes on */
     int isa_level;
 
     char **text; /* [n_text] of the scene, oldest first; `now` is its number */

@@ -7,44 +7,20 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "analysis/query/map_light.h"
+#include "io/map/map_content.h"
 #include "io/map/map_held.h"
-#include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
+#include "mpi/serve/serve_scene.h"
 #include "mpi/trace/trace_held.h"
 
 static const double slice_s = 0.15; /* what a question waits for at most, about */
 
 static const char *const state_name[] = {"none", "running", "paused", "done", "stopped", "failed"};
 
-static uint64_t rays_of(const struct rmap_map *map)
-{
-    struct rmap_map_summary summary;
-    if (!map)
-        return 0;
-    rmap_map_summarise(map, &summary);
-    return summary.n_row[RMAP_TABLE_RAY];
-}
-
 static uint64_t n_traced(const struct rmap_serve *self)
 {
-    return rays_of(self->map);
-}
-
-void rmap_serve_keep_last(struct rmap_serve *self)
-{
-    const bool gives = self->map && rmap_map_is_held(self->map) && rays_of(self->map) > 0 &&
-                       rays_of(self->map) >= rays_of(self->last);
-    if (self->accel) {
-        rmap_accel_destroy(self->last_accel);
-        self->last_accel = self->accel;
-        self->accel = NULL;
-    }
-    rmap_map_close(gives ? self->last : self->map);
-    if (gives)
-        self->last = self->map;
-    self->map = self->at_hand.map = NULL;
+    return rmap_map_contents(self->map)->n_row[RMAP_TABLE_RAY];
 }
 
 json_t *rmap_serve_trace_json(const struct rmap_serve *self)
@@ -71,30 +47,16 @@ static void tell(struct rmap_serve *self)
     rmap_serve_event(self->queue, event);
 }
 
-/* Collective. The scene once more, without rays. */
-static enum rmap_status renew(struct rmap_serve *self, uint64_t seed, struct rmap_error *err)
+/* What of the rays before the last edits the scene has, too. */
+static enum rmap_status look_back(struct rmap_serve *self, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_scene_options options = {.read_map = rmap_map_light_read};
-    struct rmap_diagnostics found;
-    struct rmap_bundle *bundle = NULL;
-    struct rmap_scene *scene = NULL;
-    struct rmap_map *map = NULL;
-    rmap_diagnostics_init(&found, self->at_hand.path);
-    RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found, &bundle,
-                                  &scene, err));
-    st = rmap_map_hold(self->context.size, seed, scene, &map, err);
-    if (st == RMAP_OK)
-        scene = NULL;
-    RMAP_TRY(rmap_agree(&self->context, st, err));
-    rmap_serve_keep_last(self);
-    self->map = self->at_hand.map = map;
-    self->seed = seed;
-out:
-    rmap_diagnostics_fini(&found);
-    rmap_scene_destroy(scene);
-    rmap_bundle_destroy(bundle);
-    return st;
+    struct rmap_map_summary last;
+    if (!self->last)
+        return RMAP_OK;
+    rmap_map_summarise(self->last, &last);
+    return last.seed == self->seed
+               ? rmap_reuse_init(&self->reuse, self->last, 0, rmap_map_scene(self->map), err)
+               : RMAP_OK;
 }
 
 /* Collective. */
@@ -110,7 +72,7 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
     if (rmap_map_scene(self->map)->n_source == 0)
         return rmap_error_set(err, RMAP_INPUT, "the scene has no sources");
     if (!rmap_map_is_held(self->map) || n_traced(self) > 0 || now != self->seed)
-        RMAP_TRY(renew(self, now, err));
+        RMAP_TRY(rmap_serve_anew(self, now, err));
     if (!self->accel) {
         const struct rmap_scene *scene = rmap_map_scene(self->map);
         st = self->last_accel ? rmap_accel_create_like(self->last_accel, scene, &self->accel, err)
@@ -118,6 +80,8 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
                                                       self->isa_level, &self->accel, err);
         RMAP_TRY(rmap_agree(&self->context, st, err));
     }
+    rmap_reuse_fini(&self->reuse);
+    RMAP_TRY(rmap_agree(&self->context, look_back(self, err), err));
     self->n_ray = (uint64_t)wanted;
     self->state = RMAP_SERVE_RUNNING;
     self->pace = self->seconds = 0.0;
@@ -192,13 +156,9 @@ enum rmap_status rmap_serve_trace_slice(struct rmap_serve *self, struct rmap_err
     const uint64_t before = n_traced(self);
     const double begun = rmap_clock_seconds();
     uint64_t end = 0, reused = 0;
-    struct rmap_map_summary last = {.seed = 0};
-    if (self->last)
-        rmap_map_summarise(self->last, &last);
     RMAP_TRY(next_end(self, &end, err));
     const enum rmap_status traced = rmap_trace_held_more(
-        &self->context, self->accel, self->last && last.seed == self->seed ? self->last : NULL, end,
-        self->map, &self->seconds, &reused, &why);
+        &self->context, self->accel, &self->reuse, end, self->map, &self->seconds, &reused, &why);
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &reused, 1, MPI_UINT64_T, MPI_SUM, self->context.comm)));
     self->n_reused += reused;

@@ -18,10 +18,6 @@ enum rmap_status rmap_serve_trace_slice(struct rmap_serve *self,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* {"state", "rays", "of", "seed", "seconds"} */
-/* The map and its structure step aside for those of another version of the scene, and are kept
- * where they have more to give than those of before. */
-void rmap_serve_keep_last(struct rmap_serve *self);
-
 json_t *rmap_serve_trace_json(const struct rmap_serve *self);
 
 #endif

@@ -140,11 +140,9 @@ enum rmap_status rmap_trace_from_decide(const struct rmap_context *context,
     else if (seed != from->summary.seed)
         (void)snprintf(from->all, sizeof from->all, "they were traced with another seed");
     else
-        st = rmap_touch_init(&from->touch, rmap_map_scene_of(from->map, (size_t)space), scene, err);
-    if (st == RMAP_OK && from->touch.change.all[0])
-        (void)snprintf(from->all, sizeof from->all, "%s", from->touch.change.all);
-    if (st == RMAP_OK && !from->all[0])
-        st = rmap_reuse_init(&from->reuse, from->map, space, &from->touch, err);
+        st = rmap_reuse_init(&from->reuse, from->map, space, scene, err);
+    if (st == RMAP_OK && from->reuse.touch.change.all[0])
+        (void)snprintf(from->all, sizeof from->all, "%s", from->reuse.touch.change.all);
     RMAP_TRY(rmap_agree(context, st, err));
     if (context->rank == 0 && !from->all[0])
         st = look(from, err);
@@ -159,7 +157,6 @@ out:
 void rmap_trace_from_fini(struct rmap_trace_from *from)
 {
     rmap_reuse_fini(&from->reuse);
-    rmap_touch_fini(&from->touch);
     rmap_map_close(from->map);
     *from = (struct rmap_trace_from){.map = NULL};
 }

@@ -13,7 +13,6 @@ struct rmap_trace_from {
     struct rmap_map *map; /* NULL: there is none */
     struct rmap_map_summary summary;
     char digest[33];
-    struct rmap_touch touch;
     struct rmap_reuse reuse;
     bool in_use;   /* rays are taken over */
     char all[256]; /* else why all are traced anew; "": not known yet */

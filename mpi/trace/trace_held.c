@@ -25,11 +25,9 @@ struct tracing {
     uint64_t end;    /* of the rays */
     size_t n_before; /* portions that are there */
     struct rmap_held held;
-    struct rmap_tally **tally; /* [n_thread] */
-    _Atomic size_t nbytes;     /* of all portions so far */
-    struct rmap_touch touch;
-    struct rmap_reuse reuse;           /* of the older map; n 0: nothing of it */
-    struct rmap_reuse_reader **reader; /* [n_thread], or NULL */
+    struct rmap_tally **tally;         /* [n_thread] */
+    _Atomic size_t nbytes;             /* of all portions so far */
+    struct rmap_reuse_reader **reader; /* [n_thread] of an older map, or NULL */
     _Atomic uint64_t n_reused;
 };
 
@@ -122,32 +120,17 @@ out:
     return st;
 }
 
-/* What of the older map the scene has, too. */
-static enum rmap_status look_back(struct tracing *self, const struct rmap_map *from,
-                                  struct rmap_error *err)
+static enum rmap_status create_readers(struct tracing *self, const struct rmap_reuse *reuse,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_thread = (size_t)self->context->n_thread;
-    RMAP_TRY(rmap_touch_init(&self->touch, rmap_map_scene(from), self->tracer.scene, err));
-    if (self->touch.change.all[0])
-        goto out;
-    RMAP_TRY(rmap_reuse_init(&self->reuse, from, 0, &self->touch, err));
     self->reader = rmap_alloc(n_thread, sizeof *self->reader);
     if (!self->reader)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu threads", n_thread);
     for (size_t i = 0; i < n_thread && st == RMAP_OK; i++)
-        st = rmap_reuse_reader_create(&self->reuse, &self->reader[i], err);
-out:
+        st = rmap_reuse_reader_create(reuse, &self->reader[i], err);
     return st;
-}
-
-static void forget(struct tracing *self)
-{
-    for (int i = 0; self->reader && i < self->context->n_thread; i++)
-        rmap_reuse_reader_destroy(self->reader[i]);
-    rmap_free(self->reader);
-    rmap_reuse_fini(&self->reuse);
-    rmap_touch_fini(&self->touch);
 }
 
 /* Collective. All ranks get the sums and the portions' rows. */
@@ -167,8 +150,9 @@ out:
 }
 
 enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
-                                      const struct rmap_accel *accel, const struct rmap_map *from,
-                                      uint64_t end, struct rmap_map *map, double *seconds_ret,
+                                      const struct rmap_accel *accel,
+                                      const struct rmap_reuse *reuse, uint64_t end,
+                                      struct rmap_map *map, double *seconds_ret,
                                       uint64_t *reused_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -192,8 +176,8 @@ enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
     RMAP_TRY(rmap_agree(context, st, err));
     const double begun = rmap_clock_seconds();
-    if (from)
-        st = look_back(&self, from, err);
+    if (reuse->n > 0)
+        st = create_readers(&self, reuse, err);
     RMAP_TRY(rmap_agree(context, st, err));
     st = trace_share(&self, err);
     *reused_ret += atomic_load(&self.n_reused);
@@ -203,7 +187,9 @@ enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
         RMAP_TRY(share_rows(&self, err));
     st = rmap_agree(context, rmap_map_hold_more(map, &self.held, self.tally[0], err), err);
 out:
-    forget(&self);
+    for (int i = 0; self.reader && i < context->n_thread; i++)
+        rmap_reuse_reader_destroy(self.reader[i]);
+    rmap_free(self.reader);
     for (int i = 0; self.tally && i < context->n_thread; i++)
         rmap_tally_destroy(self.tally[i]);
     rmap_free(self.tally);
@@ -218,6 +204,7 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
 {
     struct rmap_accel *accel = NULL;
     struct rmap_map *map = NULL;
+    struct rmap_reuse reuse = {.n = 0};
     enum rmap_status st =
         kept && *kept ? rmap_accel_create_like(*kept, *scene, &accel, err)
                       : rmap_accel_create_isa(*scene, context->n_thread, isa_level, &accel, err);
@@ -226,7 +213,11 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
     if (st == RMAP_OK)
         *scene = NULL;
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_trace_held_more(context, accel, from, n_ray, map, seconds_ret, reused_ret, err));
+    if (from)
+        st = rmap_reuse_init(&reuse, from, 0, rmap_map_scene(map), err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(
+        rmap_trace_held_more(context, accel, &reuse, n_ray, map, seconds_ret, reused_ret, err));
     *map_ret = map;
     map = NULL;
     if (kept) {
@@ -235,6 +226,7 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
         accel = NULL;
     }
 out:
+    rmap_reuse_fini(&reuse);
     rmap_map_close(map);
     rmap_accel_destroy(accel);
     return st;

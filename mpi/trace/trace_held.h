@@ -8,6 +8,7 @@
 #include "accel/accel.h"
 #include "io/map/map_held.h"
 #include "mpi/parallel/context.h"
+#include "mpi/trace/trace_reuse.h"
 
 /* What the rays of a rank may take; more is refused. */
 #define RMAP_HELD_NBYTES_MAX ((size_t)2 << 30)
@@ -28,8 +29,9 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
 /* Collective. The same of a map that has whole blocks of its first rays: it grows to rays [0, end).
  * On failure it is as it was, but where memory is short. */
 enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
-                                      const struct rmap_accel *accel, const struct rmap_map *from,
-                                      uint64_t end, struct rmap_map *map, double *seconds_ret,
+                                      const struct rmap_accel *accel,
+                                      const struct rmap_reuse *reuse, uint64_t end,
+                                      struct rmap_map *map, double *seconds_ret,
                                       uint64_t *reused_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -20,11 +20,15 @@ struct rmap_reuse_reader {
 };
 
 enum rmap_status rmap_reuse_init(struct rmap_reuse *reuse, const struct rmap_map *map,
-                                 int32_t space, const struct rmap_touch *touch,
+                                 int32_t space, const struct rmap_scene *scene,
                                  struct rmap_error *err)
 {
     const size_t n = rmap_map_n_portion(map);
-    *reuse = (struct rmap_reuse){.map = map, .touch = touch};
+    *reuse = (struct rmap_reuse){.map = map};
+    const enum rmap_status st =
+        rmap_touch_init(&reuse->touch, rmap_map_scene_of(map, (size_t)space), scene, err);
+    if (st != RMAP_OK || reuse->touch.change.all[0])
+        return st;
     reuse->portion = rmap_alloc(n, sizeof *reuse->portion);
     if (!reuse->portion)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
@@ -38,6 +42,7 @@ enum rmap_status rmap_reuse_init(struct rmap_reuse *reuse, const struct rmap_map
 void rmap_reuse_fini(struct rmap_reuse *reuse)
 {
     rmap_free(reuse->portion);
+    rmap_touch_fini(&reuse->touch);
     *reuse = (struct rmap_reuse){.n = 0};
 }
 
@@ -101,7 +106,7 @@ static enum rmap_status enter(struct rmap_reuse_reader *reader, uint64_t id, str
     RMAP_TRY(RMAP_RESERVE(reader->touched, reader->cap_touched,
                           (size_t)info->n_row[RMAP_TABLE_RAY] + 1, err));
     RMAP_TRY(rmap_cursor_read(reader->cursor, reuse->portion[k], &reader->rows, err));
-    (void)rmap_touch_rays(reuse->touch, reader->rows, reader->touched);
+    (void)rmap_touch_rays(&reuse->touch, reader->rows, reader->touched);
     reader->first = info->first_ray;
     reader->end = rmap_portion_end(info);
     rewind_rows(reader);
@@ -144,7 +149,7 @@ static void note_unpredicted(const struct rmap_reuse_reader *reader, size_t firs
                              size_t to, struct rmap_unpredicted *list)
 {
     const struct rmap_unpredicted *known = reader->rows->unpredicted;
-    if (!known || known->seed != list->seed || !reader->reuse->touch->change.same_sphere) {
+    if (!known || known->seed != list->seed || !reader->reuse->touch.change.same_sphere) {
         list->n = RMAP_UNPREDICTED_MAX + 1; /* all of them */
         return;
     }
@@ -171,7 +176,7 @@ enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         count[t] = reader->at[t] - first[t];
     RMAP_TRY(rmap_portion_append_rows(to, reader->rows, first, count, err));
-    rmap_touch_renumber(reader->reuse->touch, to, before);
+    rmap_touch_renumber(&reader->reuse->touch, to, before);
     note_unpredicted(reader, first[RMAP_TABLE_RAY], reader->at[RMAP_TABLE_RAY],
                      before[RMAP_TABLE_RAY], &recorder->unpredicted);
     if (tally)
@@ -196,7 +201,7 @@ enum rmap_status rmap_reuse_estimate(const struct rmap_reuse *reuse, double *sha
         RMAP_TRY(rmap_cursor_read(cursor, reuse->portion[i], &rows, err));
         RMAP_TRY(RMAP_RESERVE(touched, cap, rows->n_row[RMAP_TABLE_RAY] + 1, err));
         n += (double)rows->n_row[RMAP_TABLE_RAY];
-        n_touched += (double)rmap_touch_rays(reuse->touch, rows, touched);
+        n_touched += (double)rmap_touch_rays(&reuse->touch, rows, touched);
     }
     *share_ret = n > 0.0 ? n_touched / n : 1.0;
 out:

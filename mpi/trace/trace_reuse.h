@@ -14,14 +14,15 @@
 /* What is taken from where; the same on every rank, and for any number of threads. */
 struct rmap_reuse {
     const struct rmap_map *map; /* borrowed */
-    const struct rmap_touch *touch;
+    struct rmap_touch touch;
     size_t *portion; /* [n] of the map, in one colour space, in the order of their rays */
     size_t n;
 };
 
-/* RMAP_SYSTEM when memory is short. */
+/* Of a map whose scene of that colour space is an older version of this one; both borrowed. Nothing
+ * where touch.change.all says why. RMAP_SYSTEM when memory is short. All zero is nothing, too. */
 enum rmap_status rmap_reuse_init(struct rmap_reuse *reuse, const struct rmap_map *map,
-                                 int32_t space, const struct rmap_touch *touch,
+                                 int32_t space, const struct rmap_scene *scene,
                                  struct rmap_error *err) RMAP_MUST_USE;
 void rmap_reuse_fini(struct rmap_reuse *reuse);
 
