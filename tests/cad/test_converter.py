@@ -8,27 +8,14 @@ import random
 import re
 import shutil
 import subprocess
-import sys
 import time
 from math import hypot, pi, sqrt
 
+from cad_tools import MAKER, STEP, check, finish  # skips where there is no converter
+import cad_mesh
+import numpy as np
+
 SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
-BUILD = pathlib.Path(os.environ["BUILD_DIR"])
-STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
-if not STEP.exists():
-    print("raymap-step is not built here: no OpenCASCADE")
-    sys.exit(77)
-import cad_mesh  # noqa: E402
-import numpy as np  # noqa: E402
-
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
 
 
 def near(a, b, relative, what):
@@ -249,4 +236,4 @@ subprocess.run([MAKER, "cad"], check=True)
 for part in (check_bodies, check_luminaire, check_copies, check_doublet, check_iges, check_downloaded, check_refusals,
              check_strangers):
     part()
-sys.exit(1 if failures else 0)
+finish()

@@ -9,25 +9,11 @@ import re
 import shutil
 import stat
 import subprocess
-import sys
 import time
 
-BUILD = pathlib.Path(os.environ["BUILD_DIR"])
-STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
-if not STEP.exists():
-    print("SKIP: raymap-step is not built here: jobs/install-packages.sh cad installs OpenCASCADE")
-    sys.exit(77)
-import numpy as np  # noqa: E402
-import yaml  # noqa: E402
-
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
+from cad_tools import MAKER, STEP, check, finish  # skips where there is no converter
+import numpy as np
+import yaml
 
 
 def run(*words, status=0, program=os.environ["RAYMAP"]):
@@ -155,4 +141,4 @@ check_places()
 check_root()
 check_counted()
 check_converter()
-sys.exit(1 if failures else 0)
+finish()

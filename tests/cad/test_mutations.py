@@ -9,26 +9,12 @@ import random
 import re
 import shutil
 import subprocess
-import sys
 import time
 
-BUILD = pathlib.Path(os.environ["BUILD_DIR"])
-STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
-if not STEP.exists():
-    print("SKIP: raymap-step is not built here: jobs/install-packages.sh cad installs OpenCASCADE")
-    sys.exit(77)
+from cad_tools import MAKER, check, finish  # skips where there is no converter
+
 N, SECONDS = int(os.environ.get("MUTATIONS", "6")), 90
-failures = 0
 count = {"scene": 0, "refused": 0, "crashed": 0}
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
-
-
 NUMBERS = ["0.", "-0.", "1.E308", "-1.E-308", "NAN", "1.E400", "3.14159265358979", "-7", "", "$", "*", "1.E12"]
 
 
@@ -123,4 +109,4 @@ for source, mutate in (("cad/luminaire.step", mutate_step), ("cad/biconvex.step"
         try_one(name, f"{source} {seed}")
 print(f"{3 * N} mutated files: {count}")
 check(count["scene"] > N and count["refused"] > 0, f"mutations reach both ends: {count}")
-sys.exit(1 if failures else 0)
+finish()

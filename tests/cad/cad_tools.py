@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+"""What tests of CAD files begin with: the converter and the maker of files, without which there is nothing to test, and checks that are counted."""
+import os
+import pathlib
+import sys
+
+BUILD = pathlib.Path(os.environ["BUILD_DIR"])
+STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
+if not STEP.exists():
+    print("SKIP: raymap-step is not built here: jobs/install-packages.sh cad installs OpenCASCADE")
+    sys.exit(77)
+failures = 0
+
+
+def check(good, what):
+    global failures
+    if not good:
+        failures += 1
+        print("FAIL " + what, flush=True)
+
+
+def finish():
+    sys.exit(1 if failures else 0)
