@@ -26,8 +26,9 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, const struc
                                  struct rmap_map **map_ret, double *seconds_ret,
                                  uint64_t *reused_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective. The same of a map that has whole blocks of its first rays: it grows to rays [0, end).
- * On failure it is as it was, but where memory is short. */
+/* Collective. The same of a map that has whole blocks of its first rays: it grows to rays [0, end),
+ * of which those in `reuse` are taken over. On failure it is as it was, but where memory is short.
+ */
 enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
                                       const struct rmap_accel *accel,
                                       const struct rmap_reuse *reuse, uint64_t end,
