@@ -1,5 +1,6 @@
 # Every library Raymap builds on, as an imported target rmap::NAME. All are Debian packages; the
 # headers count as system headers, so that our warnings speak of our code only.
+include(CheckCSourceCompiles)
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)
@@ -9,23 +10,53 @@ function(rmap_pkg name module)
   add_library(rmap::${name} ALIAS PkgConfig::${name})
 endfunction()
 
-# `hdf5` alone may mean the MPI build on some machines; the serial one is asked for by name.
-rmap_pkg(hdf5 hdf5-serial)
+# `hdf5` alone may mean the MPI build on some machines; the serial one is asked for by name. Programs
+# take the static library where there is one: Debian's shared one brings 35 others (its reader of
+# remote files has them), a fifth of the processor time of a start.
+option(RAYMAP_STATIC_HDF5 "Link programs with HDF5's static library where it is installed" ON)
+pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET hdf5-serial)
+find_library(HDF5_STATIC libhdf5.a HINTS ${hdf5_LIBRARY_DIRS})
+set(CMAKE_REQUIRED_INCLUDES ${hdf5_INCLUDE_DIRS})
+set(CMAKE_REQUIRED_LIBRARIES ${HDF5_STATIC} sz z ${CMAKE_DL_LIBS} m)
+check_c_source_compiles("#include <hdf5.h>\nint main(void) { return H5open(); }" RAYMAP_STATIC_HDF5_LINKS)
+unset(CMAKE_REQUIRED_INCLUDES)
+unset(CMAKE_REQUIRED_LIBRARIES)
+add_library(rmap_hdf5 INTERFACE)
+add_library(rmap::hdf5 ALIAS rmap_hdf5)
+target_include_directories(rmap_hdf5 SYSTEM INTERFACE ${hdf5_INCLUDE_DIRS})
+if(RAYMAP_STATIC_HDF5 AND HDF5_STATIC AND RAYMAP_STATIC_HDF5_LINKS)
+  set(is_static $<AND:$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>,$<NOT:$<BOOL:$<TARGET_PROPERTY:SHARED_HDF5>>>>)
+  target_link_libraries(rmap_hdf5 INTERFACE
+                        "$<IF:${is_static},${HDF5_STATIC};sz;z;${CMAKE_DL_LIBS};m,PkgConfig::hdf5>")
+else()
+  target_link_libraries(rmap_hdf5 INTERFACE PkgConfig::hdf5)
+endif()
 rmap_pkg(zlib zlib)
 rmap_pkg(yaml yaml-0.1)
 rmap_pkg(jansson jansson)
 rmap_pkg(xxhash libxxhash)
 rmap_pkg(png libpng)
 rmap_pkg(edit libedit)
-rmap_pkg(microhttpd libmicrohttpd)
-rmap_pkg(assimp assimp)
 rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
-rmap_pkg(xml libxml-2.0)
 
-# Headers alone: io/export/raster.c loads it, with cairo that draws for it, where it is wanted.
-pkg_check_modules(rsvg REQUIRED librsvg-2.0)
-add_library(rmap::rsvg INTERFACE IMPORTED)
-target_include_directories(rmap::rsvg SYSTEM INTERFACE ${rsvg_INCLUDE_DIRS})
+# What few commands need is loaded by those that do (src/base/late_library.h): headers, and the name
+# to load it by as RMAP_LIBNAME.
+function(rmap_late name module)
+  pkg_check_modules(${name} REQUIRED ${module})
+  list(GET ${name}_LINK_LIBRARIES 0 file)
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p ${file} OUTPUT_VARIABLE about COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "SONAME +([^ \n]+)" found "${about}")
+  string(TOUPPER "RMAP_LIB${name}" macro)
+  add_library(rmap::${name} INTERFACE IMPORTED)
+  target_include_directories(rmap::${name} SYSTEM INTERFACE ${${name}_INCLUDE_DIRS})
+  target_compile_definitions(rmap::${name} INTERFACE "${macro}=\"${CMAKE_MATCH_1}\"")
+  set(RAYMAP_LATE_LIBRARIES ${RAYMAP_LATE_LIBRARIES} ${CMAKE_MATCH_1} PARENT_SCOPE)
+endfunction()
+
+rmap_late(assimp assimp)
+rmap_late(xml libxml-2.0)
+rmap_late(microhttpd libmicrohttpd)
+rmap_late(rsvg librsvg-2.0) # and cairo, which draws for it
 
 # Of OpenEXR its C interface alone, since version 3.1; the rest is C++.
 pkg_check_modules(openexr REQUIRED OpenEXR>=3.1)

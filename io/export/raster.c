@@ -4,9 +4,7 @@
  */
 #include "io/export/raster.h"
 
-#include <dlfcn.h>
 #include <png.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -14,6 +12,7 @@
 #include <librsvg/rsvg.h>
 
 #include "base/alloc.h"
+#include "base/late_library.h"
 #include "io/file/whole_file.h"
 
 struct bytes {
@@ -73,8 +72,6 @@ enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t hei
     return st;
 }
 
-/* What draws. librsvg comes with thirty libraries, 10 to 15 ms of a start of 50 to 65, on every
- * rank: it is loaded when a picture of pixels is wanted. */
 #define DRAWING(X)                                                                                 \
     X(cairo_image_surface_create)                                                                  \
     X(cairo_create)                                                                                \
@@ -91,35 +88,9 @@ enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t hei
     X(g_object_unref)
 
 struct drawing {
-#define MEMBER(name) __typeof__(&(name)) name;
-    DRAWING(MEMBER)
-#undef MEMBER
+    DRAWING(RMAP_LATE_MEMBER)
 };
-
-static enum rmap_status load_drawing(struct drawing *drawing, struct rmap_error *err)
-{
-    static const struct {
-        const char *name;
-        size_t at;
-    } function[] = {
-#define ROW(name) {#name, offsetof(struct drawing, name)},
-        DRAWING(ROW)
-#undef ROW
-    };
-    void *library =
-        dlopen("librsvg-2.so.2", RTLD_LAZY | RTLD_LOCAL); /* stays: it has types of GLib */
-    for (size_t i = 0; library && i < sizeof function / sizeof *function; i++) {
-        void *symbol = dlsym(library, function[i].name);
-        if (!symbol)
-            library = NULL;
-        memcpy((char *)drawing + function[i].at, &symbol, sizeof symbol);
-    }
-    return library ? RMAP_OK
-                   : rmap_error_set(err, RMAP_SYSTEM,
-                                    "PNG pictures are drawn by librsvg, which cannot be loaded: "
-                                    "%s; .svg needs none",
-                                    dlerror());
-}
+static const char *const drawing_name[] = {DRAWING(RMAP_LATE_NAME)};
 
 static cairo_status_t keep_png(void *closure, const unsigned char *data, unsigned int length)
 {
@@ -131,7 +102,9 @@ static enum rmap_status rasterise(const char *text, size_t nbytes, int width, in
                                   struct bytes *png, struct rmap_error *err)
 {
     struct drawing by;
-    enum rmap_status st = load_drawing(&by, err);
+    enum rmap_status st =
+        rmap_late_library(RMAP_LIBRSVG, "PNG pictures (.svg are none) are drawn by librsvg",
+                          drawing_name, sizeof drawing_name / sizeof *drawing_name, &by, err);
     if (st != RMAP_OK)
         return st;
     GError *failure = NULL;

@@ -10,7 +10,14 @@
 #include <xxhash.h>
 #include <yaml.h>
 
+#include "base/late_library.h"
 #include "io/codec/zlib_stream.h"
+
+#define ASSIMP(X) X(aiGetVersionMajor) X(aiGetVersionMinor) X(aiGetVersionPatch)
+struct assimp {
+    ASSIMP(RMAP_LATE_MEMBER)
+};
+static const char *const assimp_name[] = {ASSIMP(RMAP_LATE_NAME)};
 
 static void set(struct rmap_library_version *library, const char *name, unsigned major,
                 unsigned minor, unsigned patch)
@@ -31,5 +38,10 @@ void rmap_library_versions(struct rmap_library_version list[RMAP_LIBRARY_COUNT])
     set(&list[2], "xxHash", xxhash / 10000, xxhash / 100 % 100, xxhash % 100);
     yaml_get_version(&yaml[0], &yaml[1], &yaml[2]);
     set(&list[3], "libyaml", (unsigned)yaml[0], (unsigned)yaml[1], (unsigned)yaml[2]);
-    set(&list[4], "Assimp", aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch());
+    struct assimp by;
+    list[4] = (struct rmap_library_version){.name = "Assimp", .version = "not there"};
+    if (rmap_late_library(RMAP_LIBASSIMP, "assimp", assimp_name,
+                          sizeof assimp_name / sizeof *assimp_name, &by, NULL) == RMAP_OK)
+        set(&list[4], "Assimp", by.aiGetVersionMajor(), by.aiGetVersionMinor(),
+            by.aiGetVersionPatch());
 }

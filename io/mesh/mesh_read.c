@@ -12,6 +12,7 @@
 #include <strings.h>
 
 #include "base/alloc.h"
+#include "base/late_library.h"
 #include "io/file/input_file.h"
 #include "io/mesh/bundle.h"
 #include "io/mesh/gltf_numbers.h"
@@ -22,7 +23,19 @@
 #define NODE_DEPTH_MAX 256
 #define CORNERS_MAX    4096
 
+#define ASSIMP(X)                                                                                  \
+    X(aiImportFileEx)                                                                              \
+    X(aiGetMaterialString)                                                                         \
+    X(aiGetErrorString)                                                                            \
+    X(aiReleaseImport)
+
+struct assimp {
+    ASSIMP(RMAP_LATE_MEMBER)
+};
+static const char *const assimp_name[] = {ASSIMP(RMAP_LATE_NAME)};
+
 struct gatherer {
+    const struct assimp *by;
     const struct aiScene *scene;
     double scale;
     struct rmap_mesh_builder *builder;
@@ -74,8 +87,8 @@ static enum rmap_status close_face(struct gatherer *g, const struct aiNode *node
 {
     struct aiString material = {0};
     if (mesh->mMaterialIndex < g->scene->mNumMaterials)
-        (void)aiGetMaterialString(g->scene->mMaterials[mesh->mMaterialIndex], AI_MATKEY_NAME,
-                                  &material);
+        (void)g->by->aiGetMaterialString(g->scene->mMaterials[mesh->mMaterialIndex], AI_MATKEY_NAME,
+                                         &material);
     if (strcmp(material.data, AI_DEFAULT_MATERIAL_NAME) == 0)
         material = (struct aiString){0};
     const char *name = mesh->mName.length ? mesh->mName.data : node->mName.data;
@@ -181,11 +194,11 @@ static void close_source(struct aiFileIO *io, struct aiFile *file)
 }
 
 /* What assimp says, or the line that it does not name. */
-static enum rmap_status refuse(const char *path, const uint8_t *bytes, size_t nbytes,
-                               struct rmap_error *err)
+static enum rmap_status refuse(const struct assimp *by, const char *path, const uint8_t *bytes,
+                               size_t nbytes, struct rmap_error *err)
 {
     char why[200];
-    const char *text = aiGetErrorString();
+    const char *text = by->aiGetErrorString();
     if (text && strstr(text, "bad_alloc"))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for mesh %s", path);
     if (ends_in(path, ".obj") ? rmap_obj_fault(bytes, nbytes, why, sizeof why)
@@ -206,12 +219,18 @@ static enum rmap_status read_through_assimp(const char *path, const uint8_t *byt
                             .nbytes = names ? names->nbytes : nbytes};
     source.file =
         (struct aiFile){read_items, write_items, tell, size_of, seek, flush, (char *)&source};
-    const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
+    struct assimp by;
+    enum rmap_status st =
+        rmap_late_library(RMAP_LIBASSIMP, "STL and OBJ are read by assimp", assimp_name,
+                          sizeof assimp_name / sizeof *assimp_name, &by, builder->err);
+    if (st != RMAP_OK)
+        return st;
+    const struct aiScene *scene = by.aiImportFileEx(path, aiProcess_Triangulate, &source.io);
     if (!scene)
-        return refuse(path, bytes, nbytes, builder->err);
-    struct gatherer g = {scene, scale, builder, names};
-    enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
-    aiReleaseImport(scene);
+        return refuse(&by, path, bytes, nbytes, builder->err);
+    struct gatherer g = {&by, scene, scale, builder, names};
+    st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
+    by.aiReleaseImport(scene);
     return st;
 }
 

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/late_library.h"
 #include "io/scene/scene_tables.h"
 
 enum { RINGS_MAX = 100, PATCHES_MAX = 2000 };
@@ -21,6 +22,32 @@ struct basis {
     double edge_deg[RINGS_MAX + 1];
     size_t n_phi[RINGS_MAX];
 };
+
+#define XML(X)                                                                                     \
+    X(xmlNewParserCtxt)                                                                            \
+    X(xmlCtxtReadMemory)                                                                           \
+    X(xmlCtxtGetLastError)                                                                         \
+    X(xmlDocGetRootElement)                                                                        \
+    X(xmlGetLineNo)                                                                                \
+    X(xmlFreeDoc)                                                                                  \
+    X(xmlFreeParserCtxt)
+
+struct xml {
+    XML(RMAP_LATE_MEMBER)
+};
+static const char *const xml_name[] = {XML(RMAP_LATE_NAME)};
+
+static enum rmap_status load_xml(struct xml *by, struct rmap_error *err)
+{
+    return rmap_late_library(RMAP_LIBXML, "XML is read by libxml2", xml_name,
+                             sizeof xml_name / sizeof *xml_name, by, err);
+}
+
+static long line_of(const xmlNode *node)
+{
+    struct xml by;
+    return load_xml(&by, NULL) == RMAP_OK ? by.xmlGetLineNo(node) : 0;
+}
 
 static bool is_called(const xmlNode *node, const char *name)
 {
@@ -94,7 +121,7 @@ static enum rmap_status read_basis(const xmlNode *root, struct basis *basis, str
                 err, RMAP_INPUT,
                 "line %ld: an AngleBasisBlock has nPhis and ThetaBounds that go on "
                 "where the last ended, from 0 to 90",
-                xmlGetLineNo(block));
+                line_of(block));
         basis->n_phi[basis->n_ring] = (size_t)n;
         basis->edge_deg[++basis->n_ring] = high;
         basis->n += (size_t)n;
@@ -117,19 +144,19 @@ static enum rmap_status read_matrix(const xmlNode *node, size_t n, bool by_colum
         if (end == at)
             return rmap_error_set(err, RMAP_INPUT,
                                   "line %ld: ScatteringData has %zu numbers, not %zu x %zu",
-                                  xmlGetLineNo(node), i, n, n);
+                                  line_of(node), i, n, n);
         if (!(f >= 0.0) || !isfinite(f))
             return rmap_error_set(err, RMAP_INPUT,
                                   "line %ld: number %zu of ScatteringData is %g: a BSDF is not "
                                   "negative",
-                                  xmlGetLineNo(node), i + 1, f);
+                                  line_of(node), i + 1, f);
         value[by_columns ? i % n * n + i / n : i] = f;
         at = end;
     }
     if (!at || at[strspn(at, " \t\r\n,")] != 0)
         return rmap_error_set(err, RMAP_INPUT,
                               "line %ld: ScatteringData is no list of %zu x %zu numbers",
-                              node ? xmlGetLineNo(node) : 0L, n, n);
+                              node ? line_of(node) : 0L, n, n);
     return RMAP_OK;
 }
 
@@ -197,17 +224,20 @@ enum rmap_status rmap_bsdf_klems_read(const char *text, size_t nbytes,
                                       const struct rmap_bsdf_wanted *wanted,
                                       struct rmap_scatter_table **table_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    xmlParserCtxt *context = xmlNewParserCtxt();
+    struct xml by;
+    enum rmap_status st = load_xml(&by, err);
+    if (st != RMAP_OK)
+        return st;
+    xmlParserCtxt *context = by.xmlNewParserCtxt();
     if (!context)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for XML");
     xmlDoc *document =
-        xmlCtxtReadMemory(context, text, (int)nbytes, NULL, NULL,
-                          XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING |
-                              XML_PARSE_NOCDATA | XML_PARSE_COMPACT | XML_PARSE_BIG_LINES);
-    const xmlNode *root = document ? xmlDocGetRootElement(document) : NULL;
+        by.xmlCtxtReadMemory(context, text, (int)nbytes, NULL, NULL,
+                             XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING |
+                                 XML_PARSE_NOCDATA | XML_PARSE_COMPACT | XML_PARSE_BIG_LINES);
+    const xmlNode *root = document ? by.xmlDocGetRootElement(document) : NULL;
     if (!root) {
-        const xmlError *why = xmlCtxtGetLastError(context);
+        const xmlError *why = by.xmlCtxtGetLastError(context);
         if (why && why->code == XML_ERR_NO_MEMORY)
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for XML"));
         st = rmap_error_set(err, RMAP_INPUT, "line %d: it is no XML: %.120s", why ? why->line : 0,
@@ -217,7 +247,7 @@ enum rmap_status rmap_bsdf_klems_read(const char *text, size_t nbytes,
         st = read_tree(root, wanted, table_ret, err);
     }
 out:
-    xmlFreeDoc(document);
-    xmlFreeParserCtxt(context);
+    by.xmlFreeDoc(document);
+    by.xmlFreeParserCtxt(context);
     return st;
 }

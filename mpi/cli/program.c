@@ -176,7 +176,8 @@ static bool is_alone(void)
  * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
  * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. It would load the drivers of all
  * network cards, some of which measure a clock for 0.2 s, and what only ranks beside each other
- * can use; hwloc's plugins would call at X servers. All this is a fifth of a short command's time.
+ * can use; hwloc would call at X servers and read the whole machine, which nobody places ranks on.
+ * All this is a third of a short command's time.
  * Only `bench` needs these, to start a second rank, and TCP between the two. */
 static void prepare_alone(const char *word)
 {
@@ -192,6 +193,7 @@ static void prepare_alone(const char *word)
         {"OMPI_MCA_shmem", "mmap"},
         {"OMPI_MCA_reachable", "weighted"},
         {"HWLOC_PLUGINS_PATH", "/nonexistent"},
+        {"HWLOC_COMPONENTS", "no_os,stop"},
     };
     if (strcmp(word, "bench") == 0) {
         (void)unsetenv("OMPI_MCA_btl");

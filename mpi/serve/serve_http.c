@@ -18,6 +18,7 @@
 
 #include "analysis/page/workbench.h"
 #include "base/alloc.h"
+#include "base/late_library.h"
 #include "mpi/serve/serve_message.h"
 
 enum {
@@ -31,7 +32,25 @@ enum {
     HEARTBEAT_MS = 10000, /* shows whether a browser is still there */
 };
 
+#define HTTP(X)                                                                                    \
+    X(MHD_add_response_header)                                                                     \
+    X(MHD_create_response_from_buffer)                                                             \
+    X(MHD_create_response_from_callback)                                                           \
+    X(MHD_destroy_response)                                                                        \
+    X(MHD_get_connection_info)                                                                     \
+    X(MHD_get_daemon_info)                                                                         \
+    X(MHD_lookup_connection_value)                                                                 \
+    X(MHD_queue_response)                                                                          \
+    X(MHD_start_daemon)                                                                            \
+    X(MHD_stop_daemon)
+
+struct http {
+    HTTP(RMAP_LATE_MEMBER)
+};
+static const char *const http_name[] = {HTTP(RMAP_LATE_NAME)};
+
 struct rmap_serve_http {
+    struct http by;
     struct rmap_serve_queue *queue;
     struct MHD_Daemon *daemon;
     char token[TOKEN_LEN + 1];
@@ -46,28 +65,31 @@ struct body {
     bool too_long;
 };
 
-static enum MHD_Result respond_with(struct MHD_Connection *connection, unsigned status,
+static enum MHD_Result respond_with(const struct rmap_serve_http *self,
+                                    struct MHD_Connection *connection, unsigned status,
                                     struct MHD_Response *response)
 {
     if (!response)
         return MHD_NO;
-    (void)MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
-    (void)MHD_add_response_header(response, "Cache-Control", "no-store");
-    (void)MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
-    const enum MHD_Result done = MHD_queue_response(connection, status, response);
-    MHD_destroy_response(response);
+    (void)self->by.MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    (void)self->by.MHD_add_response_header(response, "Cache-Control", "no-store");
+    (void)self->by.MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
+    const enum MHD_Result done = self->by.MHD_queue_response(connection, status, response);
+    self->by.MHD_destroy_response(response);
     return done;
 }
 
-static enum MHD_Result refuse(struct MHD_Connection *connection, unsigned status)
+static enum MHD_Result refuse(const struct rmap_serve_http *self, struct MHD_Connection *connection,
+                              unsigned status)
 {
-    return respond_with(connection, status,
-                        MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT));
+    return respond_with(self, connection, status,
+                        self->by.MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT));
 }
 
-static const char *header(struct MHD_Connection *connection, const char *name)
+static const char *header(const struct rmap_serve_http *self, struct MHD_Connection *connection,
+                          const char *name)
 {
-    return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+    return self->by.MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
 static bool is_ours(const struct rmap_serve_http *self, const char *host)
@@ -77,10 +99,10 @@ static bool is_ours(const struct rmap_serve_http *self, const char *host)
 
 static bool is_from_here(const struct rmap_serve_http *self, struct MHD_Connection *connection)
 {
-    const char *origin = header(connection, MHD_HTTP_HEADER_ORIGIN);
+    const char *origin = header(self, connection, MHD_HTTP_HEADER_ORIGIN);
     if (origin && (strncmp(origin, "http://", 7) != 0 || !is_ours(self, origin + 7)))
         return false;
-    return is_ours(self, header(connection, MHD_HTTP_HEADER_HOST));
+    return is_ours(self, header(self, connection, MHD_HTTP_HEADER_HOST));
 }
 
 /* In a time that does not tell how much of it was right. */
@@ -97,23 +119,24 @@ static bool is_token(const struct rmap_serve_http *self, const char *text)
 static bool is_asked_with_token(const struct rmap_serve_http *self,
                                 struct MHD_Connection *connection)
 {
-    return is_token(self, MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
+    return is_token(
+        self, self->by.MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
 }
 
 static bool is_known(const struct rmap_serve_http *self, struct MHD_Connection *connection)
 {
-    const char *bearer = header(connection, MHD_HTTP_HEADER_AUTHORIZATION);
+    const char *bearer = header(self, connection, MHD_HTTP_HEADER_AUTHORIZATION);
     if (bearer && strncmp(bearer, "Bearer ", 7) == 0 && is_token(self, bearer + 7))
         return true;
-    return is_token(self,
-                    MHD_lookup_connection_value(connection, MHD_COOKIE_KIND, self->cookie_name));
+    return is_token(
+        self, self->by.MHD_lookup_connection_value(connection, MHD_COOKIE_KIND, self->cookie_name));
 }
 
 /* Whether who asked has closed the connection; a request behind the first is none of it. */
-static bool has_gone(struct MHD_Connection *connection)
+static bool has_gone(const struct rmap_serve_http *self, struct MHD_Connection *connection)
 {
     const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+        self->by.MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     char byte;
     return info && recv(info->connect_fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
@@ -125,9 +148,9 @@ static enum MHD_Result answer(const struct rmap_serve_http *self, struct MHD_Con
     char *last = NULL;
     bool over = false;
     if (!client)
-        return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE);
+        return refuse(self, connection, MHD_HTTP_SERVICE_UNAVAILABLE);
     rmap_serve_client_ask(client, body->n ? body->text : "", body->n);
-    while (!over && !has_gone(connection)) {
+    while (!over && !has_gone(self, connection)) {
         char *text = rmap_serve_client_next(client, WAIT_MS, true, &over);
         if (text) {
             rmap_free(last);
@@ -136,13 +159,14 @@ static enum MHD_Result answer(const struct rmap_serve_http *self, struct MHD_Con
     }
     rmap_serve_client_leave(client);
     if (!last)
-        return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE);
+        return refuse(self, connection, MHD_HTTP_SERVICE_UNAVAILABLE);
     struct MHD_Response *response =
-        MHD_create_response_from_buffer(strlen(last), last, MHD_RESPMEM_MUST_COPY);
+        self->by.MHD_create_response_from_buffer(strlen(last), last, MHD_RESPMEM_MUST_COPY);
     rmap_free(last);
     if (response)
-        (void)MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, "application/json");
-    return respond_with(connection, MHD_HTTP_OK, response);
+        (void)self->by.MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE,
+                                               "application/json");
+    return respond_with(self, connection, MHD_HTTP_OK, response);
 }
 
 /* Events on their way to a browser. */
@@ -201,43 +225,46 @@ static enum MHD_Result stream_events(const struct rmap_serve_http *self,
         stream->client = rmap_serve_client_join(self->queue, GROUP, true);
     if (!stream || !stream->client) {
         rmap_free(stream);
-        return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE);
+        return refuse(self, connection, MHD_HTTP_SERVICE_UNAVAILABLE);
     }
-    struct MHD_Response *response = MHD_create_response_from_callback(
+    struct MHD_Response *response = self->by.MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, 1 << 16, read_stream, stream, free_stream);
     if (!response) {
         free_stream(stream);
         return MHD_NO;
     }
-    (void)MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, "text/event-stream");
-    return respond_with(connection, MHD_HTTP_OK, response);
+    (void)self->by.MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE,
+                                           "text/event-stream");
+    return respond_with(self, connection, MHD_HTTP_OK, response);
 }
 
 /* The token goes from the address, where it would be seen, into a cookie. */
 static enum MHD_Result let_in(const struct rmap_serve_http *self, struct MHD_Connection *connection)
 {
     struct MHD_Response *response =
-        MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
+        self->by.MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
     if (response) {
-        (void)MHD_add_response_header(response, MHD_HTTP_HEADER_SET_COOKIE, self->cookie);
-        (void)MHD_add_response_header(response, MHD_HTTP_HEADER_LOCATION, "/");
+        (void)self->by.MHD_add_response_header(response, MHD_HTTP_HEADER_SET_COOKIE, self->cookie);
+        (void)self->by.MHD_add_response_header(response, MHD_HTTP_HEADER_LOCATION, "/");
     }
-    return respond_with(connection, MHD_HTTP_FOUND, response);
+    return respond_with(self, connection, MHD_HTTP_FOUND, response);
 }
 
-static enum MHD_Result send_file(struct MHD_Connection *connection, const char *path)
+static enum MHD_Result send_file(const struct rmap_serve_http *self,
+                                 struct MHD_Connection *connection, const char *path)
 {
     const struct rmap_workbench_file *file = rmap_workbench_file(path);
     if (!file)
-        return refuse(connection, MHD_HTTP_NOT_FOUND);
-    struct MHD_Response *response = MHD_create_response_from_buffer(
+        return refuse(self, connection, MHD_HTTP_NOT_FOUND);
+    struct MHD_Response *response = self->by.MHD_create_response_from_buffer(
         strlen(file->text), (void *)(uintptr_t)file->text, MHD_RESPMEM_PERSISTENT);
     if (response) {
-        (void)MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, file->type);
-        (void)MHD_add_response_header(response, "Content-Security-Policy", rmap_workbench_policy);
-        (void)MHD_add_response_header(response, "X-Frame-Options", "DENY");
+        (void)self->by.MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, file->type);
+        (void)self->by.MHD_add_response_header(response, "Content-Security-Policy",
+                                               rmap_workbench_policy);
+        (void)self->by.MHD_add_response_header(response, "X-Frame-Options", "DENY");
     }
-    return respond_with(connection, MHD_HTTP_OK, response);
+    return respond_with(self, connection, MHD_HTTP_OK, response);
 }
 
 static void collect(struct body *body, const char *data, size_t n)
@@ -254,13 +281,13 @@ static void collect(struct body *body, const char *data, size_t n)
 static enum MHD_Result post(const struct rmap_serve_http *self, struct MHD_Connection *connection,
                             const char *path, const struct body *body)
 {
-    const char *type = header(connection, MHD_HTTP_HEADER_CONTENT_TYPE);
+    const char *type = header(self, connection, MHD_HTTP_HEADER_CONTENT_TYPE);
     if (strcmp(path, "/api") != 0)
-        return refuse(connection, MHD_HTTP_NOT_FOUND);
+        return refuse(self, connection, MHD_HTTP_NOT_FOUND);
     if (!type || strncmp(type, "application/json", 16) != 0)
-        return refuse(connection, MHD_HTTP_UNSUPPORTED_MEDIA_TYPE);
+        return refuse(self, connection, MHD_HTTP_UNSUPPORTED_MEDIA_TYPE);
     if (body->too_long)
-        return refuse(connection, MHD_HTTP_CONTENT_TOO_LARGE);
+        return refuse(self, connection, MHD_HTTP_CONTENT_TOO_LARGE);
     return answer(self, connection, body);
 }
 
@@ -271,18 +298,18 @@ static enum MHD_Result respond(const struct rmap_serve_http *self,
 {
     const bool gets = strcmp(method, MHD_HTTP_METHOD_GET) == 0;
     if (!is_from_here(self, connection))
-        return refuse(connection, MHD_HTTP_FORBIDDEN);
+        return refuse(self, connection, MHD_HTTP_FORBIDDEN);
     if (gets && strcmp(path, "/") == 0 && is_asked_with_token(self, connection))
         return let_in(self, connection);
     if (!is_known(self, connection) &&
         !(gets && strcmp(path, "/events") == 0 && is_asked_with_token(self, connection)))
-        return refuse(connection, MHD_HTTP_UNAUTHORIZED);
+        return refuse(self, connection, MHD_HTTP_UNAUTHORIZED);
     if (strcmp(method, MHD_HTTP_METHOD_POST) == 0)
         return post(self, connection, path, body);
     if (!gets)
-        return refuse(connection, MHD_HTTP_METHOD_NOT_ALLOWED);
+        return refuse(self, connection, MHD_HTTP_METHOD_NOT_ALLOWED);
     return strcmp(path, "/events") == 0 ? stream_events(self, connection)
-                                        : send_file(connection, path);
+                                        : send_file(self, connection, path);
 }
 
 static enum MHD_Result handle(void *context, struct MHD_Connection *connection, const char *path,
@@ -335,17 +362,21 @@ enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t 
     struct rmap_serve_http *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a server");
-    enum rmap_status st = make_token(self, err);
+    enum rmap_status st =
+        rmap_late_library(RMAP_LIBMICROHTTPD, "--http needs libmicrohttpd", http_name,
+                          sizeof http_name / sizeof *http_name, &self->by, err);
+    if (st == RMAP_OK)
+        st = make_token(self, err);
     self->queue = queue;
     if (st == RMAP_OK)
-        self->daemon = MHD_start_daemon(
+        self->daemon = self->by.MHD_start_daemon(
             MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, port,
             NULL, NULL, handle, self, MHD_OPTION_SOCK_ADDR, (const struct sockaddr *)&address,
             MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_CONNECTION_LIMIT,
             (unsigned)CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_S,
             MHD_OPTION_END);
     const union MHD_DaemonInfo *info =
-        self->daemon ? MHD_get_daemon_info(self->daemon, MHD_DAEMON_INFO_BIND_PORT) : NULL;
+        self->daemon ? self->by.MHD_get_daemon_info(self->daemon, MHD_DAEMON_INFO_BIND_PORT) : NULL;
     if (st == RMAP_OK && !info)
         st = rmap_error_set(err, RMAP_SYSTEM, "--http: nothing can listen at 127.0.0.1:%u: %s",
                             port, strerror(errno));
@@ -378,12 +409,12 @@ void rmap_serve_http_stop(struct rmap_serve_http *http)
     /* What was answered last is still on its way. */
     for (int i = 0; http && http->daemon && i < CLOSING_MS; i++) {
         const union MHD_DaemonInfo *info =
-            MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_CURRENT_CONNECTIONS);
+            http->by.MHD_get_daemon_info(http->daemon, MHD_DAEMON_INFO_CURRENT_CONNECTIONS);
         if (!info || info->num_connections == 0)
             break;
         (void)poll(NULL, 0, 1);
     }
     if (http && http->daemon)
-        MHD_stop_daemon(http->daemon);
+        http->by.MHD_stop_daemon(http->daemon);
     rmap_free(http);
 }
