@@ -7,12 +7,12 @@ for word in "$@"; do
     [[ $word != --json ]] || json=yes
 done
 [[ ${json-} && $1 != session && ! ${OMPI_COMM_WORLD_RANK-} ]] || exec "$program" "$@"
-mkdir -p "$JSON_SEEN"
-seen=$(mktemp "$JSON_SEEN/XXXXXXXX")
+[[ -d $JSON_SEEN ]] || mkdir -p "$JSON_SEEN"
+seen=$JSON_SEEN/$$-$SRANDOM
 "$program" "$@" >"$seen"
 status=$?
 cat "$seen"
-if ((status == 0)) && (($(stat -c %s "$seen") < 300000)); then
+if ((status == 0)); then
     printf '%s\n' "$@" >"$seen.words"
 else
     rm -f "$seen"
