@@ -226,8 +226,7 @@ static enum rmap_status open_lists(struct hdf5 *self)
         RMAP_TRY(add_dataset(self, part[i].name, part[i].as, NULL, 1, &found));
         if (!found && i < 6)
             RMAP_TRY(wrong(self, i < 3 ? "position" : "direction",
-                           i < 3 ? "(or x, y, z) is missing: rays have starts"
-                                 : "(or dx, dy, dz) is missing: rays have directions"));
+                           i < 3 ? "(or x, y, z) is missing" : "(or dx, dy, dz) is missing"));
     }
     for (size_t i = 0; self->steps && i < sizeof of_step / sizeof *of_step; i++) {
         RMAP_TRY(add_dataset(self, of_step[i].name, of_step[i].as, NULL, 1, &found));
@@ -275,8 +274,9 @@ static enum rmap_status put_rows(struct hdf5 *self, double *const block[COLUMN_S
                 value[(int)is->column + k] = is->inverse ? is->factor / x : x * is->factor;
             }
         const double event = value[RMAP_RAY_EVENT];
-        if (!(event >= 0.0 && event < 9e18) && !(self->filter[0] >= 0 && isnan(event)))
-            return rmap_error_set(self->err, RMAP_INPUT, "ray %zu: its event is %g", *row + 1,
+        if (!rmap_ray_event_good(event) && !(self->filter[0] >= 0 && isnan(event)))
+            return rmap_error_set(self->err, RMAP_INPUT,
+                                  "row %zu: its event is %g, no whole number from 0", *row + 1,
                                   event);
         rmap_file_rays_put(set, (*row)++, value);
     }

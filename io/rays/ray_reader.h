@@ -52,6 +52,11 @@ enum rmap_ray_column {
     RMAP_RAY_COLUMNS
 };
 
+static inline bool rmap_ray_event_good(double event)
+{
+    return event >= 0.0 && event < 9e18 && event == (double)(uint64_t)event;
+}
+
 /* Rows as they come, their number not known before. */
 struct rmap_ray_rows {
     struct rmap_file_rays *set; /* wide; NULL before the first row */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/unit.h"
 #include "io/rays/ray_reader.h"
 
@@ -214,6 +215,12 @@ static enum rmap_status add_column(struct csv *self, const char *name)
 
 static enum rmap_status read_names(struct csv *self)
 {
+    static const struct {
+        enum rmap_ray_column column;
+        const char *name;
+    } needed[] = {{RMAP_RAY_X, "x"},           {RMAP_RAY_Y, "y"},           {RMAP_RAY_Z, "z"},
+                  {RMAP_RAY_DX, "dx"},         {RMAP_RAY_DY, "dy"},         {RMAP_RAY_DZ, "dz"},
+                  {RMAP_RAY_LENGTH, "length"}, {RMAP_RAY_DEPOSIT, "energy"}};
     enum rmap_status st = RMAP_OK;
     struct lines *lines = &self->lines;
     bool found = false;
@@ -228,16 +235,12 @@ static enum rmap_status read_names(struct csv *self)
         name[strcspn(name, "\"")] = 0;
         RMAP_TRY(add_column(self, name));
     }
-    for (int k = RMAP_RAY_X; k <= RMAP_RAY_DZ; k++)
-        if (!self->rows.has[k])
+    for (size_t k = 0; k < (self->steps ? RMAP_COUNT(needed) : 6); k++)
+        if (!self->rows.has[needed[k].column])
             RMAP_TRY(rmap_error_set(lines->err, RMAP_INPUT,
-                                    "line %zu: it has no column %s: rays need x, y, z, dx, dy, dz",
-                                    lines->number,
-                                    &"x\0 y\0 z\0 dx\0dy\0dz"[k < 3 ? 3 * k : 9 + 3 * (k - 3)]));
-    if (self->steps && !(self->rows.has[RMAP_RAY_LENGTH] && self->rows.has[RMAP_RAY_DEPOSIT]))
-        RMAP_TRY(rmap_error_set(lines->err, RMAP_INPUT,
-                                "line %zu: steps need columns length and energy, too",
-                                lines->number));
+                                    "line %zu: it has no column %s: %s need x, y, z, dx, dy, dz%s",
+                                    lines->number, needed[k].name, self->steps ? "steps" : "rays",
+                                    self->steps ? ", length, energy" : ""));
 out:
     return st;
 }
@@ -261,7 +264,7 @@ static enum rmap_status read_csv(struct csv *self, struct rmap_file_rays **set_r
         }
         if (at[strspn(at, " \t,;")] != 0)
             RMAP_TRY(wrong(lines, "there are more numbers than columns", at));
-        if (!(value[RMAP_RAY_EVENT] >= 0.0 && value[RMAP_RAY_EVENT] < 9e18))
+        if (!rmap_ray_event_good(value[RMAP_RAY_EVENT]))
             RMAP_TRY(wrong(lines, "an event is a whole number from 0", lines->text));
         RMAP_TRY(rmap_ray_rows_add(&self->rows, value, lines->err));
     }

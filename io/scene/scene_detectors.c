@@ -29,15 +29,11 @@ static void find_on(struct rmap_reader *reader, const struct rmap_yaml_node *nod
     const struct rmap_yaml_node *at = rmap_yaml_get(node, key);
     if (!text)
         return;
-    const struct rmap_name *name = rmap_names_find(&reader->members, text);
-    if (!name)
-        (void)rmap_reader_find(reader, &reader->members, "object", at, text);
-    else if (name->kind == RMAP_MEMBER_OBJECT)
+    const struct rmap_name *name = rmap_reader_find_body(reader, "object", at, text);
+    if (name && name->kind == RMAP_MEMBER_OBJECT)
         detector->on_object = name->index;
-    else if (name->kind == RMAP_MEMBER_GROUP)
+    else if (name)
         detector->on_group = name->index;
-    else
-        rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
 }
 
 static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *on,

@@ -155,11 +155,9 @@ void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml
                           medium_name);
         return;
     }
-    const struct rmap_name *member = rmap_names_find(&reader->members, name);
-    if (!member || (member->kind != RMAP_MEMBER_OBJECT && member->kind != RMAP_MEMBER_GROUP)) {
-        (void)rmap_reader_find(reader, &reader->members, "object or group", at, name);
+    const struct rmap_name *member = rmap_reader_find_body(reader, "object or group", at, name);
+    if (!member)
         return;
-    }
     int32_t place = place_within(reader->scene, member, medium);
     if (place <= 0)
         rmap_reader_error(reader, at,

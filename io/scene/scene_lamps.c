@@ -67,24 +67,23 @@ static void read_emitter(struct rmap_reader *reader, const struct rmap_yaml_node
     static const char *const shape[] = {"disc", "rectangle", "line", "mesh"};
     const struct rmap_yaml_node *emitter = rmap_yaml_get(node, "emitter");
     struct rmap_lamp *lamp = source->lamp;
-    int word = 0;
     size_t n = 0, given = 0;
     if (!emitter)
         return;
-    if (emitter->kind != RMAP_YAML_MAP) {
-        if (rmap_reader_choice(reader, node, "emitter", RMAP_OPTIONAL, "opening point", &word) &&
-            word == 1)
-            lamp->body = RMAP_LAMP_POINT;
+    const char *word = emitter->kind == RMAP_YAML_SCALAR ? emitter->text : "";
+    if (strcmp(word, "point") == 0)
+        lamp->body = RMAP_LAMP_POINT;
+    if (strcmp(word, "point") == 0 || strcmp(word, "opening") == 0)
         return;
-    }
-    if (!rmap_reader_check_keys(reader, emitter, "an emitter", shape, RMAP_COUNT(shape)))
+    if (emitter->kind == RMAP_YAML_MAP &&
+        !rmap_reader_check_keys(reader, emitter, "an emitter", shape, RMAP_COUNT(shape)))
         return;
     for (size_t i = 0; i < RMAP_COUNT(shape); i++)
         given += rmap_yaml_get(emitter, shape[i]) != NULL;
     if (given != 1) {
-        rmap_reader_error(
-            reader, emitter,
-            "an emitter is 'opening', 'point', or one of disc, rectangle, line, mesh");
+        rmap_reader_error(reader, emitter,
+                          "an emitter is 'opening', 'point', {disc: radius}, {rectangle: [w, h]}, "
+                          "{line: length} or {mesh: geometry}");
         return;
     }
     memset(lamp->size, 0, sizeof lamp->size);

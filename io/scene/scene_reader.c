@@ -332,6 +332,19 @@ int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *na
     return -1;
 }
 
+const struct rmap_name *rmap_reader_find_body(struct rmap_reader *reader, const char *what,
+                                              const struct rmap_yaml_node *at, const char *text)
+{
+    const struct rmap_name *name = rmap_names_find(&reader->members, text);
+    if (!name)
+        (void)rmap_reader_find(reader, &reader->members, what, at, text);
+    else if (name->kind != RMAP_MEMBER_OBJECT && name->kind != RMAP_MEMBER_GROUP)
+        rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
+    else
+        return name;
+    return NULL;
+}
+
 void rmap_reader_each_named(struct rmap_reader *reader, const char *section, const char *one,
                             const struct rmap_names *names,
                             void (*read)(struct rmap_reader *reader,

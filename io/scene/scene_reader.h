@@ -243,6 +243,10 @@ void rmap_reader_add_member(struct rmap_reader *reader, const char *name, enum r
 int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *names,
                          const char *what, const struct rmap_yaml_node *at, const char *text);
 
+/* The object or group of that name; NULL after a complaint, which calls an unknown name `what`. */
+const struct rmap_name *rmap_reader_find_body(struct rmap_reader *reader, const char *what,
+                                              const struct rmap_yaml_node *at, const char *text);
+
 /* What takes part: [n_object], [n_source], [n_detector]. */
 struct rmap_keep {
     bool *object, *source, *detector;

@@ -67,6 +67,11 @@ static void read_decay(struct rmap_reader *reader, const struct rmap_yaml_node *
     double share[RMAP_DECAY_MAX], sum = 0, below = 0;
     if (!decay)
         return;
+    if (decay->kind == RMAP_YAML_MAP) {
+        rmap_reader_error(reader, decay,
+                          "'decay' is a time, or a list of components: [{time: 2.1 ns, share: 1}]");
+        return;
+    }
     if (decay->kind != RMAP_YAML_LIST) {
         its->n = 1;
         its->below[0] = 1;
@@ -104,11 +109,12 @@ void rmap_reader_scintillation(struct rmap_reader *reader, const struct rmap_yam
     (void)rmap_reader_fill(reader, at, &rmap_scintillation_keys, 0, light);
     read_birks(reader, at, light);
     read_decay(reader, at, light);
-    if (light->rise_ns > 0 && light->decay.n == 0)
+    if (light->rise_ns > 0 && !rmap_yaml_get(at, "decay"))
         rmap_reader_error(reader, rmap_yaml_get(at, "rise"),
                           "'rise' is that of light that decays: give 'decay', too");
+    const struct rmap_yaml_node *its = rmap_yaml_get(at, "spectrum");
     rmap_reader_spectrum(reader, at, "spectrum", &spectrum);
     if (rmap_spectrum_shares(&spectrum, &reader->scene->channels, 0, light->share,
                              &reader->failure) != RMAP_OK)
-        rmap_reader_error(reader, at, "%s", reader->failure.text);
+        rmap_reader_error(reader, its ? its : at, "%s", reader->failure.text);
 }

@@ -111,6 +111,8 @@ void rmap_reader_settle_steps(struct rmap_reader *reader, const struct rmap_yaml
     const struct rmap_yaml_node *emit = rmap_yaml_get(node, "emit");
     if (!steps || source->medium < 0)
         return;
+    if (emit && !steps->emits[RMAP_PHOTON_SCINTILLATION] && !steps->emits[RMAP_PHOTON_CHERENKOV])
+        return; /* complained of already */
     const struct rmap_medium *medium = &reader->scene->medium[source->medium];
     place(&source->frame, steps);
     source->frame = rmap_affine_identity();
@@ -131,7 +133,7 @@ void rmap_reader_settle_steps(struct rmap_reader *reader, const struct rmap_yaml
                           medium->name, source->name);
     else {
         const struct rmap_steps_medium of = rmap_source_steps_medium(reader->scene, source);
-        rmap_reader_made(reader, node,
+        rmap_reader_made(reader, rmap_yaml_get(node, "file"),
                          rmap_steps_prepare(steps, &of, source->colour, &reader->failure));
     }
 }

@@ -15,14 +15,11 @@ static bool find_body(struct rmap_reader *reader, const struct rmap_yaml_node *n
                       struct rmap_volume *volume)
 {
     const char *name = rmap_reader_text(reader, node, "in", RMAP_OPTIONAL);
-    const struct rmap_name *member = name ? rmap_names_find(&reader->members, name) : NULL;
-    if (!name)
+    const struct rmap_name *member =
+        name ? rmap_reader_find_body(reader, "object or group", rmap_yaml_get(node, "in"), name)
+             : NULL;
+    if (!member)
         return false;
-    if (!member || (member->kind != RMAP_MEMBER_OBJECT && member->kind != RMAP_MEMBER_GROUP)) {
-        (void)rmap_reader_find(reader, &reader->members, "object or group",
-                               rmap_yaml_get(node, "in"), name);
-        return false;
-    }
     volume->on_object = member->kind == RMAP_MEMBER_OBJECT ? member->index : -1;
     volume->on_group = member->kind == RMAP_MEMBER_GROUP ? member->index : -1;
     return member->index >= 0;

@@ -80,15 +80,16 @@ static enum rmap_status check_row(const struct rmap_file_rays *set, size_t i,
 {
     struct rmap_vec3 p, d;
     rmap_file_rays_get(set, i, &p, &d);
+    const char *row = set->step ? "step" : "ray";
     const double square = rmap_dot(d, d);
     if (!is_within(p.x, 1e30) || !is_within(p.y, 1e30) || !is_within(p.z, 1e30))
-        return rmap_error_set(err, RMAP_INPUT, "ray %zu: its start (%g, %g, %g) is no place", i + 1,
-                              p.x, p.y, p.z);
+        return rmap_error_set(err, RMAP_INPUT, "%s %zu: its start (%g, %g, %g) is no place", row,
+                              i + 1, p.x, p.y, p.z);
     if (!(square > 1e-30 && square < 1e30))
-        return rmap_error_set(err, RMAP_INPUT, "ray %zu: its direction (%g, %g, %g) is none", i + 1,
-                              d.x, d.y, d.z);
+        return rmap_error_set(err, RMAP_INPUT, "%s %zu: its direction (%g, %g, %g) is none", row,
+                              i + 1, d.x, d.y, d.z);
     if (set->delay_ns && !is_within(set->delay_ns[i], 1e30))
-        return rmap_error_set(err, RMAP_INPUT, "ray %zu: its time of %g ns is none", i + 1,
+        return rmap_error_set(err, RMAP_INPUT, "%s %zu: its time of %g ns is none", row, i + 1,
                               set->delay_ns[i]);
     if (set->below && !(set->below[i] >= (i ? set->below[i - 1] : 0.0)))
         return rmap_error_set(err, RMAP_INPUT, "ray %zu: its power is below 0", i + 1);

@@ -178,7 +178,10 @@ enum rmap_status rmap_steps_prepare(struct rmap_steps *steps,
     for (int i = 0; i < medium->channels->n; i++)
         all += sum[i];
     if (!(all > 0.0) || !(rmap_steps_photons(steps) > 0.0))
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "its steps make no light in this medium"));
+        RMAP_TRY(rmap_error_set(
+            err, RMAP_INPUT,
+            "its steps make no light in this medium: scintillation takes a deposited "
+            "energy, Cherenkov light a beta above 1 / index"));
     if (!(rmap_steps_photons(steps) < PHOTONS_MAX))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
                                 "its steps make %g photons: at most %g are counted",

@@ -87,8 +87,8 @@ def check_mistakes():
                              ("b.ies", ", set: 2", "set 2 is not there: an IES file has one"),
                              ("none.ies", "", "none.ies"),
                              ("b.ies", ", emitter: {ball: 3}", "unknown key in an emitter: 'ball'"),
-                             ("b.ies", ", emitter: {}", "an emitter is 'opening', 'point', or one of"),
-                             ("b.ies", ", emitter: hole", "unknown emitter 'hole'; known: opening, point"),
+                             ("b.ies", ", emitter: {}", "an emitter is 'opening', 'point', {disc: radius}, {rectangle"),
+                             ("b.ies", ", emitter: hole", "an emitter is 'opening', 'point', {disc: radius}, {rectangle"),
                              ("b.ies", ", distribution: cosine", "'distribution'"),
                              ("b.ies", ", spin: fast", "'spin' must be a finite number")):
         told = run("check", scene(lamp, more), status=3)

@@ -186,7 +186,7 @@ def check_counted():
 def check_mistakes():
     row = "0,0,0,0,0,1,1,1"
     for text, more, said in (
-            ("x,y,z,dx,dy,dz,energy\n0,0,0,0,0,1,1\n", "", "steps need columns length and energy, too"),
+            ("x,y,z,dx,dy,dz,energy\n0,0,0,0,0,1,1\n", "", "it has no column length: steps need x, y, z, dx, dy, dz, length, energy"),
             ("x,y,z,dx,dy,dz,length,energy,weight\n" + row + ",1\n", "", "it has a column 'weight'; known are x, y, z, dx, dy, dz, length"),
             ("x (mm),y (mm),z (mm),dx,dy,dz,length,energy\n" + row + "\n", "", "'length': it has the unit of x, y and z"),
             ("x,y,z,dx,dy,dz,length,energy (J)\n" + row + "\n", "", "'J' is no unit of its column 'energy'"),
