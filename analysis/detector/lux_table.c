@@ -72,10 +72,9 @@ static double value_at(const struct rmap_detector_image *image, uint32_t i, uint
     return image->value[i + (size_t)(image->n[1] - 1 - row) * image->n[0]];
 }
 
-/* As lighting programs round them: to three digits. */
-static void put_value(double value, char text[32])
+void rmap_lux_text(double value, char text[32])
 {
-    (void)snprintf(text, 32, value >= 100.0 ? "%.0f" : "%.3g", value);
+    (void)snprintf(text, 32, value >= 100.0 && value < 1e6 ? "%.0f" : "%.3g", value);
 }
 
 static void describe_grid(const struct rmap_detector_image *image, struct rmap_lux_grid *grid,
@@ -108,16 +107,16 @@ enum rmap_status rmap_lux_table_print(const struct rmap_detector_image *image, F
     for (uint32_t row = 0; row < image->n[1]; row++) {
         rmap_text_table_add(&table, "%.4g", place_of(image, 1, image->n[1] - 1 - row));
         for (uint32_t i = 0; i < image->n[0]; i++) {
-            put_value(value_at(image, i, row), text);
+            rmap_lux_text(value_at(image, i, row), text);
             rmap_text_table_add(&table, "%s", text);
         }
     }
     describe_grid(image, &grid, spacing_m);
     fprintf(out, "\n%s, %s; places in %s\n\n", image->quantity, image->unit, image->scene->unit);
     RMAP_TRY(rmap_text_table_print(&table, alignment, out, err));
-    put_value(image->mean, average);
-    put_value(of->least.value, least);
-    put_value(of->greatest.value, greatest);
+    rmap_lux_text(image->mean, average);
+    rmap_lux_text(of->least.value, least);
+    rmap_lux_text(of->greatest.value, greatest);
     fprintf(out, "\naverage %s, minimum %s, maximum %s %s; U0 %.2f, Ud %.2f\n", average, least,
             greatest, image->unit, of->u0.value, of->ud.value);
     fprintf(out, "grid %u x %u points, %.3g x %.3g m apart", image->n[0], image->n[1], spacing_m[0],

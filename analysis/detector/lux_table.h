@@ -24,6 +24,9 @@ void rmap_lux_grid_find(const double size_m[2], struct rmap_lux_grid *grid);
 /* The bins, over an area, get that many cells. */
 void rmap_lux_grid_bins(struct rmap_detector_bins *bins);
 
+/* As lighting programs round values: to three digits, from 100 on to whole numbers. */
+void rmap_lux_text(double value, char text[32]);
+
 /* Of an image over an area whose uniformity was found: columns by x, rows by y from the greatest
  * down; with --frame world in the world's where the axes lie along those. For people, as CSV (what
  * is no number in lines of "# key: value"), and added to a document as "table" and "grid". */

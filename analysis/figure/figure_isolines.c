@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "analysis/detector/lux_table.h"
 #include "base/alloc.h"
 
 enum { LEVELS = 9, LABELS = 200, SAME_APART = 170, LABEL_WIDTH = 34, LABEL_HEIGHT = 18 };
@@ -102,7 +103,7 @@ static size_t label(struct rmap_svg *svg, const struct lines *lines, double leve
 {
     const size_t n_piece = lines->n / 3, before = labels->n;
     char text[32];
-    (void)snprintf(text, sizeof text, "%.4g", level);
+    (void)snprintf(text, sizeof text, "%.6g", level);
     for (size_t k = 0; k < n_piece && labels->n < LABELS; k++) {
         const size_t first = (n_piece / 2 + k) % n_piece * 3;
         const double *at = lines->point[first], *end = lines->point[first + 1];
@@ -163,7 +164,7 @@ void rmap_cell_values_draw(struct rmap_svg *svg, const struct rmap_axes *axes,
     for (uint32_t j = 0; j < grid->n[1]; j++)
         for (uint32_t i = 0; i < grid->n[0]; i++) {
             middle(axes, grid, i, j, at);
-            (void)snprintf(text, sizeof text, "%.3g", grid->value(grid->context, i, j));
+            rmap_lux_text(grid->value(grid->context, i, j), text);
             rmap_svg_string(svg,
                             &(struct rmap_svg_text){.x = at[0],
                                                     .y = at[1] + 4.0,
