@@ -10,7 +10,7 @@
 #include "analysis/detector/lux_table.h"
 #include "base/alloc.h"
 
-enum { LEVELS = 9, LABELS = 200, SAME_APART = 170, LABEL_WIDTH = 34, LABEL_HEIGHT = 18 };
+enum { LEVELS = 9, LABELS = 200, SAME_APART = 170, LABEL_WIDTH = 44, LABEL_HEIGHT = 18 };
 
 /* Of a cell's side; a line about one cell has pieces of 0.71 at most. */
 static const double PIECE_LEAST = 0.75;
