@@ -343,8 +343,9 @@ static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_nod
     for (size_t i = 1; i < n; i++) {
         if (value[i] > value[i - 1])
             continue;
-        rmap_reader_error(reader, list->item[i].value, "%ss must increase, but %g follows %g", word,
-                          value[i], value[i - 1]);
+        const bool energy = strcmp(word, "energy") == 0;
+        rmap_reader_error(reader, list->item[i].value, "%s%s must increase, but %g follows %g",
+                          energy ? "energies" : word, energy ? "" : "s", value[i], value[i - 1]);
         return false;
     }
     return true;

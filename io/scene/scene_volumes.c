@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "io/scene/scene_field.h"
 #include "io/scene/scene_objects.h"
 
@@ -58,7 +59,8 @@ static void read_deposits(struct rmap_reader *reader, const struct rmap_yaml_nod
 void rmap_reader_read_volume(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                              struct rmap_source *source)
 {
-    static const char *const kind[] = {"in", "from", "file"};
+    static const char *const of_grid[] = {"dataset", "axes", "lower",  "upper", "spacing", "origin",
+                                          "unit",    "at",   "rotate", "scale", "matrix"};
     struct rmap_volume *volume = rmap_alloc(1, sizeof *volume);
     source->type = RMAP_SOURCE_VOLUME;
     source->volume = volume;
@@ -70,10 +72,16 @@ void rmap_reader_read_volume(struct rmap_reader *reader, const struct rmap_yaml_
     const bool track = rmap_yaml_get(node, "from") || rmap_yaml_get(node, "to"),
                grid = rmap_yaml_get(node, "file") != NULL;
     volume->kind = track ? RMAP_VOLUME_TRACK : grid ? RMAP_VOLUME_GRID : RMAP_VOLUME_BODY;
+    for (size_t i = 0; i < RMAP_COUNT(of_grid) && !grid; i++)
+        if (rmap_yaml_get(node, of_grid[i]))
+            rmap_reader_error(
+                reader, rmap_yaml_get(node, of_grid[i]),
+                "'%s' is of a grid in a 'file': a body or a track shines where it stands",
+                of_grid[i]);
     if (track && grid)
         rmap_reader_error(reader, rmap_yaml_get(node, "file"),
                           "give a track 'from' and 'to' or a 'file', not both");
-    else if (!track && !grid && !rmap_yaml_get(node, kind[0]))
+    else if (!track && !grid && !rmap_yaml_get(node, "in"))
         rmap_reader_error(reader, node,
                           "'in' is missing: the body that shines; or 'from' and 'to' of a track, "
                           "or the 'file' of a grid");

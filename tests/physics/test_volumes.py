@@ -173,6 +173,7 @@ def check_mistakes():
     for old, new, said in ((", in: ball}", "}", "'in' is missing: the body that shines"),
                            (", in: ball}", ", in: bal}", "unknown object or group 'bal' (did you mean 'ball'?)"),
                            (", in: ball}", ", in: rod_light}", "'rod_light' is no object or group"),
+                           (", in: ball}", ", in: ball, at: [0, 0, 1]}", "'at' is of a grid in a 'file'"),
                            (", to: [10, 5, 30]}", "}", "'to' is missing: a track has two ends"),
                            ("type: volume, in: ball", "type: volume, in: bottom",
                             "of 4096 places in the box about the body 0 lie inside: it must be closed")):
