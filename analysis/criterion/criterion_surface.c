@@ -106,11 +106,37 @@ out:
     return st;
 }
 
+/* Is one of the models beside another one, so that the surface does not tell which it was? */
+static bool is_beside(const struct rmap_scene *scene, uint32_t models)
+{
+    bool beside = false;
+    for (size_t s = 0; s < scene->n_surface; s++)
+        for (int way = 0; way < 2; way++) {
+            const uint32_t its = models_of(scene, (int32_t)s, way == 1);
+            beside = beside || ((its & models) && (its & ~models));
+        }
+    return beside;
+}
+
+static enum rmap_status limit_model(struct rmap_parser *parser, double model,
+                                    struct rmap_step_test *steps)
+{
+    enum rmap_status st = RMAP_OK;
+    void *block = NULL;
+    const struct rmap_step_limit its = {RMAP_STEP_MODEL, {model, model, false}};
+    RMAP_TRY(rmap_criterion_block_add(parser->criterion, 1, sizeof its, &block, parser->err));
+    steps->limit = memcpy(block, &its, sizeof its);
+    steps->n_limit = 1;
+out:
+    return st;
+}
+
 enum rmap_status rmap_parse_scatter(struct rmap_parser *parser, struct rmap_criterion_node *node)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_token name;
     uint32_t models = 0;
+    size_t model = 0;
     node->kind = RMAP_CRITERION_STEPS;
     node->steps.events = RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
@@ -118,12 +144,17 @@ enum rmap_status rmap_parse_scatter(struct rmap_parser *parser, struct rmap_crit
     const char *words[RMAP_SCATTER_COUNT];
     for (size_t i = 0; i < RMAP_SCATTER_COUNT; i++) {
         words[i] = rmap_scatter_name[i].name;
-        if (rmap_token_is(parser->text, &name, "*") || rmap_token_is(parser->text, &name, words[i]))
-            models |= 1U << i;
+        if (!rmap_token_is(parser->text, &name, "*") &&
+            !rmap_token_is(parser->text, &name, words[i]))
+            continue;
+        models |= 1U << i;
+        model = i;
     }
     if (!models)
         return rmap_parser_fail_word(parser, &name, "scatter model", words, RMAP_SCATTER_COUNT);
     RMAP_TRY(set_models(parser, models, &node->steps));
+    if (is_beside(parser->criterion->scene, models))
+        RMAP_TRY(limit_model(parser, (double)model, &node->steps));
     RMAP_TRY(rmap_parse_step_end(parser, &node->steps, "')'"));
 out:
     return st;

@@ -64,5 +64,6 @@ enum rmap_status rmap_response_check(const struct rmap_scene *scene,
         return RMAP_OK;
     return rmap_error_set(err, RMAP_INPUT,
                           "parts of this map were traced in other wavelengths: what is detected by "
-                          "chance can be asked of maps that have the same ones throughout");
+                          "chance, or scattered by one of two models, can be asked of maps that "
+                          "have the same ones throughout");
 }

@@ -10,7 +10,7 @@
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "base/vec.h"
-#include "portion/event.h"
+#include "compact/step.h"
 
 #define POSITION RMAP_COLUMN_BIT(RMAP_SEGMENT_position)
 #define LEG                                                                                        \
@@ -34,8 +34,13 @@ static const struct {
     [RMAP_STEP_PATH_LENGTH] = {"path_length", RMAP_DIMENSION_LENGTH, LEG},
     /* Indexes know objects, events and media of steps, and not which comes first: */
     [RMAP_STEP_ORDER] = {"step", RMAP_DIMENSION_NONE, POSITION},
+    [RMAP_STEP_MODEL] = {NULL, RMAP_DIMENSION_NONE,
+                         LEG | OBJECT | RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) |
+                             RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) |
+                             RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) |
+                             RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) | RMAP_COLUMN_BIT(RMAP_RAY_id)},
 };
-enum { NUMBERS = sizeof number_table / sizeof *number_table };
+enum { NUMBERS = RMAP_STEP_MODEL };
 
 const char *rmap_step_number_word(size_t i)
 {
@@ -75,7 +80,9 @@ static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_step
     enum rmap_status st = RMAP_OK;
     struct rmap_step_limit limit[MOST];
     void *block = NULL;
-    size_t n = 0;
+    size_t n = test->n_limit;
+    if (n > 0)
+        memcpy(limit, test->limit, n * sizeof *limit);
     do {
         if (n == MOST)
             return RMAP_PARSER_FAIL(parser, &parser->token, "more than %d conditions on a step",
@@ -145,6 +152,44 @@ static double incidence(const struct rmap_portion *portion, size_t row, size_t r
                       : (double)NAN;
 }
 
+static const struct rmap_medium *medium_of(const struct rmap_scene *scene, int16_t medium)
+{
+    return medium >= 0 && (size_t)medium < scene->n_medium ? &scene->medium[medium] : NULL;
+}
+
+/* Of models beside each other the tracer's choice is made again, from the angle as it is stored. */
+static double model_at(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                       size_t row, size_t ray, size_t ray_row)
+{
+    const struct rmap_segment_columns *segment = &portion->segment;
+    const int16_t *n = segment->normal + 3 * row;
+    const struct rmap_vec3 light = leg(portion, row, ray, ray_row),
+                           normal = rmap_normalize(rmap_vec3(n[0], n[1], n[2]));
+    const size_t next = row + (row + 1 < ray_row + portion->ray.segment_count[ray]);
+    const struct rmap_turning turning = {.seed = scene->seed,
+                                         .ray = portion->ray.id[ray],
+                                         .step = (uint32_t)(row - ray_row) + 1,
+                                         .event = segment->event[row],
+                                         .near = medium_of(scene, segment->medium[row]),
+                                         .far = medium_of(scene, segment->medium[next]),
+                                         .channel = rmap_portion_channel(portion, next),
+                                         .scene = scene,
+                                         .object = segment->object[row],
+                                         .primitive = segment->primitive[row],
+                                         .front = rmap_dot(light, normal) < 0.0,
+                                         .position = rmap_vec3_of(segment->position + 3 * row)};
+    const struct rmap_draw draw = {turning.seed, turning.ray, turning.step};
+    struct rmap_scatter_side side;
+    if (!(rmap_dot(light, light) > 0.0) || (turning.near && turning.near->field) ||
+        (turning.far && turning.far->field))
+        return (double)NAN;
+    return rmap_step_side(&turning, turning.front ? normal : rmap_scale(normal, -1.0), &side)
+               ? rmap_scatter_picked(&side, (turning.event & RMAP_EVENT_TRANSMIT_DIFFUSE) != 0,
+                                     rmap_normalize(light), &draw)
+                     ->model
+               : RMAP_SCATTER_LAMBERT;
+}
+
 static double coordinate(struct rmap_vec3 p, int axis)
 {
     return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
@@ -175,6 +220,8 @@ static double number_at(const struct rmap_scene *scene, enum rmap_step_number nu
         return path_length(portion, row, ray, ray_row);
     case RMAP_STEP_ORDER:
         return (double)(row - ray_row);
+    case RMAP_STEP_MODEL:
+        return model_at(scene, portion, row, ray, ray_row);
     }
     return (double)NAN;
 }

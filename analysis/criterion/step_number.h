@@ -19,7 +19,8 @@ enum rmap_step_number {
     RMAP_STEP_WORLD_Z,
     RMAP_STEP_LENGTH,      /* of the leg that ends there; 0 of one that leaves */
     RMAP_STEP_PATH_LENGTH, /* from emission to there */
-    RMAP_STEP_ORDER        /* from 0 within the ray */
+    RMAP_STEP_ORDER,       /* from 0 within the ray */
+    RMAP_STEP_MODEL        /* that scattered, enum rmap_scatter_model; has no word */
 };
 
 struct rmap_step_limit {
@@ -27,8 +28,8 @@ struct rmap_step_limit {
     struct rmap_interval interval;
 };
 
-/* The end of a test of steps: `where NUMBER COMPARISON and ...`, if it is there, and the
- * parenthesis. what: else expected here. */
+/* The end of a test of steps: `where NUMBER COMPARISON and ...`, if it is there, in addition to the
+ * limits that the test has, and the parenthesis. what: else expected here. */
 enum rmap_status rmap_parse_step_end(struct rmap_parser *parser, struct rmap_step_test *test,
                                      const char *what) RMAP_MUST_USE;
 
@@ -40,7 +41,8 @@ rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test);
 
 /* Whether a row of /segment, of the ray in row `ray` of /ray whose segments begin at `ray_row`,
  * keeps within all limits. What is not defined does not: an angle where nothing is met, angle and
- * lengths of curved legs, and lengths of the way behind them. */
+ * lengths of curved legs, lengths of the way behind them, and which of two models scattered at a
+ * gradient medium. */
 bool rmap_step_limits_hold(const struct rmap_scene *scene, const struct rmap_step_test *test,
                            const struct rmap_portion *portion, size_t row, size_t ray,
                            size_t ray_row);

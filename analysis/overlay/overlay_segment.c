@@ -35,20 +35,6 @@ static double distance_out(const struct rmap_scene *scene, struct rmap_vec3 orig
     return gap > 0.0 ? sqrt(along * along + gap) - along : 0.0;
 }
 
-/* The channel whose light the segment carries: one alone where the field is dispersive. */
-static int channel_of(const struct rmap_overlay_ray *ray, size_t row)
-{
-    const struct rmap_portion *portion = ray->portion;
-    int most = 0;
-    if (!portion->colour)
-        return 0;
-    const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
-    for (int c = 1; c < portion->n_channel; c++)
-        if (share[c] > share[most])
-            most = c;
-    return most;
-}
-
 double rmap_overlay_delay(const struct rmap_overlay_ray *ray, uint32_t segment)
 {
     const struct rmap_portion *portion = ray->portion;
@@ -56,7 +42,7 @@ double rmap_overlay_delay(const struct rmap_overlay_ray *ray, uint32_t segment)
     if (!(portion->segment.event[row] & RMAP_EVENT_FLUORESCE))
         return 0.0;
     const int16_t medium = portion->segment.medium[row];
-    const int channel = channel_of(ray, row), n_channel = ray->scene->channels.n;
+    const int channel = rmap_portion_channel(portion, row), n_channel = ray->scene->channels.n;
     const struct rmap_draw draw = {ray->scene->seed, portion->ray.id[ray->row], segment + 1};
     struct rmap_reemission back;
     const bool known = medium >= 0 && (size_t)medium < ray->scene->n_medium && channel < n_channel;
@@ -210,7 +196,7 @@ void rmap_overlay_curve(const struct rmap_scene *scene, struct rmap_overlay_ray 
     const struct rmap_portion *portion = ray->portion;
     const size_t row = ray->segment + out->segment;
     struct path path = {.gradient = gradient_of(ray, out->segment),
-                        .channel = channel_of(ray, row),
+                        .channel = rmap_portion_channel(portion, row),
                         .index = ray->scene->medium[portion->segment.medium[row]].n[0]};
     struct rmap_curve_state from = state_at(&path, out->from);
     while (ray->curve < ray->curve_end && portion->curve.segment[ray->curve] < out->segment)

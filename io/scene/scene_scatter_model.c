@@ -335,6 +335,7 @@ static bool read_file(struct lobe *lobe)
 
 static void set_by_wavelength(struct rmap_scatter *its, int n_channel)
 {
+    rmap_scatter_derive(its, n_channel);
     for (int k = 0; k < RMAP_SHAPE_MAX; k++)
         for (int i = 1; i < n_channel; i++)
             its->by_wavelength = its->by_wavelength || its->shape[k][i] != its->shape[k][0];

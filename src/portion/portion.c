@@ -147,6 +147,18 @@ enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_ta
     return RMAP_OK;
 }
 
+int rmap_portion_channel(const struct rmap_portion *portion, size_t segment)
+{
+    int most = 0;
+    if (!portion->colour)
+        return 0;
+    const uint16_t *share = portion->colour + segment * (size_t)portion->n_channel;
+    for (int c = 1; c < portion->n_channel; c++)
+        if (share[c] > share[most])
+            most = c;
+    return most;
+}
+
 /* First row of /curve of a ray whose id is not below this one. */
 static size_t curve_bound(const struct rmap_portion *portion, uint64_t ray)
 {

@@ -99,6 +99,9 @@ void **rmap_portion_column_address(struct rmap_portion *portion, enum rmap_colum
 /* Bytes per row of a column in this portion (colour included). */
 size_t rmap_portion_row_nbytes(const struct rmap_portion *portion, enum rmap_column column);
 
+/* The channel that has most of the light in a row of /segment; 0 where colours were not read. */
+int rmap_portion_channel(const struct rmap_portion *portion, size_t segment);
+
 /* Rows of /curve that belong to the ray with that id, the first of them in *first_ret; they go from
  * segment to segment. 0: none of its segments has points between its ends. For portions whose ids
  * ascend. */

@@ -82,8 +82,8 @@ static double pillbox_hidden(double h)
 }
 
 /* Smith's auxiliary function of a direction: 1 / (1 + it) of its facets are seen from there (Heitz
- * 2014, JCGT 3 (2) 32). */
-static double hidden(const struct rmap_scattering *at, struct rmap_vec3 w)
+ * 2014, JCGT 3 (2) 32). Portable where events are drawn by it. */
+static double hidden(const struct rmap_scattering *at, struct rmap_vec3 w, bool portable)
 {
     double reach = square(shape_of(at, RMAP_SHAPE_ALPHA_X) * w.x) +
                    square(shape_of(at, RMAP_SHAPE_ALPHA_Y) * w.y);
@@ -95,7 +95,9 @@ static double hidden(const struct rmap_scattering *at, struct rmap_vec3 w)
     double h = 1.0 / sqrt(slope2);
     if (is_pillbox(at)) /* of a circle's chords, 2 sqrt(1 - q^2) / pi, those with q > h */
         return h < 1.0 ? pillbox_hidden(h) : 0.0;
-    double left = rmap_portable_exp(-h * h) * 0.28209479177387814347 / h - 0.5 * erfc_of(h);
+    double left = portable
+                      ? rmap_portable_exp(-h * h) * 0.28209479177387814347 / h - 0.5 * erfc_of(h)
+                      : exp(-h * h) * 0.28209479177387814347 / h - 0.5 * erfc(h);
     return left > 0.0 ? left : 0.0;
 }
 
@@ -103,7 +105,7 @@ double rmap_facet_unhindered(const struct rmap_scattering *at, struct rmap_vec3 
 {
     if (is_unified(at))
         return 1.0;
-    double there = hidden(at, out), here = hidden(at, at->in);
+    double there = hidden(at, out, true), here = hidden(at, at->in, true);
     return out.z > 0.0 ? (1.0 + here) / (1.0 + here + there) : 1.0 / (1.0 + there);
 }
 
@@ -274,7 +276,7 @@ double rmap_facet_bsdf(const struct rmap_scattering *at, struct rmap_vec3 out, d
     double density = facets(at, m) * per_direction / fabs(out.z);
     if (is_unified(at))
         return density / at->total;
-    double here = hidden(at, at->in), there = hidden(at, out);
+    double here = hidden(at, at->in, false), there = hidden(at, out, false);
     double seen = reflects ? 1.0 / (1.0 + here + there) : 1.0 / ((1.0 + here) * (1.0 + there));
     return density * cosine * seen / light.z;
 }

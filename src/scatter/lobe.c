@@ -54,7 +54,13 @@ static double power_of(const struct rmap_scattering *at)
     return at->scatter->model == RMAP_SCATTER_HARVEY ? s : -s;
 }
 
-static double radial(const struct rmap_scattering *at, double x)
+/* What directions and their totals depend on is portable; a BSDF need not be, and is cheaper. */
+static double raised(double x, double exponent, bool portable)
+{
+    return portable ? rmap_portable_power(x, exponent) : pow(x, exponent);
+}
+
+static double radial(const struct rmap_scattering *at, double x, bool portable)
 {
     double y;
     switch (at->scatter->model) {
@@ -63,12 +69,11 @@ static double radial(const struct rmap_scattering *at, double x)
         y = x / shape_of(at, RMAP_SHAPE_SIGMA);
         return rmap_portable_exp(-0.5 * y * y);
     case RMAP_SCATTER_ABG:
-        return 1.0 /
-               (shape_of(at, RMAP_SHAPE_B) + rmap_portable_power(x, shape_of(at, RMAP_SHAPE_G)));
+        return 1.0 / (shape_of(at, RMAP_SHAPE_B) + raised(x, shape_of(at, RMAP_SHAPE_G), portable));
     case RMAP_SCATTER_HARVEY:
     case RMAP_SCATTER_K_CORRELATION:
         y = x / width_of(at);
-        return rmap_portable_power(1.0 + y * y, 0.5 * power_of(at));
+        return raised(1.0 + y * y, 0.5 * power_of(at), portable);
     case RMAP_SCATTER_LAMBERT:
     case RMAP_SCATTER_COSINE:
     case RMAP_SCATTER_GGX:
@@ -161,11 +166,11 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
         return rough_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
         double cosine = rmap_dot(axis_of(at), out);
-        return cosine > 0.0 ? rmap_portable_power(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
+        return cosine > 0.0 ? pow(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
     }
     struct rmap_vec3 c = centre_of(at);
     double dx = out.x - c.x, dy = out.y - c.y;
-    double value = radial(at, sqrt(dx * dx + dy * dy));
+    double value = radial(at, sqrt(dx * dx + dy * dy), false);
     return is_oblique(at) ? value * side_of(at) * out.z : value;
 }
 
@@ -204,14 +209,14 @@ static double draw_power_law(const struct radius *its, double u)
 }
 
 /* x of the density x / max(B, x^g), which is at most twice that of ABg. */
-static void set_abg(double b, double g, struct radius *its)
+static void set_abg(const struct rmap_scattering *at, struct radius *its)
 {
-    its->knee = rmap_portable_power(b, 1.0 / g);
-    its->power = 2.0 - g;
+    const double tail = shape_of(at, RMAP_SHAPE_TAIL);
+    its->knee = shape_of(at, RMAP_SHAPE_KNEE);
+    its->power = 2.0 - shape_of(at, RMAP_SHAPE_G);
     if (!(its->knee < its->most))
         return;
-    const double tail = rmap_portable_power(its->knee, its->power);
-    its->inner = 0.5 * its->knee * its->knee / b;
+    its->inner = 0.5 * its->knee * its->knee / shape_of(at, RMAP_SHAPE_B);
     its->log_y = rmap_portable_log(its->most / its->knee);
     its->span = its->power * its->log_y;
     its->grown = rmap_portable_exp(its->span) - 1.0;
@@ -239,7 +244,7 @@ static struct radius radius_of(const struct rmap_scattering *at, double most)
         set_power_law(width_of(at), power_of(at), &its);
         break;
     case RMAP_SCATTER_ABG:
-        set_abg(shape_of(at, RMAP_SHAPE_B), shape_of(at, RMAP_SHAPE_G), &its);
+        set_abg(at, &its);
         break;
     default:
         its.sigma = shape_of(at, RMAP_SHAPE_SIGMA);
@@ -297,18 +302,25 @@ static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const stru
     return axis_of(at);
 }
 
-/* Beyond this angle from the axis there is less than 1e-13 of a power of the cosine. */
-static double farthest_sine(double power)
+void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel)
 {
-    double cosine = rmap_portable_exp(-30.0 / (power + 1.0));
-    return lift(cosine * cosine);
+    double(*shape)[RMAP_CHANNEL_MAX] = scatter->shape;
+    for (int i = 0; i < n_channel; i++)
+        if (scatter->model == RMAP_SCATTER_ABG) {
+            const double g = shape[RMAP_SHAPE_G][i];
+            shape[RMAP_SHAPE_KNEE][i] = rmap_portable_power(shape[RMAP_SHAPE_B][i], 1.0 / g);
+            shape[RMAP_SHAPE_TAIL][i] = rmap_portable_power(shape[RMAP_SHAPE_KNEE][i], 2.0 - g);
+        } else if (scatter->model == RMAP_SCATTER_COSINE) {
+            const double far = rmap_portable_exp(-30.0 / (shape[RMAP_SHAPE_POWER][i] + 1.0));
+            shape[RMAP_SHAPE_FARTHEST][i] = lift(far * far);
+        }
 }
 
 static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
     struct rmap_vec3 axis = axis_of(at), x, y;
     double power = shape_of(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
-    double most = fabs(axis.z) + farthest_sine(power);
+    double most = fabs(axis.z) + shape_of(at, RMAP_SHAPE_FARTHEST);
     rmap_basis(axis, &x, &y);
     for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
@@ -430,7 +442,7 @@ static double radial_total(const struct rmap_scattering *at)
         for (int i = 0; i < POINTS; i++) {
             double g = point(panel(1.0, p), panel(1.0, p + 1), i, &w);
             double x = (1.0 - b) * g * (2.0 - g); /* a square root at the horizon, where b is 0 */
-            sum += w * 2.0 * (1.0 - b) * (1.0 - g) * x * radial(at, x) * around(at, b, x);
+            sum += w * 2.0 * (1.0 - b) * (1.0 - g) * x * radial(at, x, true) * around(at, b, x);
             if (b == 0.0)
                 continue;
             /* from 1 - b to 1 + b by angle: square roots at both ends */
@@ -439,7 +451,7 @@ static double radial_total(const struct rmap_scattering *at)
             double half, other;
             rmap_azimuth(angle / (4.0 * RMAP_PI), &other, &half);
             x = (1.0 - b) + 2.0 * b * half * half;
-            sum += w * b * sine * x * radial(at, x) * around(at, b, x);
+            sum += w * b * sine * x * radial(at, x, true) * around(at, b, x);
         }
     return sum;
 }

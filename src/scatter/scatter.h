@@ -84,9 +84,13 @@ static const struct rmap_scatter_name rmap_scatter_name[] = {
 /* What `shape` holds, by model. */
 enum {
     RMAP_SHAPE_SIGMA = 0, /* GAUSSIAN, RETRO: of beta; UNIFIED: of facets, radians */
-    RMAP_SHAPE_POWER = 0, /* COSINE */
+    RMAP_SHAPE_POWER = 0, /* COSINE, and what rmap_scatter_derive makes of it: the sine of the angle
+                             from the axis beyond which there is less than 1e-13 of the lobe */
+    RMAP_SHAPE_FARTHEST,
     RMAP_SHAPE_B = 0,
-    RMAP_SHAPE_G, /* ABG */
+    RMAP_SHAPE_G,
+    RMAP_SHAPE_KNEE, /* ABG; rmap_scatter_derive: B^(1/g), and that to the power 2 - g */
+    RMAP_SHAPE_TAIL,
     RMAP_SHAPE_L = 0,
     RMAP_SHAPE_S,         /* HARVEY, K_CORRELATION; by roughness: l in vacuum */
     RMAP_SHAPE_ROUGHNESS, /* the same: in wavelengths in vacuum */
@@ -174,6 +178,9 @@ struct rmap_scattering {
 };
 
 /* Lobes (all but facets), lobe.c. */
+
+/* Fills the numbers of the shape that follow from the others; before the first draw. */
+void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel);
 
 /* BSDF / amount towards `out`, a unit vector. */
 double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out);

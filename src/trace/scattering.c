@@ -387,6 +387,27 @@ static void pick(const struct rmap_scatter_side *side, const struct rmap_draw *d
         ask(side, first, &smooth, at);
 }
 
+/* At the model that scatters light which travels along `direction`. */
+static struct rmap_scattering picked(const struct rmap_scatter_side *side, bool passes,
+                                     struct rmap_vec3 direction, const struct rmap_draw *draw)
+{
+    const double cosine = rmap_dot(direction, side->normal);
+    struct rmap_scattering at =
+        local(side, passes,
+              rmap_vec3(rmap_dot(direction, side->x), rmap_dot(direction, side->y),
+                        cosine < 0.0 ? cosine : 0.0));
+    if (at.scatter && (at.scatter->next > 0 || at.scatter->model == RMAP_SCATTER_CONTAMINATION))
+        pick(side, draw, &at);
+    return at;
+}
+
+const struct rmap_scatter *rmap_scatter_picked(const struct rmap_scatter_side *side, bool passes,
+                                               struct rmap_vec3 direction,
+                                               const struct rmap_draw *draw)
+{
+    return picked(side, passes, direction, draw).scatter;
+}
+
 struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
                                      struct rmap_vec3 direction, const struct rmap_draw *draw)
 {
@@ -397,16 +418,8 @@ struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool 
         (void)rmap_facet_leave(side, &facet, passes, draw, &out);
         return out;
     }
-    const double cosine = rmap_dot(direction, side->normal);
-    struct rmap_scattering at =
-        local(side, passes,
-              rmap_vec3(rmap_dot(direction, side->x), rmap_dot(direction, side->y),
-                        cosine < 0.0 ? cosine : 0.0));
-    if (!at.scatter)
-        return direction;
-    if (at.scatter->next > 0 || at.scatter->model == RMAP_SCATTER_CONTAMINATION)
-        pick(side, draw, &at);
-    return to_world(side, rmap_lobe_draw(&at, draw));
+    const struct rmap_scattering at = picked(side, passes, direction, draw);
+    return at.scatter ? to_world(side, rmap_lobe_draw(&at, draw)) : direction;
 }
 
 static double facet_bsdf(const struct rmap_scatter_side *side, struct rmap_scattering *at,

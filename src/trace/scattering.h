@@ -65,6 +65,12 @@ void rmap_facet_meet(const struct rmap_scatter_side *side, struct rmap_vec3 dire
 double rmap_facet_leave(const struct rmap_scatter_side *side, const struct rmap_facet *facet,
                         bool passes, const struct rmap_draw *draw, struct rmap_vec3 *out);
 
+/* Of models beside each other the one that scatters light which travels along `direction`; NULL:
+ * the side has none. */
+const struct rmap_scatter *rmap_scatter_picked(const struct rmap_scatter_side *side, bool passes,
+                                               struct rmap_vec3 direction,
+                                               const struct rmap_draw *draw);
+
 /* The direction in the world after a diffuse event of the side's model. */
 struct rmap_vec3 rmap_scatter_turned(const struct rmap_scatter_side *side, bool passes,
                                      struct rmap_vec3 direction, const struct rmap_draw *draw);

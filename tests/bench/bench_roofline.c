@@ -182,6 +182,7 @@ static enum rmap_status make_model(const struct model *its, struct rmap_scatter 
     *scatter = (struct rmap_scatter){.model = its->model, .amount = {1.0}};
     for (int i = 0; i < RMAP_SHAPE_MAX; i++)
         scatter->shape[i][0] = its->shape[i];
+    rmap_scatter_derive(scatter, 1);
     if (its->model == RMAP_SCATTER_TABLE)
         return make_table(scatter, err);
     if (its->model == RMAP_SCATTER_CONTAMINATION)

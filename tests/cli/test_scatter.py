@@ -138,12 +138,32 @@ def check_contamination():
         if specular < 0 or specular + diffuse > 0.9 + 1e-12:
             fail(f"more than the reflectance: {specular} + {diffuse}")
     run("trace", both, "-o", "dust.raymap", "-n", 200000, "--quiet", "--force")
-    answer = json.loads(run("query", "dust.raymap", "scatter(contamination)", "scatter(harvey)", "--count", "--json").stdout)
-    close("share of both", answer[0]["rays"]["matched"] / 200000, want, 4 * math.sqrt(want / 200000))
-    if answer[0]["rays"]["matched"] != answer[1]["rays"]["matched"] or run("verify", "dust.raymap").returncode != 0:
-        fail("a map of two models")
+    answer = json.loads(run("query", "dust.raymap", "scatter(*)", "scatter(contamination)", "scatter(harvey)", "--count", "--json").stdout)
+    scattered, dust, lobe = (one["rays"]["matched"] for one in answer)
+    close("share of both", scattered / 200000, want, 4 * math.sqrt(want / 200000))
+    alone = checked(scene("{type: mirror, reflectance: 0.9, contamination: {level: 600}}"))["sides"][0]["by_angle"]["reflect_diffuse"][k]
+    close("share of particles", dust / 200000, alone, 4 * math.sqrt(alone / 200000))
+    if dust + lobe != scattered or run("verify", "dust.raymap").returncode != 0:
+        fail(f"a map of two models: {answer}")
+    check_which_model()
     shutil.rmtree("dust.raymap")
     check_dusty_glass()
+
+
+def check_which_model():
+    """Each ray by itself: one model sends light straight back, the other hardly ever; how much each takes differs between wavelengths."""
+    back = "{type: scatter, reflectance: 0.9, reflect: {model: retro, sigma: 0.005, tis: {wavelength: [450, 650], value: [0.05, 0.8]}}, contamination: {level: 900}}"
+    both = scene(back, "450, 650", sources=beam(0, 40, 0))
+    angle = math.radians(40)
+    with open(both, "a", encoding="utf-8") as file:
+        file.write(f"detectors: [{{name: back, type: intensity, axis: [{-math.sin(angle)!r}, 0, {math.cos(angle)!r}], cells: [180, 1]}}]\n")
+    run("trace", both, "-o", "which.raymap", "-n", 20000, "--quiet", "--force")
+    criteria = [f"scatter({name}){more}" for name in ("retro", "contamination", "*") for more in ("", " and registered(back where angle < 3)")]
+    answer = json.loads(run("query", "which.raymap", *criteria, "scatter(retro) and scatter(contamination)", "--count", "--json").stdout)
+    lobe, lobe_back, dust, dust_back, scattered, _, twice = (one["rays"]["matched"] for one in answer)
+    if lobe_back != lobe or dust_back > 20 or lobe + dust != scattered or twice or min(lobe, dust) < 3000:
+        fail(f"which of two models: {answer}")
+    shutil.rmtree("which.raymap")
 
 
 GLASS = """raymap: 1

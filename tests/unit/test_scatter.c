@@ -33,6 +33,7 @@ static struct rmap_scatter lobe(enum rmap_scatter_model model, double a, double 
     const double shape[RMAP_SHAPE_MAX] = {a, b, c, d};
     for (int k = 0; k < RMAP_SHAPE_MAX; k++)
         its.shape[k][0] = shape[k];
+    rmap_scatter_derive(&its, 1);
     return its;
 }
 
