@@ -231,6 +231,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
     size_t row = ray->row;
     const struct rmap_left left = {ray->step > 0 ? r->object[row - 1] : r->start_object[ray->index],
                                    ray->step > 0 ? r->primitive[row - 1] : -1};
+    const bool goes_on = row + 1 < ray->end || r->reach == RMAP_REACH_DIRECTION;
     bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], &left, position,
                                 direction, &facing);
     if (!met) {
@@ -249,7 +250,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
         rmap_step_normal(facing.normal, run->out->segment.normal + 3 * row);
     if (ray->segment->flags & RMAP_BATCH_CROSSES)
         batch_cross(run, ray, facing.position, facing.t);
-    if (met && row + 1 < ray->end) {
+    if (met && goes_on) {
         const struct rmap_turning turning = turning_of(r, ray, facing.position, cosine);
         const struct rmap_vec3 normal =
             cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0);
@@ -258,7 +259,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
     }
     set_off(ray, facing.position, direction);
     /* what follows was taken to start on this object */
-    if (!met && ray->segment->object < r->model->n_object && row + 1 < ray->end)
+    if (!met && ray->segment->object < r->model->n_object && goes_on)
         run->batch->careful[ray->index] = 1;
 }
 
@@ -364,6 +365,19 @@ static void set_delays(struct rmap_batch_run *run, const struct rmap_batch_ray *
         out->registration.delay[k] = delay;
 }
 
+/* Segments of ray i, whose registrations begin at `crossing`, that it is followed along. */
+static size_t reach_of(const struct rmap_retrace *r, size_t i, size_t crossing)
+{
+    const size_t n = r->segment_count[i], n_crossing = r->registration_count[i];
+    size_t last = 0;
+    if (r->reach == RMAP_REACH_END || n == 0)
+        return n;
+    for (size_t k = crossing; k < crossing + n_crossing; k++)
+        last = r->crossing_segment[k] > last ? r->crossing_segment[k] : last;
+    last = last < n ? last : n - 1;
+    return n_crossing == 0 ? 0 : last + (r->reach == RMAP_REACH_CROSSING);
+}
+
 static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 {
     const struct rmap_retrace *r = run->r;
@@ -386,7 +400,7 @@ static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
     ray->segment = run->segment;
     ray->slab = run->slab;
     ray->row = run->row;
-    ray->end = run->row + r->segment_count[i];
+    ray->end = run->row + reach_of(r, i, run->crossing);
     ray->crossing = run->crossing;
     ray->crossing_end = run->crossing + (r->crossing_segment ? r->registration_count[i] : 0);
     ray->id = r->id[i];
@@ -395,7 +409,7 @@ static void set_out(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
     ray->departs = (int16_t)departure->channel;
     set_delays(run, ray, rmap_step_double(departure->delay_ns));
     ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
-    run->row = ray->end;
+    run->row += r->segment_count[i];
     run->segment += r->segment_count[i];
     run->crossing = ray->crossing_end;
 }
@@ -409,7 +423,13 @@ static inline void leave_slab(struct rmap_batch *batch, const struct rmap_batch_
 /* At the end of its segments. */
 static void arrive(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 {
-    rmap_batch_sum(run, ray);
+    const bool ahead = run->r->reach == RMAP_REACH_DIRECTION;
+    if (ahead) /* on the segment that it would go along next */
+        batch_cross(run, ray, position_of(ray), 0.0);
+    if (ray->crossing < ray->crossing_end)
+        run->batch->careful[ray->index] = 1;
+    if (!ahead)
+        rmap_batch_sum(run, ray);
     leave_slab(run->batch, ray);
 }
 

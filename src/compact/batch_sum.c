@@ -235,9 +235,9 @@ void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray
     int channel = r->channel[i] <= r->model->n_channel ? (int)r->channel[i] - 1 : -1;
     struct sum sum = {.run = run,
                       .index = i,
-                      .first = ray->end - r->segment_count[i],
+                      .first = ray->end - ray->step,
                       .end = ray->end,
-                      .segment = ray->segment - r->segment_count[i],
+                      .segment = ray->segment - ray->step,
                       .channel = channel};
     begin_light(run, i, ray->departs);
     for (size_t row = sum.first; row < sum.end; row++) {
@@ -248,8 +248,6 @@ void rmap_batch_sum(struct rmap_batch_run *run, const struct rmap_batch_ray *ray
     }
     if (run->out->registration.optical_path)
         sum_crossings(&sum, crossing, ray->crossing, run->out->registration.optical_path);
-    if (ray->crossing < ray->crossing_end)
-        run->batch->careful[i] = 1;
     if (r->model->group && !rmap_colour_single(&run->light.colour))
         run->batch->careful[i] = 1; /* of no map that this program writes */
     else if (out->group_path || run->out->registration.group_path)

@@ -388,6 +388,9 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                             rows->data[RMAP_STREAM_ray_channel], decoder->lane);
     if (!(traced & RMAP_CROSSING_LANES))
         r.crossing_segment = NULL;
+    else if (!(traced & ~RMAP_CROSSING_LANES))
+        r.reach =
+            traced & ~BIT(RMAP_REGISTRATION_direction) ? RMAP_REACH_CROSSING : RMAP_REACH_DIRECTION;
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->participating;
     struct rmap_portion made = *out; /* columns that are there stay */
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)

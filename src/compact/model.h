@@ -141,6 +141,13 @@ struct rmap_crossing {
     double optical_path, group_path;
 };
 
+/* How far rays are followed: whoever asks for registrations alone needs no more. */
+enum rmap_reach {
+    RMAP_REACH_END,
+    RMAP_REACH_CROSSING, /* the end of the segment of the last registration */
+    RMAP_REACH_DIRECTION /* its start, where its direction is known */
+};
+
 /* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */
 struct rmap_retrace {
     const struct rmap_compact_model *model;
@@ -163,6 +170,7 @@ struct rmap_retrace {
     bool turbid;  /* so is what happens inside media */
     bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
                      absorbs */
+    enum rmap_reach reach; /* of rays that go side by side */
     struct rmap_lane *lane;
 };
 

@@ -277,6 +277,10 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
         RMAP_COLUMN_BIT(RMAP_SEGMENT_position),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) | RMAP_COLUMN_BIT(RMAP_RAY_id),
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) | RMAP_COLUMN_BIT(RMAP_RAY_wavelength),
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction) | RMAP_COLUMN_BIT(RMAP_RAY_id),
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction) |
+            RMAP_COLUMN_BIT(RMAP_REGISTRATION_group_path) |
+            RMAP_COLUMN_BIT(RMAP_REGISTRATION_delay),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_RAY_path_length),
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative),
