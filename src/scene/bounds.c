@@ -6,8 +6,6 @@
 
 #include <math.h>
 
-#include "base/wide.h"
-
 struct rmap_bounds rmap_bounds_empty(void)
 {
     return (struct rmap_bounds){
@@ -31,33 +29,17 @@ void rmap_bounds_include_box(struct rmap_bounds *box, const struct rmap_affine *
                                                                        k & 4 ? upper.z : lower.z)));
 }
 
-typedef double four __attribute__((vector_size(32)));
-typedef int64_t four_masks __attribute__((vector_size(32)));
-
-/* As rmap_bounds_include, x, y and z at a time: scenes are opened for every question, and have many
+/* As rmap_bounds_include, without calls: scenes are opened for every question, and have many
  * vertices. What is not a number changes no bound. */
-RMAP_WIDE static void include_vertices(struct rmap_bounds *box, const struct rmap_mesh *mesh,
-                                       const struct rmap_affine *to_world)
+static inline void include_quickly(struct rmap_bounds *box, struct rmap_vec3 p)
 {
-    const double(*m)[3] = to_world->m;
-    const four column[3] = {{m[0][0], m[1][0], m[2][0]},
-                            {m[0][1], m[1][1], m[2][1]},
-                            {m[0][2], m[1][2], m[2][2]}},
-               shift = {to_world->t.x, to_world->t.y, to_world->t.z};
-    four lower = {box->lower.x, box->lower.y, box->lower.z},
-         upper = {box->upper.x, box->upper.y, box->upper.z}, odd = {0.0};
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        const float *v = mesh->vertex[i];
-        const four p =
-            column[0] * (double)v[0] + column[1] * (double)v[1] + column[2] * (double)v[2] + shift;
-        const four_masks below = p<lower, above = p> upper;
-        lower = (four)(((four_masks)p & below) | ((four_masks)lower & ~below));
-        upper = (four)(((four_masks)p & above) | ((four_masks)upper & ~above));
-        odd += p - p; /* NaN for infinite ones, too */
-    }
-    box->infinite |= isnan(odd[0] + odd[1] + odd[2]);
-    box->lower = rmap_vec3(lower[0], lower[1], lower[2]);
-    box->upper = rmap_vec3(upper[0], upper[1], upper[2]);
+    box->infinite |= !isfinite(p.x + p.y + p.z);
+    box->lower =
+        rmap_vec3(p.x < box->lower.x ? p.x : box->lower.x, p.y < box->lower.y ? p.y : box->lower.y,
+                  p.z < box->lower.z ? p.z : box->lower.z);
+    box->upper =
+        rmap_vec3(p.x > box->upper.x ? p.x : box->upper.x, p.y > box->upper.y ? p.y : box->upper.y,
+                  p.z > box->upper.z ? p.z : box->upper.z);
 }
 
 void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geometry *geometry,
@@ -76,7 +58,11 @@ void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geo
         rmap_bounds_include_box(box, to_world, lower, upper);
         return;
     }
-    include_vertices(box, mesh, to_world);
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        include_quickly(
+            box, rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
+    }
 }
 
 void rmap_bounds_include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
