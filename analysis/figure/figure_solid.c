@@ -407,6 +407,21 @@ static bool encloses(const struct extent *object, const struct extent *scene)
     return (a.x >= ENCLOSING * b.x) + (a.y >= ENCLOSING * b.y) + (a.z >= ENCLOSING * b.z) >= 2;
 }
 
+/* Whether the middle of something else lies in its box. */
+static bool holds_something(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                            size_t object, const struct extent *own)
+{
+    bool holds = false;
+    for (size_t o = 0; o < scene->n_object && !holds; o++) {
+        struct extent other = empty;
+        object_extent(scene, o, mesh[scene->object[o].geometry], &other);
+        const struct rmap_vec3 at = rmap_scale(rmap_add(other.low, other.high), 0.5);
+        holds = o != object && at.x > own->low.x && at.x < own->high.x && at.y > own->low.y &&
+                at.y < own->high.y && at.z > own->low.z && at.z < own->high.z;
+    }
+    return holds;
+}
+
 /* Its cells as triangles of a mesh in the world, whose faces they are. */
 static enum rmap_status cells_mesh(const struct rmap_irradiance_cells *cells, size_t part,
                                    struct rmap_mesh **mesh_ret, struct rmap_error *err)
@@ -450,52 +465,66 @@ static bool stays_in_sight(const struct rmap_solid *canvas, size_t object)
             rmap_shape_model[geometry->shape.type].revolved);
 }
 
-/* mesh: of its geometry, or of its cells, in the world. whole: of all objects, or of those that are
- * painted. */
-static enum rmap_status draw_object(const struct rmap_scene *scene, size_t object,
-                                    const struct rmap_mesh *mesh, bool painted,
+/* body: its mesh, of the geometry or of cells in the world, and what is said of it. whole: of all
+ * objects, or of those that are painted. */
+static enum rmap_status draw_object(struct body *body, const struct rmap_affine *to_world,
                                     const struct extent *whole, struct rmap_solid *canvas,
                                     struct rmap_error *err)
 {
-    struct extent own = empty;
-    const struct rmap_view_frame *frame = canvas->frame;
-    const struct rmap_affine in_place = rmap_affine_identity();
-    const struct rmap_affine *to_world = painted ? &in_place : &scene->object[object].to_world;
-    struct body body = {
-        .mesh = mesh,
-        .object = (uint32_t)object,
-        .painted = painted,
-        .flat = painted ? FLAT * rmap_length(rmap_sub(whole->high, whole->low)) : 0.0,
-        .corner = rmap_alloc(mesh->n_vertex + 1, sizeof *body.corner),
-        .place = rmap_alloc(mesh->n_vertex + 1, sizeof *body.place),
-        .centre = rmap_view_place(frame->view, rmap_scale(rmap_add(whole->low, whole->high), 0.5))};
+    const struct rmap_view *view = canvas->frame->view;
+    const size_t n = body->mesh->n_vertex;
     enum rmap_status st = RMAP_OK;
-    if (!body.corner || !body.place)
+    body->flat = body->painted ? FLAT * rmap_length(rmap_sub(whole->high, whole->low)) : 0.0;
+    body->centre = rmap_view_place(view, rmap_scale(rmap_add(whole->low, whole->high), 0.5));
+    body->corner = rmap_alloc(n + 1, sizeof *body->corner);
+    body->place = rmap_alloc(n + 1, sizeof *body->place);
+    if (!body->corner || !body->place)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
-    for (size_t i = 0; i < mesh->n_vertex; i++)
-        widen(&own, vertex_of(mesh, i, to_world));
-    body.encloses = encloses(&own, whole) && !(painted && stays_in_sight(canvas, object));
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        body.place[i] = rmap_view_place(frame->view, vertex_of(mesh, i, to_world));
-        body.corner[i] = corner_of(canvas, body.place[i]);
+    for (size_t i = 0; i < n; i++) {
+        body->place[i] = rmap_view_place(view, vertex_of(body->mesh, i, to_world));
+        body->corner[i] = corner_of(canvas, body->place[i]);
     }
-    draw_body(canvas, &body);
+    draw_body(canvas, body);
 out:
-    rmap_free(body.corner);
-    rmap_free(body.place);
+    rmap_free(body->corner);
+    rmap_free(body->place);
     return st;
 }
 
-static enum rmap_status draw_cells(const struct rmap_scene *scene, size_t object, size_t part,
+static enum rmap_status draw_cells(size_t object, size_t part, const struct extent *whole,
+                                   struct rmap_solid *canvas, struct rmap_error *err)
+{
+    struct rmap_mesh *mesh = NULL;
+    struct extent own = empty;
+    const struct rmap_affine in_place = rmap_affine_identity();
+    enum rmap_status st = cells_mesh(canvas->painted->cells, part, &mesh, err);
+    for (size_t i = 0; st == RMAP_OK && i < mesh->n_vertex; i++)
+        widen(&own, vertex_of(mesh, i, &in_place));
+    struct body body = {.mesh = mesh,
+                        .object = (uint32_t)object,
+                        .painted = true,
+                        .encloses = encloses(&own, whole) && !stays_in_sight(canvas, object)};
+    if (st == RMAP_OK)
+        st = draw_object(&body, &in_place, whole, canvas, err);
+    rmap_mesh_destroy(mesh);
+    return st;
+}
+
+/* Glass hides nothing, and without light only what is in a body is to be seen through its walls. */
+static enum rmap_status draw_solid(size_t object, struct rmap_mesh *const *mesh,
                                    const struct extent *whole, struct rmap_solid *canvas,
                                    struct rmap_error *err)
 {
-    struct rmap_mesh *mesh = NULL;
-    enum rmap_status st = cells_mesh(canvas->painted->cells, part, &mesh, err);
-    if (st == RMAP_OK)
-        st = draw_object(scene, object, mesh, true, whole, canvas, err);
-    rmap_mesh_destroy(mesh);
-    return st;
+    const struct rmap_scene *scene = canvas->scene;
+    const struct rmap_object *its = &scene->object[object];
+    struct extent own = empty;
+    object_extent(scene, object, mesh[its->geometry], &own);
+    struct body body = {.mesh = mesh[its->geometry],
+                        .object = (uint32_t)object,
+                        .encloses =
+                            encloses(&own, whole) && !is_glass(scene, object) &&
+                            (scene->n_source > 0 || holds_something(scene, mesh, object, &own))};
+    return draw_object(&body, &its->to_world, whole, canvas, err);
 }
 
 enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
@@ -517,10 +546,9 @@ enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_m
     for (size_t o = 0; o < scene->n_object; o++) {
         const int32_t part = painted ? painted->cells->part_of[o] : -1;
         if (part >= 0)
-            RMAP_TRY(draw_cells(scene, o, (size_t)part, &painted_whole, canvas, err));
+            RMAP_TRY(draw_cells(o, (size_t)part, &painted_whole, canvas, err));
         else
-            RMAP_TRY(
-                draw_object(scene, o, mesh[scene->object[o].geometry], false, &whole, canvas, err));
+            RMAP_TRY(draw_solid(o, mesh, &whole, canvas, err));
     }
     solid_find_depths(canvas);
     *solid_ret = canvas;

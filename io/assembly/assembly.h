@@ -26,6 +26,7 @@ struct rmap_assembly_colour {
 struct rmap_assembly_face {
     char *name, *material; /* "" or NULL: none */
     struct rmap_assembly_colour colour;
+    double middle[3]; /* of its area, where the shape has a `form`; NaN: not known */
 };
 
 struct rmap_assembly_shape {

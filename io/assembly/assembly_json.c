@@ -124,6 +124,8 @@ static enum rmap_status read_faces(struct reading *r, const json_t *list,
             st = text_of(r, from, "material", &shape->face[i].material);
         if (st == RMAP_OK)
             st = colour_of(r, from, &shape->face[i].colour);
+        if (!numbers_of(json_object_get(from, "middle"), 3, shape->face[i].middle))
+            shape->face[i].middle[0] = (double)NAN; /* of an older import */
     }
     return st;
 }
@@ -351,12 +353,14 @@ static json_t *text_json(const char *text)
 static json_t *shape_json(const struct rmap_assembly_shape *shape)
 {
     json_t *faces = json_array();
-    for (size_t i = 0; i < shape->n_face; i++)
-        (void)json_array_append_new(faces,
-                                    json_pack("{s:s, s:o, s:o}", "name",
-                                              shape->face[i].name ? shape->face[i].name : "",
-                                              "color", colour_json(&shape->face[i].colour),
-                                              "material", text_json(shape->face[i].material)));
+    for (size_t i = 0; i < shape->n_face; i++) {
+        const struct rmap_assembly_face *face = &shape->face[i];
+        json_t *its = json_pack("{s:s, s:o, s:o}", "name", face->name ? face->name : "", "color",
+                                colour_json(&face->colour), "material", text_json(face->material));
+        if (shape->form[0] && isfinite(face->middle[0]))
+            (void)json_object_set_new(its, "middle", three_json(face->middle));
+        (void)json_array_append_new(faces, its);
+    }
     return json_pack("{s:s, s:s, s:s, s:s, s:s, s:o, s:b, s:f, s:[o, o], s:o}", "id", shape->id,
                      "name", shape->name, "file", shape->file, "hash", shape->hash, "form",
                      shape->form, "digest", hexadecimal_json(shape->digest), "closed",

@@ -31,6 +31,11 @@ struct rmap_assembly_match {
     bool *kept; /* [shapes of the new one] the mesh file of the old one serves */
 };
 
+/* A body's copies share a shape in the frame of the first of them. Where the first is another one
+ * now, or gone, shapes that are an old one in another frame, as a part that did not move shows, get
+ * the old one's, and their parts' places follow. */
+void rmap_assembly_keep_frames(const struct rmap_assembly *before, struct rmap_assembly *after);
+
 /* Under parents that are the same, from the root on: by id where the name or the shape agrees, by
  * name, by shape and place; among equal ids or names place and shape decide. Groups by what is in
  * them. Then wherever they are: by name where it is unique, by shape, the nearest first; at last

@@ -17,7 +17,7 @@
 #include "io/lensfile/lens_text.h"
 #include "io/lensfile/lens_write.h"
 
-enum { LOOKS_MAX = 32, INDENT = 2, WORD_NBYTES = 400 };
+enum { LOOKS_MAX = 32, INDENT = 2, WORD_NBYTES = 400, BY_FACE_MAX = 16 };
 
 /* ---- words ---- */
 
@@ -179,6 +179,7 @@ static void put_part(FILE *out, const struct rmap_assembly *a,
                      const struct rmap_assembly_part *part, int depth, double reach)
 {
     struct looks looks;
+    const size_t n_face = a->shape[part->shape].n_face;
     find_looks(a, part, &looks);
     (void)fprintf(out, "%*s- {name: ", depth * 2 * INDENT + INDENT, "");
     put_name(out, part->label);
@@ -198,6 +199,9 @@ static void put_part(FILE *out, const struct rmap_assembly *a,
         (void)fputs(", material: ", out);
         put_quoted(out, part->material);
     }
+    /* Ghosts are told by the faces that make them. */
+    if (looks.whole.inside[0] && n_face > 1 && n_face <= BY_FACE_MAX)
+        (void)fputs(", by_face: true", out);
     put_faces(out, a, part, &looks);
     (void)fputc('}', out);
     put_remark(out, part);
@@ -413,12 +417,14 @@ enum rmap_status rmap_assembly_put_attributes(const void *context, FILE *out,
                 "match by\n"
                 "# name, group, id, material, color (within a tolerance) and face, with patterns "
                 "of * and ?,\n"
-                "# and set surface, inside, outside (media) or omit. For example:\n"
+                "# and set surface, inside, outside (media), by_face (an object for each face, as\n"
+                "# tables of ghosts want it) or omit. For example:\n"
                 "#\n"
                 "# surfaces:\n"
                 "#   black: {type: lambert, reflectance: 0.04}\n"
                 "# attributes:\n"
-                "#   - {match: {name: 'lens*'}, set: {surface: fresnel, inside: N-BK7}}\n"
+                "#   - {match: {name: 'lens*'}, set: {surface: fresnel, inside: N-BK7, by_face: "
+                "true}}\n"
                 "#   - {match: {name: 'lens*', face: [rim, 3..5]}, set: {surface: black}}\n"
                 "#   - {match: {group: housing, color: '#202020'}, set: {surface: black}}\n"
                 "#   - {match: {name: 'screw*'}, set: {omit: true}}\n"

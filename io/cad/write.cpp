@@ -180,9 +180,10 @@ json_t *shape_json(const Shape &shape, std::size_t number, const std::string &fi
 {
     json_t *faces = json_array();
     for (const Face &face : shape.faces)
-        json_array_append_new(faces, json_pack("{so so ss sf}", "name", string_json(face.name),
+        json_array_append_new(faces, json_pack("{so so ss sf so}", "name", string_json(face.name),
                                                "color", color_json(face.color), "surface",
-                                               name_of(face.surface.kind), "area", face.area));
+                                               name_of(face.surface.kind), "area", face.area,
+                                               "middle", point_json(face.centroid)));
     return json_pack("{so ss so sb sf sf s[oo] sf ss ss so}", "id",
                      string_json("s" + std::to_string(number)), "file", file.c_str(), "name",
                      string_json(shape.name), "closed", shape.closed ? 1 : 0, "volume",

@@ -18,13 +18,24 @@ void rmap_file_lock(int fd)
         (void)nanosleep(&nap, NULL);
 }
 
-bool rmap_file_is_locked(const char *path)
+/* 0: nobody has it; EWOULDBLOCK: somebody does; else nobody can tell. */
+static int look(const char *path)
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     /* Shared: NFS gives no exclusive lock on a file that is open for reading, and two that look at
      * a time are not to take each other for the writer. */
-    bool held = fd >= 0 && flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    const int why = fd >= 0 && flock(fd, LOCK_SH | LOCK_NB) == 0 ? 0 : errno;
     if (fd >= 0)
         (void)close(fd);
-    return held;
+    return why;
+}
+
+bool rmap_file_is_locked(const char *path)
+{
+    return look(path) == EWOULDBLOCK;
+}
+
+bool rmap_file_is_left(const char *path)
+{
+    return look(path) == 0;
 }

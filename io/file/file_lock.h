@@ -14,4 +14,7 @@ void rmap_file_lock(int fd);
 /* Whether somebody writes to the file; false also where it cannot be opened. */
 bool rmap_file_is_locked(const char *path);
 
+/* Whether nobody does, as the lock itself shows; false where it cannot be asked for. */
+bool rmap_file_is_left(const char *path);
+
 #endif

@@ -48,8 +48,12 @@ static enum rmap_status open_file(struct reading *self, struct rmap_error *err)
     if (fstat(self->fd, &info) != 0 ||
         (S_ISFIFO(info.st_mode) && fcntl(self->fd, F_SETFL, O_RDONLY) != 0))
         return rmap_error_set(err, RMAP_SYSTEM, "cannot examine %s: %s", path, strerror(errno));
-    if (S_ISDIR(info.st_mode))
-        return rmap_error_set(err, RMAP_INPUT, "%s is a directory, not %s", path, self->kind->noun);
+    if (S_ISDIR(info.st_mode)) {
+        const bool has_scene = faccessat(self->fd, "scene.yaml", F_OK, 0) == 0;
+        return rmap_error_set(err, RMAP_INPUT, "%s is a directory, not %s%s%s%s", path,
+                              self->kind->noun, has_scene ? " (did you mean " : "",
+                              has_scene ? path : "", has_scene ? "/scene.yaml?)" : "");
+    }
     if (!S_ISREG(info.st_mode) && !S_ISFIFO(info.st_mode))
         return rmap_error_set(err, RMAP_INPUT, "%s is neither a regular file nor a pipe", path);
     if ((uintmax_t)info.st_size > self->kind->nbytes_max) {

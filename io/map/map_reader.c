@@ -218,9 +218,18 @@ static enum rmap_status explain(const char *path, const char *index, enum rmap_s
     if (stat(index, &info) == 0 || errno != ENOENT)
         return st;
     st = rmap_map_check_indexless(path, err);
-    return st == RMAP_OK
-               ? rmap_error_set(err, RMAP_FORMAT, "%s has no map.h5: it is no ray map", path)
-               : st;
+    if (st != RMAP_OK)
+        return st;
+    char *scene = rmap_path_format("%s/scene.yaml", path);
+    if (scene && stat(scene, &info) == 0)
+        st = rmap_error_set(err, RMAP_FORMAT,
+                            "%s has no map.h5: it is no ray map (did you mean %s, or what `raymap "
+                            "trace` makes of that?)",
+                            path, scene);
+    else
+        st = rmap_error_set(err, RMAP_FORMAT, "%s has no map.h5: it is no ray map", path);
+    rmap_free(scene);
+    return st;
 }
 
 static enum rmap_status open_file(const char *path, const char *index, struct rmap_h5 *h5,

@@ -22,7 +22,9 @@ const struct rmap_mapping rmap_attribute_keys = {"attributes", NULL, {{"a rule",
 const struct rmap_mapping rmap_match_keys = {
     "attributes", NULL, {{"what a rule matches", "name group id material color tolerance face"}}};
 const struct rmap_mapping rmap_set_keys = {
-    "attributes", NULL, {{"what a rule sets", "surface edge front back inside outside omit"}}};
+    "attributes",
+    NULL,
+    {{"what a rule sets", "surface edge front back inside outside by_face omit"}}};
 
 /* ---- colours ---- */
 
@@ -162,15 +164,18 @@ static bool put(struct rmap_reader *reader, struct rmap_yaml_node *node, const c
     return false;
 }
 
-static void set_all(struct rmap_reader *reader, struct rmap_attribute_rule *rule, bool is_lens,
-                    struct rmap_yaml_node *node)
+enum fitted { FITS_FACES, FITS_LENS, FITS_MESH, FITS_OTHER };
+
+static void set_all(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
+                    enum fitted fitted, struct rmap_yaml_node *node)
 {
     const struct rmap_yaml_node *set = rmap_yaml_get(rule->node, "set");
     for (size_t i = 0; set && i < set->n_item; i++) {
         const char *key = set->item[i].key;
         const bool of_lens = strcmp(key, "surface") == 0 || strcmp(key, "edge") == 0 ||
                              strcmp(key, "front") == 0 || strcmp(key, "outside") == 0;
-        if (is_lens ? !of_lens : strcmp(key, "edge") == 0)
+        if ((fitted == FITS_LENS ? !of_lens : strcmp(key, "edge") == 0) ||
+            (fitted != FITS_MESH && strcmp(key, "by_face") == 0))
             continue;
         if (!put(reader, node, key, set->item[i].value))
             return;
@@ -204,7 +209,7 @@ static void add_faces(struct rmap_reader *reader, struct rmap_attribute_rule *ru
         return;
     }
     if (put(reader, item, "faces", faces))
-        set_all(reader, rule, false, item);
+        set_all(reader, rule, FITS_FACES, item);
 }
 
 /* Its faces that have the colour. */
@@ -217,7 +222,7 @@ static void set_coloured_faces(struct rmap_reader *reader, struct rmap_attribute
         if (!colour_fits(reader, match, colour, list->item[i].value))
             continue;
         rule->n_fit++;
-        set_all(reader, rule, false, list->item[i].value);
+        set_all(reader, rule, FITS_FACES, list->item[i].value);
     }
 }
 
@@ -257,7 +262,7 @@ static bool apply(struct rmap_reader *reader, struct rmap_attribute_rule *rule,
     rule->n_fit++;
     (void)rmap_reader_bool(reader, set, "omit", &omit);
     if (!omit)
-        set_all(reader, rule, is_lens, object);
+        set_all(reader, rule, is_lens ? FITS_LENS : is_mesh ? FITS_MESH : FITS_OTHER, object);
     return omit;
 }
 
@@ -331,7 +336,7 @@ static void check_set(struct rmap_reader *reader, const struct rmap_yaml_node *s
 {
     static const char *const sides[] = {"front", "back", "inside", "outside"};
     static const char *const surfaces[] = {"surface", "edge"};
-    bool omit = false;
+    bool omit = false, by_face = false;
     for (size_t k = 0; k < RMAP_COUNT(surfaces); k++)
         if (rmap_yaml_get(set, surfaces[k]))
             rmap_reader_surface_pair(reader, set, surfaces[k], NULL, NULL);
@@ -339,6 +344,7 @@ static void check_set(struct rmap_reader *reader, const struct rmap_yaml_node *s
         if (rmap_yaml_get(set, sides[k]))
             rmap_reader_medium(reader, set, sides[k], NULL);
     (void)rmap_reader_bool(reader, set, "omit", &omit);
+    (void)rmap_reader_bool(reader, set, "by_face", &by_face);
 }
 
 static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *node)
@@ -363,7 +369,7 @@ static void read_rule(struct rmap_reader *reader, const struct rmap_yaml_node *n
     if (set->n_item == 0) {
         rmap_reader_error(reader, set,
                           "'set' sets nothing: give one of surface, edge, front, back, inside, "
-                          "outside, omit, or take the rule away");
+                          "outside, by_face, omit, or take the rule away");
         return;
     }
     check_set(reader, set);

@@ -17,7 +17,7 @@
 #include "io/scene/scene_objects.h"
 #include "io/scene/scene_surfaces.h"
 
-enum { NAME_NBYTES = 256 };
+enum { NAME_NBYTES = 256, BY_FACE_MAX = 1000 };
 
 /* ---- which ones ---- */
 
@@ -210,15 +210,43 @@ static void add_item(struct rmap_reader *reader, const struct rmap_yaml_node *it
     add_part(reader, &part, group, name, mark);
 }
 
+/* Its name in the mesh file, where no other face has it, or its number. */
+static const char *face_name(const struct rmap_mesh *mesh, size_t face, char number[32])
+{
+    const char *name = mesh->face_name[face];
+    bool own = name && name[0] && !strpbrk(name, "*?'\" ") && strcmp(name, "body") != 0;
+    for (size_t f = 0; f < mesh->n_face && own; f++)
+        own = f == face || !mesh->face_name[f] || strcmp(mesh->face_name[f], name) != 0;
+    (void)snprintf(number, 32, "face_%zu", face);
+    return own ? name : number;
+}
+
+static void add_each(struct rmap_reader *reader, const struct rmap_object_plan *plan, int32_t group,
+                     const size_t *owner, uint8_t *mark)
+{
+    const struct rmap_mesh *mesh = reader->scene->geometry[plan->geometry].mesh;
+    char number[32];
+    for (size_t f = 0; f < mesh->n_face; f++) {
+        if (owner[f] != 0)
+            continue;
+        memset(mark, 0, mesh->n_face);
+        mark[f] = 1;
+        add_part(reader, plan, group, face_name(mesh, f, number), mark);
+    }
+}
+
 void rmap_reader_expand_faces(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               const struct rmap_object_plan *plan)
 {
     const struct rmap_yaml_node *list = rmap_yaml_get(node, "faces");
     const struct rmap_mesh *mesh = reader->scene->geometry[plan->geometry].mesh;
     int32_t group = -1;
-    if (!mesh || mesh->n_face == 0 || !rmap_reader_check_list(reader, list, "'faces'")) {
+    bool by_face = false;
+    (void)rmap_reader_bool(reader, node, "by_face", &by_face);
+    if (!mesh || mesh->n_face == 0 || (list && !rmap_reader_check_list(reader, list, "'faces'"))) {
         if (!mesh || mesh->n_face == 0)
-            rmap_reader_error(reader, list, "'faces' are of an object that is a mesh");
+            rmap_reader_error(reader, list ? list : node, "'%s' is of an object that is a mesh",
+                              list ? "faces" : "by_face");
         rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
         return;
     }
@@ -227,17 +255,26 @@ void rmap_reader_expand_faces(struct rmap_reader *reader, const struct rmap_yaml
     if (!mark || !owner) {
         rmap_reader_no_memory(reader);
     } else {
-        settle_owners(reader, plan->name, list, mesh, mark, owner);
-        if (mark_of(owner, mesh->n_face, 0, mark) ==
-            mesh->n_face) { /* of rules, none of which fits */
+        if (list)
+            settle_owners(reader, plan->name, list, mesh, mark, owner);
+        by_face &= mesh->n_face > 1;
+        if (by_face && mesh->n_face > BY_FACE_MAX) {
+            rmap_reader_warn(reader, node, "'%.60s' has %zu faces: beyond %d they are one object",
+                             plan->name, mesh->n_face, BY_FACE_MAX);
+            by_face = false;
+        }
+        if (!by_face && mark_of(owner, mesh->n_face, 0, mark) ==
+                            mesh->n_face) { /* of rules, none of which fits */
             rmap_reader_add_object(reader, plan);
         } else {
             rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world,
                                   plan->placement, plan->derived, &group);
-            for (size_t i = 1; i <= list->n_item; i++)
+            for (size_t i = 1; list && i <= list->n_item; i++)
                 if (mark_of(owner, mesh->n_face, i, mark))
                     add_item(reader, list->item[i - 1].value, plan, group, i - 1, mark);
-            if (mark_of(owner, mesh->n_face, 0, mark))
+            if (by_face)
+                add_each(reader, plan, group, owner, mark);
+            else if (mark_of(owner, mesh->n_face, 0, mark))
                 add_part(reader, plan, group, "body", mark);
         }
     }

@@ -304,8 +304,7 @@ const struct rmap_mapping rmap_object_keys = {
     "objects",
     NULL,
     {{"an object", "name geometry at rotate scale matrix copies surface front back inside outside "
-                   "id faces color "
-                   "material"},
+                   "id faces by_face color material"},
      {"an instance of a lens",
       "name geometry at rotate scale matrix copies outside front id surface edge color material"},
      {"a group", "name objects sources at rotate scale matrix copies id"}}};
@@ -358,7 +357,7 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     plan->geometry = entry->geometry;
-    if (rmap_yaml_get(node, "faces"))
+    if (rmap_yaml_get(node, "faces") || rmap_yaml_get(node, "by_face"))
         rmap_reader_expand_faces(reader, node, plan);
     else if (entry->closed)
         rmap_reader_expand_closed(reader, entry, plan);

@@ -91,8 +91,9 @@ void rmap_reader_check_attributes(struct rmap_reader *reader)
                 !text_of(set, "omit"))
                 rmap_reader_warn(reader, set->item[k].value,
                                  "'%s' says nothing of what this rule fits: %s", set->item[k].key,
-                                 strcmp(set->item[k].key, "edge") == 0
-                                     ? "'edge' is of lenses"
+                                 strcmp(set->item[k].key, "edge") == 0 ? "'edge' is of lenses"
+                                 : strcmp(set->item[k].key, "by_face") == 0
+                                     ? "'by_face' is of whole meshes"
                                      : "the rows of a lens say what is inside");
     }
 }

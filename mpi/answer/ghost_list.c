@@ -53,6 +53,7 @@ struct finding {
     const char *joint, *close; /* around what the rays must match, too */
     const char *where;
     uint64_t top;
+    enum rmap_path_level level;
     struct rmap_ghost_list *list;
 };
 
@@ -70,11 +71,25 @@ static enum rmap_status put_order(const struct finding *f, const char *detector,
     return st;
 }
 
+/* A body whose faces are one object says not which of them made the ghost. */
+static void note_body(const struct finding *f, uint32_t label)
+{
+    const struct rmap_scene *scene = rmap_map_scene(f->matrix.map);
+    for (size_t o = 0; o < scene->n_object && !f->list->body; o++) {
+        const struct rmap_mesh *mesh = scene->geometry[scene->object[o].geometry].mesh;
+        if (f->level == RMAP_PATH_SURFACE && rmap_path_labels(f->keys)[o] == (int32_t)label &&
+            mesh && mesh->n_face > 1)
+            f->list->body = scene->object[o].name;
+    }
+}
+
 static enum rmap_status put_pair(const struct finding *f, const struct rmap_path_cellsum *sum,
                                  struct texts *texts, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     char *criterion = NULL;
+    note_body(f, sum->a);
+    note_body(f, sum->b);
     RMAP_TRY(rmap_path_ghost_criterion(f->keys, &f->order, sum->a, sum->b, f->matrix.detector,
                                        &criterion, err));
     RMAP_TRY(put(texts, err, "2"));
@@ -184,7 +199,8 @@ enum rmap_status rmap_ghost_list_find(const struct rmap_context *context,
     struct finding f = {.joint = criterion ? "(" : "",
                         .where = criterion ? rmap_criterion_text(criterion) : "",
                         .close = criterion ? ") and " : "",
-                        .top = top};
+                        .top = top,
+                        .level = level};
     struct texts texts = {NULL, 0, 0};
     struct rmap_ghost_list *list = rmap_alloc(1, sizeof *list);
     enum rmap_status st = list ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory");

@@ -115,7 +115,8 @@ enum rmap_status rmap_model_import(const struct rmap_context *context,
     struct rmap_import_folder place = {.path = folder};
     struct rmap_diagnostics told;
     const bool force = rmap_argument(given, "force") != NULL;
-    char *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
+    struct rmap_model_made made = {0};
+    char *scene = rmap_model_path(folder, "scene.yaml");
     if (!scene)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
     rmap_diagnostics_init(&told, scene);
@@ -129,8 +130,8 @@ enum rmap_status rmap_model_import(const struct rmap_context *context,
     RMAP_TRY(rmap_assembly_settle_labels(&assembly, err));
     RMAP_TRY(rmap_assembly_settle_files(&assembly, err));
     RMAP_TRY(rmap_interrupt_stopped(err));
-    RMAP_TRY(rmap_model_store(folder, made, &assembly, place.has_model ? &place.before : NULL, NULL,
-                              force, &stored, err));
+    RMAP_TRY(rmap_model_store(folder, made.folder, &assembly,
+                              place.has_model ? &place.before : NULL, NULL, force, &stored, err));
     tell_kept(context, &stored);
     RMAP_TRY(rmap_import_check(context, &(struct rmap_import_text){.path = scene}, &told, err));
     rmap_diagnostics_print(&told, stderr);
@@ -143,7 +144,7 @@ enum rmap_status rmap_model_import(const struct rmap_context *context,
     }
     st = rmap_import_refused(scene, &told, err);
 out:
-    rmap_model_clean(made);
+    rmap_model_clean(&made);
     rmap_import_folder_fini(&place, st);
     rmap_diagnostics_fini(&told);
     rmap_model_stored_fini(&stored);
@@ -185,7 +186,8 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     struct rmap_model_request request;
     const bool force = rmap_argument(given, "force") != NULL,
                dry_run = rmap_argument(given, "dry-run") != NULL;
-    char number[2][32], *made = NULL, *scene = rmap_model_path(folder, "scene.yaml");
+    struct rmap_model_made made = {0};
+    char number[2][32], *scene = rmap_model_path(folder, "scene.yaml");
     if (!scene)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name");
     if (!rmap_model_is_one(given->operand[1]))
@@ -202,6 +204,7 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     RMAP_TRY(rmap_interrupt_stopped(err));
     rmap_diagnostics_print(&before.findings, stderr);
     rmap_diagnostics_print(&after.findings, stderr);
+    rmap_assembly_keep_frames(&before, &after);
     RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
     if (!force && !dry_run)
         RMAP_TRY(refuse_another(&before, &match, request.path, folder, err));
@@ -212,7 +215,8 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     for (int k = 0; k < RMAP_MODEL_RULE_FILES; k++)
         rmap_diagnostics_print(&rules[k], stderr);
     if (!dry_run)
-        RMAP_TRY(rmap_model_store(folder, made, &after, &before, &match, force, &stored, err));
+        RMAP_TRY(
+            rmap_model_store(folder, made.folder, &after, &before, &match, force, &stored, err));
     tell_kept(context, &stored);
     const struct rmap_model_revision revision = {&before, &after, &match, &stored, rules, dry_run};
     if (context->json)
@@ -220,7 +224,7 @@ enum rmap_status rmap_model_update(const struct rmap_context *context,
     else if (!context->quiet)
         rmap_revision_print(&revision, scene, stdout);
 out:
-    rmap_model_clean(made);
+    rmap_model_clean(&made);
     rmap_model_stored_fini(&stored);
     rmap_assembly_match_fini(&match);
     for (int k = 0; k < RMAP_MODEL_RULE_FILES; k++)

@@ -171,6 +171,11 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     st = context->json
              ? rmap_json_print(rmap_json_of_map(rmap_ghost_list_json(list), map), stdout, err)
              : rmap_ghost_list_print(list, stdout, err);
+    if (list->body && !context->quiet)
+        (void)fprintf(stderr,
+                      "%s is one object: 'by_face: true' of it in the scene, or set by a rule in "
+                      "'attributes', tells which of its faces make ghosts\n",
+                      list->body);
 out:
     rmap_whole_file_fini(&whole);
     return st;

@@ -16,6 +16,7 @@
 
 #include "base/alloc.h"
 #include "io/file/directory.h"
+#include "io/file/file_lock.h"
 #include "io/file/input_file.h"
 #include "io/file/publish.h"
 #include "mpi/command/output.h"
@@ -175,26 +176,114 @@ out:
     return st;
 }
 
+/* ---- the folder of what it makes ---- */
+
+#define MADE      ".raymap-"
+#define MADE_LOCK "lock"
+
+static enum rmap_status remove_one(void *context, int directory, const char *name,
+                                   struct rmap_error *err)
+{
+    (void)context, (void)err;
+    (void)unlinkat(directory, name, 0);
+    return RMAP_OK;
+}
+
+static void remove_folder(const char *folder)
+{
+    struct rmap_error unheard = {0};
+    if (rmap_directory_visit(folder, remove_one, NULL, &unheard) == RMAP_OK)
+        (void)rmdir(folder);
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return lstat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static void remove_made(const char *folder)
+{
+    char *model = rmap_path_format("%s/" RMAP_MODEL_MADE, folder);
+    if (model && is_folder(model))
+        remove_folder(model);
+    remove_folder(folder);
+    rmap_free(model);
+}
+
+/* One whose import was killed, as its lock shows. */
+static enum rmap_status remove_left(void *context, int directory, const char *name,
+                                    struct rmap_error *err)
+{
+    char *folder = strncmp(name, MADE, strlen(MADE)) == 0
+                       ? rmap_path_format("%s/%s", *(const char *const *)context, name)
+                       : NULL,
+         *lock = folder ? rmap_path_format("%s/" MADE_LOCK, folder) : NULL;
+    (void)directory, (void)err;
+    if (lock && is_folder(folder) && rmap_file_is_left(lock))
+        remove_made(folder);
+    rmap_free(folder);
+    rmap_free(lock);
+    return RMAP_OK;
+}
+
+/* The lock has its name once it is held, so that nobody finds it free before. raymap-step has it,
+ * too, and may outlive us. */
+static enum rmap_status make_folder(const char *above, struct rmap_model_made *made,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const mode_t mode = S_IRUSR | S_IWUSR;
+    char *folder = rmap_path_format("%s/" MADE "XXXXXX", above), *lock = NULL, *new = NULL;
+    if (!folder)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
+    if (!mkdtemp(folder))
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "no folder can be made in %s: %s", above,
+                                strerror(errno)));
+    *made = (struct rmap_model_made){folder, -1};
+    folder = NULL;
+    lock = rmap_path_format("%s/" MADE_LOCK, made->folder);
+    new = rmap_path_format("%s/" MADE_LOCK ".new", made->folder);
+    if (!lock || !new)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
+    made->lock = open(new, O_RDWR | O_CREAT | O_EXCL, mode);
+    if (made->lock >= 0)
+        rmap_file_lock(made->lock);
+    if (made->lock < 0 || rename(new, lock) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s cannot be made: %s", lock, strerror(errno));
+out:
+    rmap_free(folder);
+    rmap_free(lock);
+    rmap_free(new);
+    return st;
+}
+
+void rmap_model_clean(struct rmap_model_made *made)
+{
+    if (!made->folder)
+        return;
+    remove_made(made->folder);
+    if (made->lock >= 0)
+        (void)close(made->lock);
+    rmap_free(made->folder);
+}
+
+/* ---- the whole ---- */
+
 static enum rmap_status read_step(const struct rmap_model_request *request,
-                                  struct rmap_assembly *assembly, char **made_ret,
+                                  struct rmap_assembly *assembly, struct rmap_model_made *made,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *text = NULL;
     size_t nbytes = 0;
-    char *json = NULL, *made = rmap_path_format("%s/.raymap-XXXXXX", request->folder);
+    char *json = NULL;
     const char *trouble = rmap_input_file_trouble(request->path);
-    if (!made)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "%s: %s", request->path, trouble));
-    if (!mkdtemp(made))
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "no folder can be made in %s: %s",
-                                request->folder, strerror(errno)));
-    *made_ret = made;
-    made = NULL;
-    RMAP_TRY(convert(request, *made_ret, err));
-    json = rmap_path_format("%s/" RMAP_MODEL_MADE "/assembly.json", *made_ret);
+    RMAP_TRY(make_folder(request->folder, made, err));
+    RMAP_TRY(convert(request, made->folder, err));
+    json = rmap_path_format("%s/" RMAP_MODEL_MADE "/assembly.json", made->folder);
     if (!json)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a file's name"));
     st = rmap_input_file_read(json, RMAP_ASSEMBLY_NBYTES_MAX, &text, &nbytes, err);
@@ -205,37 +294,18 @@ static enum rmap_status read_step(const struct rmap_model_request *request,
 out:
     rmap_free(text);
     rmap_free(json);
-    rmap_free(made);
     return st;
 }
 
 enum rmap_status rmap_model_read(const struct rmap_model_request *request,
-                                 struct rmap_assembly *assembly, char **made_ret,
+                                 struct rmap_assembly *assembly, struct rmap_model_made *made,
                                  struct rmap_error *err)
 {
-    *made_ret = NULL;
+    struct rmap_error unheard = {0};
+    const char *folder = request->folder;
     rmap_diagnostics_init(&assembly->findings, request->path);
-    return is_step(request->path) ? read_step(request, assembly, made_ret, err)
+    (void)!rmap_directory_visit(request->folder, remove_left, &folder, &unheard);
+    return is_step(request->path) ? read_step(request, assembly, made, err)
                                   : rmap_assembly_read_mesh(request->path, request->scale,
                                                             request->unit, assembly, err);
-}
-
-static enum rmap_status remove_one(void *context, int directory, const char *name,
-                                   struct rmap_error *err)
-{
-    (void)context, (void)err;
-    (void)unlinkat(directory, name, 0);
-    return RMAP_OK;
-}
-
-void rmap_model_clean(char *made)
-{
-    struct rmap_error unheard = {0};
-    char *model = made ? rmap_path_format("%s/" RMAP_MODEL_MADE, made) : NULL;
-    if (model && rmap_directory_visit(model, remove_one, NULL, &unheard) == RMAP_OK)
-        (void)rmdir(model);
-    if (made && rmap_directory_visit(made, remove_one, NULL, &unheard) == RMAP_OK)
-        (void)rmdir(made);
-    rmap_free(model);
-    rmap_free(made);
 }

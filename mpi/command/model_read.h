@@ -22,14 +22,20 @@ struct rmap_model_request {
 /* Whether the name ends as one of them. */
 bool rmap_model_is_one(const char *path);
 
-/* *made_ret: the folder of mesh files that are not yet where they belong, for rmap_model_clean;
- * NULL where there are none. RMAP_INPUT: it is no such file, with what is wrong; RMAP_SYSTEM, also
- * where raymap-step is not here. Not collective. */
+/* A folder of mesh files that are not yet where they belong. */
+struct rmap_model_made {
+    char *folder; /* NULL: there are none */
+    int lock;     /* by which others see that it is in use */
+};
+
+/* Removes what imports into the same folder that were killed have left there. *made: for
+ * rmap_model_clean in any case; zeroed before. RMAP_INPUT: it is no such file, with what is wrong;
+ * RMAP_SYSTEM, also where raymap-step is not here. Not collective. */
 enum rmap_status rmap_model_read(const struct rmap_model_request *request,
-                                 struct rmap_assembly *assembly, char **made_ret,
+                                 struct rmap_assembly *assembly, struct rmap_model_made *made,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* Removes the folder and what is left in it; frees its name. NULL is fine. */
-void rmap_model_clean(char *made);
+/* Removes the folder and what is left in it. Zeroed: fine. */
+void rmap_model_clean(struct rmap_model_made *made);
 
 #endif

@@ -522,6 +522,18 @@ def test_object_colours():
     seen = pixels("colours.png")
     reds = sum(r > 150 and g < 0.5 * r and b < 0.5 * r for row in seen for r, g, b in row)
     assert reds > 2000, reds
+    # Without light, and nothing within, a body has all its walls: its red lid is seen from above.
+    with open("lone.yaml", "w", encoding="utf8") as file:
+        file.write("""raymap: 1
+surfaces: {red: {type: lambert, reflectance: {rgb: [0.8, 0.05, 0.05]}}, black: {type: absorber}}
+geometries: {block: {type: box, size: [1, 1, 1]}}
+objects: [{name: block, geometry: block, surface: black, faces: [{faces: top, surface: red}]}]
+background: {radiance: 1, trace: false}
+cameras: [{name: c, at: [3, -5, 4], look_at: [0, 0, 0], fov: 30, resolution: [40, 30]}]
+""")
+    run("draw", "lone.yaml", "-o", "lone.png", "--force")
+    reds = sum(r > 150 and g < 0.5 * r and b < 0.5 * r for row in pixels("lone.png", 800) for r, g, b in row)
+    assert reds > 2000, reds
 
 
 def test_polydata():

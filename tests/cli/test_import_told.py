@@ -147,6 +147,9 @@ def check_folders():
     run("import", write("no.zmx", "hello"), "-o", "here/none/at/all", status=3)
     run("import", write("no.obj", "hello"), "-o", "here/none/at/all", status=3)
     check(not pathlib.Path("here/none").exists(), "none stays of what failed")
+    for words, status in ((("ghosts", "here/deep/er/lens", "sensor"), 4), (("check", "here/deep/er/lens"), 3)):
+        said = run(*words, status=status)
+        check("did you mean here/deep/er/lens/scene.yaml" in said, said)
     # One kind over the other.
     before = {n: pathlib.Path("here/deep/model", n).read_bytes() for n in files_of("here/deep/model")}
     said = run("import", lens, "-o", "here/deep/model", status=2)
@@ -188,7 +191,7 @@ def check_interrupt():
     step.write_text('#!/bin/sh\nfor folder; do :; done\nmkdir "$folder"\necho $$ > here/pid\nexec sleep 60\n', encoding="utf-8")
     step.chmod(0o755)
     write("a.step", "ISO-10303-21;\n")
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         pathlib.Path("here/pid").unlink(missing_ok=True)
         with subprocess.Popen(["here/bin/raymap", "import", "here/a.step", "-o", "here/stopped/in"], stderr=subprocess.PIPE, text=True) as program:
             for _ in range(400):
@@ -198,9 +201,18 @@ def check_interrupt():
             child = int(pathlib.Path("here/pid").read_text(encoding="utf-8"))
             program.send_signal(number)
             said = program.communicate(timeout=30)[1]
+        if number == signal.SIGKILL:
+            break
         check(program.returncode == 6 and number.name in said, f"{number}: {program.returncode} {said}")
         check(not pathlib.Path("here/stopped").exists(), "no folder stays")
         check(not pathlib.Path(f"/proc/{child}").exists(), "raymap-step is ended")
+    for left, what in ((1, "raymap-step goes on: its folder is in use"), (0, "it is ended, too: the folder goes with the next import")):
+        run("import", "here/a.obj", "-o", "here/stopped/in", "--force")
+        check(len(list(pathlib.Path("here/stopped/in").glob(".raymap-*"))) == left, what)
+        if left:
+            os.kill(child, signal.SIGKILL)
+            while pathlib.Path(f"/proc/{child}").exists() and "Z" not in pathlib.Path(f"/proc/{child}/stat").read_text(encoding="utf-8").split(") ")[1]:
+                time.sleep(0.01)
 
 
 def check_full():

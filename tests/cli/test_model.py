@@ -312,6 +312,21 @@ def check_exact_faces():
                                                                   "medium: N-BK7}]\n# Light,"), encoding="utf-8")
     says = run("trace", "here/lens/scene.yaml", "-n", 60000, "--no-record")
     check("error" not in says and "absorbed by  biconvex.1" in says, f"no ray is lost: {says}")
+    # Ghosts are told by faces, the same light as of the body as one.
+    pathlib.Path("here/lens/scene.yaml").write_text(scene.replace("# Light,", """sources: [{name: s, type: collimated, at: [0, 0, -20], direction: [0, 0, 1], shape: {disc: 8}}]
+detectors: [{name: sensor, type: plane, at: [0, 0, 60], size: [18, 18], cells: 9}]\n# Light,"""), encoding="utf-8")
+    rule = "attributes: [{match: {name: '*'}, set: {surface: fresnel, inside: N-BK7%s}}]\n"
+    seen = {}
+    for more in ("", ", by_face: true"):
+        pathlib.Path("here/lens/attributes.yaml").write_text(rule % more, encoding="utf-8")
+        done = subprocess.run([os.environ["RAYMAP"], "ghosts", "here/lens/scene.yaml", "sensor", "-n", "100k", "--json"], text=True, capture_output=True, check=False)
+        rows = json.loads(done.stdout)["rows"]
+        seen[more] = {row["surfaces"]: row["registrations"] for row in rows if row["order"] == 2}
+        check(("biconvex is one object: 'by_face: true'" in done.stderr) == (not more), f"what tells them apart: {done.stderr}")
+    body, faces = seen.values()
+    check(set(body) == {"biconvex then biconvex"} and set(faces) == {"biconvex.face_2 then biconvex.face_0"} and
+          list(body.values()) == list(faces.values()), f"{seen}")
+    check("biconvex.face_1" in says_nothing("here/lens/scene.yaml"), "the rim, too")
 
 
 check_tree()

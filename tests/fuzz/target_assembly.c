@@ -24,7 +24,10 @@ static const char whole[] =
     "{\"format\":\"raymap-assembly\",\"version\":1,\"source\":\"a\",\"shapes\":[{\"id\":\"s\","
     "\"file\":\"a.ply\",\"name\":\"a\",\"hash\":\"00000000000000000000000000000000\",\"bounds\":[["
     "0,"
-    "0,0],[1,1,1]],\"faces\":[]}],\"parts\":[{\"id\":\"x\",\"name\":\"X\",\"shape\":\"s\"}]}";
+    "0,0],[1,1,1]],\"form\":\"00000000000000000000000000000001\",\"closed\":true,\"digest\":"
+    "\"0x1\","
+    "\"faces\":[{\"name\":\"\",\"middle\":[0.5,0.5,0]}]}],\"parts\":[{\"id\":\"x\",\"name\":\"X\","
+    "\"shape\":\"s\"}]}";
 
 static enum rmap_status write_text(const struct rmap_assembly *assembly,
                                    enum rmap_status (*put)(const void *context, FILE *out,
@@ -57,6 +60,7 @@ static enum rmap_status use(struct rmap_assembly *after, struct rmap_error *err)
     struct rmap_assembly_match match = {0};
     RMAP_TRY(rmap_assembly_read_json(whole, strlen(whole), &before, err));
     RMAP_TRY(rmap_assembly_settle_labels(&before, err));
+    rmap_assembly_keep_frames(&before, after);
     RMAP_TRY(rmap_assembly_match(&before, after, &match, err));
     RMAP_TRY(rmap_assembly_adopt(&before, after, &match, err));
     RMAP_TRY(rmap_assembly_settle_labels(after, err));
@@ -79,6 +83,7 @@ static enum rmap_status use_twice(const char *text, size_t nbytes, struct rmap_e
     RMAP_TRY(rmap_assembly_read_json(text, nbytes, &before, err));
     RMAP_TRY(rmap_assembly_settle_labels(&before, err));
     RMAP_TRY(rmap_assembly_read_json(text, nbytes, &after, err));
+    rmap_assembly_keep_frames(&before, &after);
     RMAP_TRY(rmap_assembly_match(&before, &after, &match, err));
     for (size_t i = 0; i < after.n_part; i++)
         rmap_fuzz_demand(match.from[i] >= 0 && match.change[i] == 0 &&
