@@ -24,6 +24,8 @@ static enum rmap_status begin_meshes(const struct rmap_scene *scene, struct rmap
     accel->bottom = rmap_alloc(scene->n_geometry + 1, sizeof(void *));
     if (accel->bottom)
         accel->bottom[0] = bottom;
+    else
+        rmap_free(bottom);
     if (!bottom || !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu meshes", scene->n_geometry);
     for (size_t i = 0; i < scene->n_geometry; i++) {
