@@ -237,19 +237,26 @@ static enum rmap_status parse_path_in(struct rmap_parser *parser, struct rmap_cr
 
 static const struct rmap_word word_table[] = {
     {"all", parse_all},
-    {"source", parse_source, .in_stats = 22},
-    {"hit", rmap_parse_hit, 6, 18, RMAP_OF_STEPS},
-    {"surface", rmap_parse_surface, 7, 19, RMAP_OF_STEPS},
-    {"scatter", rmap_parse_scatter, 19, 33, RMAP_OF_STEPS},
+    {"source", parse_source, .in_stats = 22, .wants = "the name of a source, as source(sun)"},
+    {"hit", rmap_parse_hit, 6, 18, RMAP_OF_STEPS, .wants = "the name of an object, as hit(lens)"},
+    {"surface", rmap_parse_surface, 7, 19, RMAP_OF_STEPS,
+     .wants = "the name of a surface property, as surface(black)"},
+    {"scatter", rmap_parse_scatter, 19, 33, RMAP_OF_STEPS,
+     .wants = "a scatter model, as scatter(lambert)"},
     {"event", rmap_parse_event_test, 8, 20, RMAP_OF_STEPS},
-    {"medium", rmap_parse_medium, 9, 21, RMAP_OF_STEPS},
+    {"medium", rmap_parse_medium, 9, 21, RMAP_OF_STEPS,
+     .wants = "the name of a medium, as medium(air)"},
     {"after", rmap_parse_after, 14, 0, RMAP_OF_REGISTRATION},
     {"at", rmap_parse_at, 15, 0, RMAP_OF_REGISTRATION},
-    {"registered", rmap_parse_registered, .in_stats = 24},
-    {"crossed", rmap_parse_crossed, .in_stats = 25},
-    {"detected", rmap_parse_detected, .in_stats = 35},
-    {"ended", parse_ended, .in_stats = 23},
-    {"path", rmap_parse_path, 13, 26, RMAP_OF_STEPS},
+    {"registered", rmap_parse_registered, .in_stats = 24,
+     .wants = "the name of a detector, as registered(sensor)"},
+    {"crossed", rmap_parse_crossed, .in_stats = 25,
+     .wants = "the name of a detector, as crossed(sensor)"},
+    {"detected", rmap_parse_detected, .in_stats = 35,
+     .wants = "the name of a detector, as detected(sensor)"},
+    {"ended", parse_ended, .in_stats = 23, .wants = "how, as ended(absorbed)"},
+    {"path", rmap_parse_path, 13, 26, RMAP_OF_STEPS,
+     .wants = "an expression, as path(\"T@lens .*\")"},
     {"segments", .in_stats = 5, RAY(RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE)},
     {"bounces", rmap_parse_bounces, 10, 6, RMAP_OF_STEPS, true},
     {"ghost_order", rmap_parse_ghost_order, 11, 9, RMAP_OF_STEPS, true},
@@ -330,11 +337,11 @@ const char *rmap_criterion_word(size_t i)
     return rmap_scatter_word(i);
 }
 
-const char *rmap_stats_word(int place)
+const struct rmap_word *rmap_stats_word(int place)
 {
     for (size_t i = 0; i < N_WORD; i++)
         if (place > 0 && word_table[i].in_stats == place)
-            return word_table[i].word;
+            return &word_table[i];
     return NULL;
 }
 

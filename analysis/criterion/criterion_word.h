@@ -28,6 +28,7 @@ struct rmap_word {
     enum rmap_dimension dimension;
     bool of_registration; /* `its_number` of a registration */
     enum rmap_registration_number its_number;
+    const char *wants; /* in brackets, with an example; NULL: a number may stand alone */
 };
 
 /* The word that is next, or that a token is; NULL: none. */
@@ -44,7 +45,7 @@ enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct r
 const char *rmap_criterion_word(size_t i);
 
 /* The number of `stats --of` at a place of their list, from 1; NULL behind the last. */
-const char *rmap_stats_word(int place);
+const struct rmap_word *rmap_stats_word(int place);
 
 /* One elementary test with its comparison. */
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;

@@ -175,6 +175,9 @@ function reportOf(r) {
   ];
 }
 
+/* Who may know rays, by their id, that the page does not hold. */
+const elsewhere = { rays: [] };
+
 /* r < 0: none. */
 function chooseRay(r) {
   markRay(r);
@@ -191,4 +194,5 @@ byId("ray-id").addEventListener("change", (event) => {
   if (r >= 0) return chooseRay(r);
   chooseRay(-1);
   byId("ray-report").textContent = "This page holds no such ray.";
+  if (/^\d+$/.test(typed)) elsewhere.rays.forEach((find) => find(String(BigInt(typed))));
 });

@@ -62,6 +62,18 @@ async function addCriterion(text = criterionEditor.getValue()) {
   await setCriteria([...live.criteria, text]);
 }
 
+/* A ray by its number is drawn as those of a criterion; with new data the one whose name stands there is chosen. */
+elsewhere.rays.push(async (id) => {
+  const text = `ray == ${id}`, said = byId("ray-report");
+  try {
+    if ((await ask("query", { criterion: text })).rays.matched === 0) return void (said.textContent = "There is no such ray.");
+  } catch (refused) {
+    return void (said.textContent = refused.message);
+  }
+  byId("ray-name").textContent = id;
+  await setCriteria([...live.criteria.filter((one) => one !== text).slice(0, MOST_CRITERIA - 1), text]);
+});
+
 /* Beside each switch: write it anew, and take it away. */
 function editItem(item, index) {
   const text = where[index].criterion, act = (label, sign, call) => {

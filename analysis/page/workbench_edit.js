@@ -55,7 +55,9 @@ function clearMistakes() {
   say("");
 }
 
-const errorsOf = (diagnostics) => diagnostics.filter((one) => one.severity === "error");
+/* Lines of a file that the scene includes are counted from its own first, which stands further below. */
+const errorsOf = (diagnostics) => diagnostics.filter((one) => one.severity === "error").map((one) => ({ ...one,
+  line: one.line && one.line + (one.file ? textEditor.getValue().split("\n").indexOf(`--- # include: ${one.file}`) + 1 : 0) }));
 
 const checkLater = later(400, async () => {
   const text = textEditor.getValue();

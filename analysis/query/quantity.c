@@ -198,6 +198,9 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         st = parse_its(making, quantity);
     } else if (own || (word && word->in_stats && is_called(parser))) {
         return parse_count(making, own, quantity);
+    } else if (word && word->wants) {
+        return RMAP_PARSER_FAIL(parser, &parser->token, "'%s' wants in brackets %s", word->word,
+                                word->wants);
     } else if (parser->token.kind != RMAP_TOKEN_WORD) {
         return rmap_parser_expected(parser, "a number such as wavelength or x(NAME)");
     } else {

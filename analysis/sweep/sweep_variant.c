@@ -51,7 +51,7 @@ static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *para
                      struct rmap_diagnostics *diagnostics)
 {
     const char *rest, *key = parameter->key[k];
-    const struct rmap_yaml_node *found = rmap_yaml_find(sweep->scene, key, &rest);
+    const struct rmap_yaml_node *found = rmap_yaml_find(sweep->scene, key, &rest, NULL);
     struct rmap_sweep_nominal *nominal = &parameter->nominal[k];
     const bool changes = parameter->change != RMAP_SWEEP_REPLACE;
     nominal->unit = "";

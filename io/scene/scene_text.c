@@ -13,11 +13,13 @@
 #include "base/alloc.h"
 #include "io/scene/yaml_tree.h"
 
-/* Where a node stands. */
+/* Where a node stands, or a key with its value. */
 struct span {
     size_t first, end; /* bytes; end: behind the last of its content */
+    size_t before;     /* behind the last content before it */
     int column;        /* of the first, from 0 */
     bool flow, empty;
+    bool in_flow; /* of the mapping or list that has it */
 };
 
 static bool is_flow(const yaml_event_t *event)
@@ -38,38 +40,46 @@ static bool ends(const yaml_event_t *event)
     return event->type == YAML_SEQUENCE_END_EVENT || event->type == YAML_MAPPING_END_EVENT;
 }
 
-/* The event at the node's place is its first. Of a block, libyaml's end is where the next thing
- * begins: its own is that of the last thing in it. */
-static bool span_of(const char *text, const struct rmap_yaml_node *node, struct span *span)
+/* The event at that place is the first of n_node nodes (2: a key and its value). Of a block,
+ * libyaml's end is where the next thing begins: its own is that of the last thing in it. */
+static bool span_of(const char *text, int line, int column, bool is_scalar, int n_node,
+                    struct span *span)
 {
     yaml_parser_t parser;
     yaml_event_t event;
-    int depth = 0, inside = -1; /* depth at which the node begins */
-    bool done = false, over = false;
+    int depth = 0, inside = -1, flow = -1; /* depths at which it, and what is in brackets, begins */
+    size_t last = 0;
+    bool over = false;
     if (!yaml_parser_initialize(&parser))
         return false;
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, strlen(text));
-    while (!done && !over && yaml_parser_parse(&parser, &event)) {
+    while (n_node > 0 && !over && yaml_parser_parse(&parser, &event)) {
         const yaml_mark_t at = event.start_mark, end = event.end_mark;
         const bool content = event.type == YAML_SCALAR_EVENT || event.type == YAML_ALIAS_EVENT;
         depth -= ends(&event);
-        if (inside < 0 && (content || begins(&event)) && (int)at.line + 1 == node->line &&
-            (int)at.column + 1 == node->column &&
-            begins(&event) == (node->kind != RMAP_YAML_SCALAR)) {
-            *span = (struct span){at.index, end.index, (int)at.column, is_flow(&event), true};
+        if (inside < 0 && (content || begins(&event)) && (int)at.line + 1 == line &&
+            (int)at.column + 1 == column &&
+            (event.type == YAML_ALIAS_EVENT || begins(&event) != is_scalar)) {
+            *span = (struct span){at.index,        end.index, last,     (int)at.column,
+                                  is_flow(&event), true,      flow >= 0};
             inside = depth;
-            done = content;
         } else if (inside >= 0 && (content || (ends(&event) && end.index > at.index))) {
             span->empty = span->empty && ends(&event);
             span->end = end.index;
         }
-        done = done || (inside >= 0 && ends(&event) && depth == inside);
+        if (content || (ends(&event) && end.index > at.index))
+            last = end.index;
+        n_node -= inside == depth && (content || ends(&event));
+        if (is_flow(&event) && flow < 0)
+            flow = depth;
+        else if (ends(&event) && flow == depth)
+            flow = -1;
         depth += begins(&event);
         over = event.type == YAML_STREAM_END_EVENT;
         yaml_event_delete(&event);
     }
     yaml_parser_delete(&parser);
-    return done;
+    return n_node == 0;
 }
 
 /* libyaml counts characters, texts are bytes. */
@@ -153,6 +163,22 @@ static void put_path(FILE *out, const char *path, const json_t *value)
         fputc('}', out);
 }
 
+/* An item more of a list, {name: ..., and what the value has}, as its last. */
+static void put_item(FILE *out, const char *text, const struct span *span, const char *name,
+                     const json_t *value)
+{
+    const size_t end = byte_of(text, span->end), line = end + strcspn(text + end, "\n");
+    json_t *item = json_pack("{s:s}", "name", name);
+    (void)json_object_update(item, (json_t *)(uintptr_t)value);
+    if (span->flow)
+        fprintf(out, "%.*s%s", (int)(end - 1), text, span->empty ? "" : ", ");
+    else
+        fprintf(out, "%.*s\n%*s- ", (int)line, text, span->column, "");
+    put_value(out, item);
+    fputs(text + (span->flow ? end - 1 : line), out);
+    json_decref(item);
+}
+
 /* Writes the text with the node's value, or with a key more in it. */
 static void put_changed(FILE *out, const char *text, const struct span *span, const char *rest,
                         const json_t *value)
@@ -173,6 +199,48 @@ static void put_changed(FILE *out, const char *text, const struct span *span, co
     }
 }
 
+/* Behind blanks, ends of lines and comments. */
+static size_t skip_comments(const char *text, size_t at)
+{
+    for (at += strspn(text + at, " \t\r\n"); text[at] == '#'; at += strspn(text + at, " \t\r\n"))
+        at += strcspn(text + at, "\n");
+    return at;
+}
+
+/* Out of brackets: with the comma behind it, or as the last with the one before. */
+static void put_without_entry(FILE *out, const char *text, const struct span *span)
+{
+    const size_t first = byte_of(text, span->first), end = byte_of(text, span->end);
+    const size_t next = skip_comments(text, end);
+    const size_t comma = skip_comments(text, byte_of(text, span->before));
+    if (text[next] == ',') {
+        fprintf(out, "%.*s%s", (int)first, text, text + next + 1 + strspn(text + next + 1, " "));
+    } else if (comma < first && text[comma] == ',') {
+        const size_t rest = comma + 1 + strspn(text + comma + 1, " ");
+        fprintf(out, "%.*s%.*s%s", (int)comma, text, (int)(first - rest), text + rest, text + end);
+    } else {
+        fprintf(out, "%.*s%s", (int)first, text, text + end);
+    }
+}
+
+/* Out of a block: the lines that it has for itself, with what is said behind it. */
+static void put_without_lines(FILE *out, const char *text, const struct span *span, bool is_item)
+{
+    size_t first = byte_of(text, span->first), end = byte_of(text, span->end), line;
+    if (is_item) /* with its dash */
+        while (first > 0 && text[--first] != '-')
+            continue;
+    for (line = first; line > 0 && text[line - 1] != '\n';)
+        line--;
+    const size_t blank = end + strspn(text + end, " \t\r");
+    if (line + strspn(text + line, " ") == first) {
+        first = line;
+        if (text[end - 1] != '\n' && (text[blank] == '#' || text[blank] == '\n'))
+            end = blank + strcspn(text + blank, "\n") + 1;
+    }
+    fprintf(out, "%.*s%s", (int)first, text, text + (end < strlen(text) ? end : strlen(text)));
+}
+
 static enum rmap_status parse(const char *text, struct rmap_yaml_node **root,
                               struct rmap_error *err)
 {
@@ -185,39 +253,75 @@ static enum rmap_status parse(const char *text, struct rmap_yaml_node **root,
     return st;
 }
 
-static enum rmap_status set_one(const char *text, const char *path, const json_t *value,
-                                char **text_ret, struct rmap_error *err)
+static enum rmap_status refuse(const char *path, const char *rest, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_INPUT,
+                          "'%s' leads nowhere in the scene: no '%s' (items of a list: by name, or "
+                          "by number from 1)",
+                          path, rest);
+}
+
+/* value NULL: what the path leads to goes. */
+static enum rmap_status write_one(FILE *out, const char *text, const char *path,
+                                  const json_t *value, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_yaml_node *root = NULL;
     const char *rest = path;
+    const struct rmap_yaml_item *item = NULL;
     struct span span = {0};
-    char *written = NULL;
-    size_t n = 0;
-    FILE *out = NULL;
     RMAP_TRY(parse(text, &root, err));
-    const struct rmap_yaml_node *node = rmap_yaml_find(root, path, &rest);
-    if (!*path || (*rest && node->kind != RMAP_YAML_MAP) || !span_of(text, node, &span))
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "'%s' leads nowhere in the scene: no '%s' (items of a list: by "
-                                "name, or by number from 1)",
-                                path, rest));
-    out = open_memstream(&written, &n);
-    if (out) {
-        put_changed(out, text, &span, rest, value);
-        if (fclose(out) == 0)
-            *text_ret = rmap_strdup(written);
+    const struct rmap_yaml_node *node = rmap_yaml_find(root, path, &rest, &item);
+    const bool scalar = node->kind == RMAP_YAML_SCALAR,
+               adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
+    if (!value) {
+        const bool has_key = item && item->key;
+        if (!item || *rest ||
+            !span_of(text, item->line, item->column, has_key || scalar, has_key ? 2 : 1, &span))
+            RMAP_TRY(refuse(path, rest, err));
+        if (span.in_flow)
+            put_without_entry(out, text, &span);
+        else
+            put_without_lines(out, text, &span, !has_key);
+    } else {
+        if (!*path || (*rest && node->kind != RMAP_YAML_MAP && !adds) ||
+            !span_of(text, node->line, node->column, scalar, 1, &span))
+            RMAP_TRY(refuse(path, rest, err));
+        if (*rest && adds)
+            put_item(out, text, &span, rest, value);
+        else
+            put_changed(out, text, &span, rest, value);
     }
-    if (!*text_ret)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
 out:
-    free(written);
     rmap_yaml_destroy(root);
     return st;
 }
 
-enum rmap_status rmap_scene_text_set(const char *text, const json_t *values, char **text_ret,
-                                     struct rmap_error *err)
+/* *text becomes the changed one, or is as it was. */
+static enum rmap_status change_one(char **text, const char *path, const json_t *value,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_SYSTEM;
+    char *written = NULL, *copy = NULL;
+    size_t n = 0;
+    FILE *out = open_memstream(&written, &n);
+    if (out)
+        st = write_one(out, *text, path, value, err);
+    if (out && fclose(out) == 0 && st == RMAP_OK)
+        copy = rmap_strdup(written);
+    free(written);
+    if (st != RMAP_OK && out)
+        return st;
+    if (!copy)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
+    rmap_free(*text);
+    *text = copy;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_scene_text_change(const char *text, const json_t *remove,
+                                        const json_t *values, char **text_ret,
+                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     char *now = rmap_strdup(text);
@@ -225,14 +329,15 @@ enum rmap_status rmap_scene_text_set(const char *text, const json_t *values, cha
     json_t *value;
     if (!now)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
+    for (size_t i = 0; i < json_array_size(remove) && st == RMAP_OK; i++) {
+        path = json_string_value(json_array_get(remove, i));
+        st = path ? change_one(&now, path, NULL, err)
+                  : rmap_error_set(err, RMAP_USAGE, "'remove' is a list of keys' paths");
+    }
     json_object_foreach((json_t *)(uintptr_t)values, path, value)
     {
-        char *next = NULL;
-        st = set_one(now, path, value, &next, err);
-        if (st != RMAP_OK)
-            break;
-        rmap_free(now);
-        now = next;
+        if (st == RMAP_OK)
+            st = change_one(&now, path, value, err);
     }
     if (st == RMAP_OK)
         *text_ret = now;
@@ -268,7 +373,7 @@ static const char *section_of(const struct rmap_yaml_node *root, const char *nam
     for (size_t i = 0; i < sizeof section / sizeof *section; i++) {
         const char *rest = path;
         (void)snprintf(path, nbytes, "%s.%s", section[i], name);
-        *node_ret = rmap_yaml_find(root, path, &rest);
+        *node_ret = rmap_yaml_find(root, path, &rest, NULL);
         if (!*rest)
             return section[i];
     }
@@ -301,7 +406,7 @@ enum rmap_status rmap_scene_text_move(const char *text, const char *name, const 
         place[i] += json_number_value(json_array_get(by, i));
     (void)strcat(path, ".at");
     values = json_pack("{s:[f, f, f]}", path, place[0], place[1], place[2]);
-    st = rmap_scene_text_set(text, values, text_ret, err);
+    st = rmap_scene_text_change(text, NULL, values, text_ret, err);
 out:
     json_decref(values);
     rmap_yaml_destroy(root);

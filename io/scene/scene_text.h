@@ -9,11 +9,14 @@
 
 #include "base/status.h"
 
-/* The text with other values: {"objects.lens.at": [0, 0, 5], ...}, key paths as those of --set.
- * Keys that are missing are added. What an alias stands for is changed where it is written.
- * *text_ret: rmap_free. RMAP_INPUT: the text is no YAML, or a path leads nowhere. */
-enum rmap_status rmap_scene_text_set(const char *text, const json_t *values, char **text_ret,
-                                     struct rmap_error *err) RMAP_MUST_USE;
+/* The text without some keys or items of lists (["objects.lens", ...]; NULL: none), and then with
+ * other values: {"objects.lens.at": [0, 0, 5], ...}. Key paths are those of --set. Keys that are
+ * missing are added, as is to a list an item, a mapping, of a name that it has not. What an alias
+ * stands for is changed where it is written, and taken away where the alias stands. *text_ret:
+ * rmap_free. RMAP_INPUT: the text is no YAML, or a path leads nowhere. */
+enum rmap_status rmap_scene_text_change(const char *text, const json_t *remove,
+                                        const json_t *values, char **text_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* The text with an object, group, source or detector `by` so much ([x, y, z], in the units of the
  * scene and the frame of its `at`) elsewhere. */

@@ -125,12 +125,15 @@ const char *rmap_yaml_nearest(const struct rmap_yaml_node *node, const char *pat
 }
 
 const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, const char *path,
-                                            const char **rest_ret)
+                                            const char **rest_ret,
+                                            const struct rmap_yaml_item **item_ret)
 {
     for (;;) {
         size_t len = 0;
         const struct rmap_yaml_item *item = find(root, path, &len);
         *rest_ret = item ? path + len + (path[len] == '.') : path;
+        if (item && item_ret)
+            *item_ret = item;
         if (!item || !path[len])
             return item ? item->value : root;
         path = *rest_ret;

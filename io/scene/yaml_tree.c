@@ -477,7 +477,7 @@ static enum rmap_status join(struct builder *b, struct rmap_yaml_node *whole,
     for (size_t i = 0; i < part->n_item && st == RMAP_OK; i++) {
         struct rmap_yaml_item *item = &part->item[i];
         struct rmap_yaml_node *value = item->value, *own = rmap_yaml_get(whole, item->key);
-        if (strcmp(item->key, "raymap") == 0)
+        if (strcmp(item->key, "raymap") == 0 || is_nothing(value))
             continue;
         if (strcmp(item->key, "include") == 0 ||
             (own && (own->kind != value->kind || own->kind == RMAP_YAML_SCALAR))) {

@@ -67,9 +67,11 @@ enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_y
 void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index);
 
 /* What a path of such an edit leads to, as far as the tree has it; *rest_ret: what of the path is
- * not there, "" where nothing is missing. */
+ * not there, "" where nothing is missing; *item_ret (or NULL): whose value it is, untouched where
+ * that is the root. */
 const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, const char *path,
-                                            const char **rest_ret);
+                                            const char **rest_ret,
+                                            const struct rmap_yaml_item **item_ret);
 
 /* The nearest name among a mapping's keys or a list's items to the head of a path, or NULL. */
 const char *rmap_yaml_nearest(const struct rmap_yaml_node *node, const char *path);

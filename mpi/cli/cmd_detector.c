@@ -112,8 +112,22 @@ static void tell_sparse(const struct rmap_context *context,
                 answer->crowd);
 }
 
-/* What is registered in the image's part of the detector, as a criterion, beside that part. Of one
- * that is turned, or over directions on a plane, there is none. */
+/* "polygon(...)" of a part that is turned; rmap_free, NULL when memory is short. */
+static char *turned_part(const struct rmap_detector_bins *bins)
+{
+    double at[8];
+    for (int i = 0; i < 4; i++) {
+        const double u = i == 0 || i == 3 ? bins->low[0] : bins->high[0];
+        const double v = i < 2 ? bins->low[1] : bins->high[1];
+        at[2 * i] = u * bins->cosine - v * bins->sine;
+        at[2 * i + 1] = u * bins->sine + v * bins->cosine;
+    }
+    return rmap_path_format("polygon(%.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g)",
+                            at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7]);
+}
+
+/* What is registered in the image's part of the detector, as a criterion, beside that part. Of
+ * directions on a plane, or turned ones, there is none. */
 static enum rmap_status put_criterion(const struct rmap_detector_image *image, json_t *document,
                                       struct rmap_error *err)
 {
@@ -121,18 +135,21 @@ static enum rmap_status put_criterion(const struct rmap_detector_image *image, j
     const struct rmap_detector_bins *bins = &image->bins;
     const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
     json_t *region = json_object_get(document, "region");
-    char *name = NULL, *text = NULL;
-    if (!region || bins->rotate_rad != 0.0 ||
+    const bool turned = bins->rotate_rad != 0.0;
+    char *name = NULL, *part = NULL;
+    if (!region || (turned && bins->directions) ||
         bins->directions != (image->detector->type == RMAP_DETECTOR_INTENSITY))
         return RMAP_OK;
     RMAP_TRY(rmap_path_quote(image->detector->name, &name, err));
-    text = rmap_path_format("registered(%s, rect(%.12g, %.12g, %.12g, %.12g))", name,
-                            bins->low[0] * unit, bins->low[1] * unit, bins->high[0] * unit,
-                            bins->high[1] * unit);
-    (void)json_object_set_new(region, "criterion", json_string(text ? text : ""));
+    part = turned
+               ? turned_part(bins)
+               : rmap_path_format("rect(%.12g, %.12g, %.12g, %.12g)", bins->low[0] * unit,
+                                  bins->low[1] * unit, bins->high[0] * unit, bins->high[1] * unit);
+    (void)json_object_set_new(region, "criterion",
+                              json_sprintf("registered(%s, %s)", name, part ? part : ""));
 out:
     rmap_free(name);
-    rmap_free(text);
+    rmap_free(part);
     return st;
 }
 

@@ -14,6 +14,7 @@
 #include "io/map/map_content.h"
 #include "io/map/map_held.h"
 #include "io/mesh/bundle_pack.h"
+#include "io/scene/scene_include.h"
 #include "io/scene/scene_text.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -110,9 +111,10 @@ static enum rmap_status push_text(struct rmap_serve *self, char *text, struct rm
     return RMAP_OK;
 }
 
-/* Collective. The scene of at_hand.text, with no rays yet. */
+/* Collective. The scene of at_hand.text, with no rays yet; *text_ret (rmap_free): its text with
+ * those of the files that it includes. NULL: not wanted. */
 static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct rmap_map **map_ret,
-                              struct rmap_error *err)
+                              char **text_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options options = {.read_map = rmap_map_light_read};
@@ -126,6 +128,10 @@ static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct rma
     if (st == RMAP_OK)
         scene = NULL;
     st = rmap_agree(&self->context, st, err);
+    if (st == RMAP_OK && text_ret) {
+        *text_ret = bundle->text;
+        bundle->text = NULL;
+    }
 out:
     if (st != RMAP_OK && self->context.rank == 0 && found.n > 0)
         self->details = json_pack("{s:o}", "diagnostics", rmap_json_diagnostics(&found));
@@ -138,7 +144,7 @@ out:
 enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    const enum rmap_status st = build(self, seed, &map, err);
+    const enum rmap_status st = build(self, seed, &map, NULL, err);
     if (st == RMAP_OK) {
         put_map(self, map);
         self->seed = seed;
@@ -216,8 +222,13 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     self->at_hand.path = opened.path;
     self->at_hand.bundle = opened.bundle;
     self->at_hand.text = opened.text;
-    if (is_scene)
-        RMAP_TRY(build(self, self->seed, &opened.map, err));
+    if (is_scene) {
+        char *own = opened.text;
+        opened.text = NULL;
+        st = build(self, self->seed, &opened.map, &opened.text, err);
+        rmap_free(own);
+        RMAP_TRY(st);
+    }
     drop_texts_from(self, 0);
     st = rmap_agree(&self->context, push_text(self, opened.text, err), err);
     RMAP_TRY(st);
@@ -269,13 +280,15 @@ enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message,
     return RMAP_OK;
 }
 
-/* Collective. The scene becomes that of the text, which must be on the list: at_hand.text. */
-static enum rmap_status change(struct rmap_serve *self, const char *text, struct rmap_error *err)
+/* Collective. The scene becomes that of the text, which must be on the list: at_hand.text.
+ * whole_ret: as for build. */
+static enum rmap_status change(struct rmap_serve *self, const char *text, char **whole_ret,
+                               struct rmap_error *err)
 {
     const char *before = self->at_hand.text;
     struct rmap_map *map = NULL;
     self->at_hand.text = text;
-    const enum rmap_status st = build(self, self->seed, &map, err);
+    const enum rmap_status st = build(self, self->seed, &map, whole_ret, err);
     self->at_hand.text = st == RMAP_OK ? text : before;
     if (st == RMAP_OK)
         take_map(self, map);
@@ -288,37 +301,39 @@ static enum rmap_status change(struct rmap_serve *self, const char *text, struct
 static enum rmap_status edited(const struct rmap_serve *self, const json_t *message,
                                char **text_ret, struct rmap_error *err)
 {
-    const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set");
+    const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
+                 *remove = json_object_get(message, "remove");
     const char *now = self->text[self->now],
                *move = json_string_value(json_object_get(message, "move"));
     if (json_is_string(text)) {
         *text_ret = rmap_strdup(json_string_value(text));
         return *text_ret ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
     }
-    if (json_is_object(set))
-        return rmap_scene_text_set(now, set, text_ret, err);
+    if (json_is_object(set) || json_is_array(remove))
+        return rmap_scene_text_change(now, remove, set, text_ret, err);
     if (move)
         return rmap_scene_text_move(now, move, json_object_get(message, "by"), text_ret, err);
     return rmap_error_set(
         err, RMAP_USAGE,
-        "edit wants a 'text', or keys and values in 'set', or an object's name in "
-        "'move' and how far in 'by'");
+        "edit wants a 'text', or keys and values in 'set' and a list of keys in 'remove', or an "
+        "object's name in 'move' and how far in 'by'");
 }
 
 enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
-    char *text = NULL;
+    char *text = NULL, *whole = NULL;
     enum rmap_status st = edited(self, message, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    RMAP_TRY(change(self, text, err));
-    st = rmap_agree(&self->context, push_text(self, text, err), err);
+    RMAP_TRY(change(self, text, &whole, err));
+    st = rmap_agree(&self->context, push_text(self, whole, err), err);
     RMAP_TRY(st);
-    text = NULL;
+    whole = NULL;
     tell_change(self);
     *result = state_of(self);
 out:
     rmap_free(text);
+    rmap_free(whole);
     return st;
 }
 
@@ -326,7 +341,7 @@ out:
 static enum rmap_status go(struct rmap_serve *self, size_t to, json_t **result,
                            struct rmap_error *err)
 {
-    const enum rmap_status st = change(self, self->text[to], err);
+    const enum rmap_status st = change(self, self->text[to], NULL, err);
     if (st != RMAP_OK)
         return st;
     self->now = to;
@@ -353,6 +368,34 @@ enum rmap_status rmap_serve_redo(struct rmap_serve *self, const json_t *message,
     return go(self, self->now + 1, result, err);
 }
 
+/* Rank 0. Files that the scene includes where they are other ones, then its own. */
+static enum rmap_status save_files(const struct rmap_serve *self, const char *path, bool force,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_include_part own, part;
+    const char *at = self->text[self->now];
+    char *text = NULL, *file = NULL;
+    (void)rmap_include_next(&at, &own);
+    while (st == RMAP_OK && rmap_include_next(&at, &part)) {
+        file = rmap_include_path(path, &part);
+        text = rmap_include_text(&part);
+        if (!file || !text)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+        else if (!rmap_include_is_stored(&part, file))
+            st = rmap_save_below(self->folder, file, text, force, err);
+        rmap_free(file);
+        rmap_free(text);
+    }
+    if (st != RMAP_OK)
+        return st;
+    text = rmap_include_text(&own);
+    st = text ? rmap_save_below(self->folder, path, text, force, err)
+              : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    rmap_free(text);
+    return st;
+}
+
 enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
@@ -364,8 +407,7 @@ enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message,
         st = rmap_error_set(err, RMAP_USAGE,
                             "save wants a name that ends in .yaml or .yml in 'file'");
     if (st == RMAP_OK && self->context.rank == 0)
-        st = rmap_save_below(self->folder, path, self->text[self->now],
-                             is_own || json_is_true(json_object_get(message, "force")), err);
+        st = save_files(self, path, is_own || json_is_true(json_object_get(message, "force")), err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
     self->saved = self->now;
     *result = json_pack("{s:s, s:I}", "file", path, "revision", (json_int_t)self->revision);
@@ -392,7 +434,8 @@ enum rmap_status rmap_serve_names(struct rmap_serve *self, const json_t *message
     for (size_t i = 0; rmap_criterion_word(i); i++)
         (void)json_array_append_new(words, json_string(rmap_criterion_word(i)));
     for (int place = 1; rmap_stats_word(place); place++)
-        (void)json_array_append_new(values, json_string(rmap_stats_word(place)));
+        (void)json_array_append_new(values, json_sprintf("%s%s", rmap_stats_word(place)->word,
+                                                         rmap_stats_word(place)->wants ? "(" : ""));
     for (uint32_t bit = 1; rmap_event_word(bit); bit <<= 1)
         (void)json_array_append_new(events, json_string(rmap_event_word(bit)));
     *result = rmap_session_names_json(rmap_map_scene(self->map));

@@ -10,15 +10,39 @@
 
 #include <math.h>
 
+#include "accel/accel_bottom.h"
 #include "accel/accel_build.h"
 #include "accel/accel_joint.h"
 #include "base/alloc.h"
 #include "scene/scene.h"
 
+/* The bounds of each mesh once, for all objects that have it. */
+static enum rmap_status begin_meshes(const struct rmap_scene *scene, struct rmap_accel *accel,
+                                     struct rmap_error *err)
+{
+    struct rmap_bottom *bottom = rmap_alloc(scene->n_geometry, sizeof *bottom);
+    accel->bottom = rmap_alloc(scene->n_geometry + 1, sizeof(void *));
+    if (accel->bottom)
+        accel->bottom[0] = bottom;
+    else
+        rmap_free(bottom);
+    if (!bottom || !accel->bottom)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu meshes", scene->n_geometry);
+    for (size_t i = 0; i < scene->n_geometry; i++) {
+        accel->bottom[i] = &bottom[i];
+        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH)
+            rmap_mesh_bounds(scene->geometry[i].mesh, &bottom[i].lower, &bottom[i].upper);
+    }
+    return RMAP_OK;
+}
+
 /* Objects with their tolerances and joints. */
 static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel *accel,
                               struct rmap_error *err)
 {
+    const enum rmap_status st = begin_meshes(scene, accel, err);
+    if (st != RMAP_OK)
+        return st;
     accel->n_object = scene->n_object;
     accel->object = rmap_alloc(scene->n_object, sizeof *accel->object);
     if (!accel->object)
@@ -32,6 +56,9 @@ static void end(struct rmap_accel *accel)
 {
     rmap_joints_release(accel);
     rmap_free(accel->object);
+    if (accel->bottom)
+        rmap_free(accel->bottom[0]);
+    rmap_free(accel->bottom);
 }
 
 /* Which joints marked objects have; or marks the objects that have these. */

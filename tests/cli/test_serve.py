@@ -70,13 +70,17 @@ def check_answers():
         assert lens.draw(limit=5, format="png")["base64"].startswith("iVBOR")
         names = lens.names()
         assert "sensor" in names["detectors"] and "hit" in names["words"]
-        assert {"path_length", "angle", "photon_energy"} < set(names["values"]) and len(names["events"]) == 13, names
+        assert {"path_length", "angle", "photon_energy", "registered("} < set(names["values"]) and len(names["events"]) == 13, names
         part = lens.detector("sensor", region="-18,-3,4,5.5")
         assert part["region"]["criterion"] == "registered(sensor, rect(-18, -3, 4, 5.5))", part["region"]
         matched = lens.query(part["region"]["criterion"])["rays"]["matched"]
         assert 0.97 * part["registrations"] <= matched <= part["registrations"] and matched > 20, (part, matched)
-        assert "criterion" not in lens.detector("sensor", region="-18,-3,4,5.5", rotate=20)["region"]
+        turned = lens.detector("sensor", region="-12,-3,4,5.5", rotate=20)
+        assert "polygon(" in turned["region"]["criterion"], turned["region"]
+        matched = lens.query(turned["region"]["criterion"])["rays"]["matched"]
+        assert 0.97 * turned["registrations"] <= matched <= turned["registrations"] and matched > 20, (turned, matched)
         assert lens.check()["errors"] == 0
+        assert "'registered' wants in brackets the name of a detector" in str(refused(lens.stats, of="registered", status=3))
         wrong = refused(lens.query, "hot(lens)", status=3)
         assert wrong.details["column"] == 1 and "did you mean" in str(wrong)
         for keys in ({"output": "x.csv"}, {"where": {"a": 1}}, {"where": [["a"]]}, {"threads": 3}, {"criteria": "f"}):
@@ -140,6 +144,44 @@ def check_edits():
         assert lens.redo()["text"] == moved["text"]
         lens.move("mount", 1, 0, 0)
         refused(lens.redo, status=3)
+        added = lens.edit(remove=["objects.mirror_box", "objects.back_wall.at"],
+                          set={"objects.plate": {"geometry": "plate", "at": [0, 0, 200], "outside": "air"}})["text"]
+        assert "mirror_box" not in added and "{name: back_wall, geometry: wall, surface" in added
+        assert "{name: plate, geometry: plate, at: [0, 0, 200], outside: air}" in added
+        assert added.count("#") == before["text"].count("#")
+        refused(lens.edit, remove=["objects.mirror_box"], status=3)
+        refused(lens.edit, remove=[5], status=2)
+
+
+def check_included():
+    """Keys of included files are edited, undone and saved as the scene's own."""
+    parts = {"whole.yaml": "raymap: 1\ninclude: [parts.yaml, ../beside/more.yaml]\nmedia: {air: {index: 1}}\nobjects:\n"
+                           "- {name: a, geometry: ball, surface: absorber, outside: air}\n",
+             "parts.yaml": "---\n# a part\ngeometries:\n  ball: {type: sphere, radius: 1} # mm\n  disc: {type: disc, radius: 2}\n",
+             "../beside/more.yaml": "sources:\n- {name: s, type: point, at: [0, 0, -9], medium: air}\n"}
+    os.makedirs("../beside", exist_ok=True)
+    for name, text in parts.items():
+        with open(name, "w") as file:
+            file.write(text)
+    with raymap.serve.start("whole.yaml") as whole:
+        before = whole.scene()["text"]
+        assert "# a part" in before and "name: s" in before
+        whole.edit(set={"geometries.ball.radius": 1.5}, remove=["geometries.disc"])
+        whole.trace(4096)
+        digest = whole.status()["digest"]
+        whole.save()
+        assert open("parts.yaml").read() == "---\n# a part\ngeometries:\n  ball: {type: sphere, radius: 1.5} # mm\n"
+        assert open("whole.yaml").read() == parts["whole.yaml"]
+        whole.edit(set={"sources.s.at": [0, 0, -8]})
+        refused(whole.save, status=2)  # a part that is not below the folder
+        assert open("../beside/more.yaml").read() == parts["../beside/more.yaml"]
+        assert whole.check(text=before.replace("radius: 1}", "radios: 1}"))["diagnostics"][0]["file"] == "parts.yaml"
+        refused(whole.edit, text=before.replace("[parts.yaml, ", "["), status=3)
+        whole.undo()
+        assert whole.undo()["text"] == before
+        whole.load(file="whole.yaml")
+        whole.trace(4096)
+        assert whole.status()["digest"] == digest
 
 
 def check_set_as_command_line():
@@ -381,7 +423,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()

@@ -102,6 +102,11 @@ async function asksCriteria(page) {
   await picture(page, "criteria.png");
   await page.locator('#where [aria-label^="take away"]').first().click();
   await until(page, "one left", () => document.querySelectorAll("#where li").length === 1);
+  await page.evaluate(() => (document.getElementById("ray-box").open = true));
+  await page.fill("#ray-id", String(RAYS - 1));
+  await page.press("#ray-id", "Enter");
+  await until(page, "a ray that was not drawn", (id) => document.getElementById("ray-name").textContent === id && document.querySelector("#ray-report table"), String(RAYS - 1));
+  await picture(page, "ray.png");
   await page.click("#criterion-clear");
   await until(page, "none left", () => document.querySelectorAll("#where li").length === 0);
 }

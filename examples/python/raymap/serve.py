@@ -123,7 +123,7 @@ class Server:
         return self.ask("trace", rays=rays, seed=seed, wait=True, **keys)
 
     def edit(self, text: Optional[str] = None, **values: Any) -> Any:
-        """Another text of the scene, or values of keys: set={"objects.lens.at": [0, 0, 1]}."""
+        """Another text of the scene, or keys: remove=["objects.stop"], set={"objects.lens.at": [0, 0, 1]}."""
         return self.ask("edit", **({"text": text} if text is not None else {}), **values)
 
     def move(self, name: str, x: float, y: float, z: float) -> Any:
