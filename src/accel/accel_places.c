@@ -10,19 +10,30 @@
 
 #include <math.h>
 
+#include "accel/accel_bottom.h"
 #include "accel/accel_build.h"
 #include "accel/accel_joint.h"
 #include "base/alloc.h"
 #include "scene/scene.h"
 
-/* Objects with their tolerances and joints. */
+/* Objects with their tolerances and joints. Of a mesh that many of them have, bounds are found
+ * once.
+ */
 static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel *accel,
                               struct rmap_error *err)
 {
     accel->n_object = scene->n_object;
     accel->object = rmap_alloc(scene->n_object, sizeof *accel->object);
-    if (!accel->object)
+    accel->bottom = rmap_alloc(scene->n_geometry + 1, sizeof *accel->bottom);
+    if (accel->bottom)
+        accel->bottom[0] = rmap_alloc(scene->n_geometry + 1, sizeof **accel->bottom);
+    if (!accel->object || !accel->bottom || !accel->bottom[0])
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object);
+    for (size_t i = 0; i < scene->n_geometry; i++) {
+        struct rmap_bottom *bottom = accel->bottom[i] = accel->bottom[0] + i;
+        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH)
+            rmap_mesh_bounds(scene->geometry[i].mesh, &bottom->lower, &bottom->upper);
+    }
     for (size_t i = 0; i < scene->n_object; i++)
         rmap_accel_set_object(accel, scene, i);
     return rmap_joints_build(accel, err);
@@ -31,6 +42,9 @@ static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel 
 static void end(struct rmap_accel *accel)
 {
     rmap_joints_release(accel);
+    if (accel->bottom)
+        rmap_free(accel->bottom[0]);
+    rmap_free(accel->bottom);
     rmap_free(accel->object);
 }
 
