@@ -390,7 +390,7 @@ static void read_mode(struct reading *self)
     (void)rmap_reader_whole(reader, root, "samples", 1, RMAP_SWEEP_VARIANTS_MAX - 1,
                             &sweep->n_sample);
     (void)rmap_reader_whole(reader, root, "sample_seed", 0, UINT64_C(1) << 53, &sweep->sample_seed);
-    if (sweep->mode == RMAP_SWEEP_RANDOM && sweep->n_sample == 0)
+    if (sweep->mode == RMAP_SWEEP_RANDOM && !rmap_yaml_get(root, "samples"))
         rmap_reader_error(reader, root, "random values want 'samples: N'");
     if (sweep->mode != RMAP_SWEEP_RANDOM && rmap_yaml_get(root, "samples"))
         rmap_reader_error(reader, rmap_yaml_get(root, "samples"),

@@ -125,6 +125,7 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->present = 0;
     self->kept = 0;
     self->streams = 0;
+    self->passed_over = NULL;
     self->in_hand = portion;
     self->own_columns = 0;
     self->knows_header = false;
@@ -188,6 +189,11 @@ out:
     return st;
 }
 
+void rmap_cursor_pass_over(struct rmap_cursor *self, const uint8_t *mark)
+{
+    self->passed_over = mark;
+}
+
 static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,
                                      struct rmap_error *err)
 {
@@ -213,7 +219,8 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     self->present |= fresh;
     rmap_cursor_show_columns(self->portion, self->present, &self->shown);
     RMAP_TRY(rmap_cursor_check_columns(self, info, fresh, err));
-    rmap_map_keep_columns(self->map, self->in_hand, fresh, &self->shown);
+    if (!self->passed_over)
+        rmap_map_keep_columns(self->map, self->in_hand, fresh, &self->shown);
 out:
     return st;
 }

@@ -36,6 +36,10 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
 enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* Rays i of the portion in hand with mark[i] != 0 are of no interest: what `fetch` adds from now on
+ * may be anything for them where rays are traced again. mark: [n_ray], borrowed as long. */
+void rmap_cursor_pass_over(struct rmap_cursor *cursor, const uint8_t *mark);
+
 /* Rays of the portion in hand alone, side by side, with those columns: those with mark[i] ==
  * wanted, mark [n_ray]. Only these are traced again. *selected_ret: NULL where that would not be of
  * use (a plain piece; nothing need be traced again; there are none, or too many of them; a reader

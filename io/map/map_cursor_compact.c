@@ -159,6 +159,7 @@ enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *self,
     RMAP_TRY(rmap_cursor_enter_rows(self, info, rmap_compact_streams(columns, &self->header),
                                     &in_hand, err));
     RMAP_TRY(rmap_cursor_make_decoder(self, info, err));
+    rmap_compact_decoder_pass_over(space->decoder, self->passed_over);
     st = rmap_compact_decode(space->decoder, self->paths, &in_hand.rows, in_hand.n_row, columns,
                              self->present, self->portion, err);
     if (st != RMAP_OK)

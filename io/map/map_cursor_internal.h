@@ -37,6 +37,7 @@ struct rmap_cursor {
     uint64_t streams;                /* of a compact one, in `buffer` */
     bool knows_header;               /* of a compact one: */
     struct rmap_compact_summary header;
+    const uint8_t *passed_over;    /* rays of it; NULL: none */
     struct rmap_portion *portion;  /* of the space in hand; borrowed from there */
     struct rmap_portion shown;     /* that, without columns that only decoding needed */
     struct rmap_portion selected;  /* the same of rays that were selected */

@@ -82,6 +82,7 @@ static enum rmap_status decode_selected(struct rmap_cursor *self,
         RMAP_TRY(rmap_portion_create(0, self->portion->n_channel, &space->selected, err));
     st = rmap_compact_select(space->selection, self->paths, &in_hand.rows, in_hand.n_row, columns,
                              self->some, n, &rows, n_row, err);
+    rmap_compact_decoder_pass_over(space->decoder, NULL);
     if (st == RMAP_OK)
         st = rmap_compact_decode(space->decoder, self->paths, rows, n_row, columns, 0,
                                  space->selected, err);

@@ -237,7 +237,11 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
 {
     struct rmap_sweep_run *run = group->run;
     struct rmap_scene_options options = {.set = NULL};
-    struct rmap_scene *scene = NULL;
+    struct rmap_trace_held held = {.seed = run->sweep->seed,
+                                   .n_ray = run->sweep->n_ray,
+                                   .isa_level = group->isa_level,
+                                   .from = group->last,
+                                   .accel = &group->accel};
     struct rmap_bundle *own = NULL;
     struct rmap_map *map = NULL;
     char **set = NULL;
@@ -254,15 +258,14 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
     if (run->sweep->keeps_maps) {
         RMAP_TRY(trace_map(group, variant, &options, &map, err));
     } else {
-        RMAP_TRY(group->shares_files ? read_again(group, &options, &scene, err)
-                                     : load(group, &options, &own, &scene, err));
+        RMAP_TRY(group->shares_files ? read_again(group, &options, &held.scene, err)
+                                     : load(group, &options, &own, &held.scene, err));
         pass(&begun, &run->times.scenes);
-        const double before = run->times.tracing;
-        RMAP_TRY(rmap_trace_held(&group->context, group->last, &group->accel, &scene,
-                                 run->sweep->seed, run->sweep->n_ray, group->isa_level, &map,
-                                 &run->times.tracing, &run->n_reused, err));
+        RMAP_TRY(rmap_trace_held(&group->context, &held, &map, err));
         pass(&begun, &run->times.trees);
-        run->times.trees -= run->times.tracing - before;
+        run->times.tracing += held.seconds;
+        run->times.trees -= held.seconds;
+        run->n_reused += held.n_reused;
     }
     begun = rmap_clock_seconds();
     RMAP_TRY(rmap_sweep_ask(&group->context, run->sweep, map,
@@ -279,7 +282,7 @@ out:
         rmap_error_context(err, "variant %llu%s%s", (unsigned long long)variant,
                            n_set ? ", --set " : "", n_set ? set[0] : "");
     rmap_map_close(map);
-    rmap_scene_destroy(scene);
+    rmap_scene_destroy(held.scene);
     rmap_bundle_destroy(own);
     rmap_free(part);
     rmap_free(simulation);

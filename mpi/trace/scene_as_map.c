@@ -16,17 +16,14 @@ static enum rmap_status trace(const struct rmap_context *context, const char *pa
 {
     struct rmap_scene_options options = {.read_map = rmap_map_light_read};
     struct rmap_bundle *bundle = NULL;
-    struct rmap_scene *scene = NULL;
-    double seconds = 0.0;
-    uint64_t reused = 0;
-    int level = -1;
+    struct rmap_trace_held held = {.seed = 1};
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_load_scene(context, path, &options, &bundle, &scene, err));
-    RMAP_TRY(rmap_common_isa(context, &level, err));
-    RMAP_TRY(rmap_trace_held(context, NULL, NULL, &scene, 1, scene->n_source > 0 ? n_ray : 0, level,
-                             map_ret, &seconds, &reused, err));
+    RMAP_TRY(rmap_load_scene(context, path, &options, &bundle, &held.scene, err));
+    RMAP_TRY(rmap_common_isa(context, &held.isa_level, err));
+    held.n_ray = held.scene->n_source > 0 ? n_ray : 0;
+    RMAP_TRY(rmap_trace_held(context, &held, map_ret, err));
 out:
-    rmap_scene_destroy(scene);
+    rmap_scene_destroy(held.scene);
     rmap_bundle_destroy(bundle);
     return st;
 }

@@ -197,32 +197,31 @@ out:
     return st;
 }
 
-enum rmap_status rmap_trace_held(const struct rmap_context *context, const struct rmap_map *from,
-                                 struct rmap_accel **kept, struct rmap_scene **scene, uint64_t seed,
-                                 uint64_t n_ray, int isa_level, struct rmap_map **map_ret,
-                                 double *seconds_ret, uint64_t *reused_ret, struct rmap_error *err)
+enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_trace_held *trace,
+                                 struct rmap_map **map_ret, struct rmap_error *err)
 {
     struct rmap_accel *accel = NULL;
     struct rmap_map *map = NULL;
     struct rmap_reuse reuse = {.n = 0};
     enum rmap_status st =
-        kept && *kept ? rmap_accel_create_like(*kept, *scene, &accel, err)
-                      : rmap_accel_create_isa(*scene, context->n_thread, isa_level, &accel, err);
+        trace->accel && *trace->accel
+            ? rmap_accel_create_like(*trace->accel, trace->scene, &accel, err)
+            : rmap_accel_create_isa(trace->scene, context->n_thread, trace->isa_level, &accel, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = rmap_map_hold(context->size, seed, *scene, &map, err);
+    st = rmap_map_hold(context->size, trace->seed, trace->scene, &map, err);
     if (st == RMAP_OK)
-        *scene = NULL;
+        trace->scene = NULL;
     RMAP_TRY(rmap_agree(context, st, err));
-    if (from)
-        st = rmap_reuse_init(&reuse, from, 0, rmap_map_scene(map), err);
+    if (trace->from)
+        st = rmap_reuse_init(&reuse, trace->from, 0, rmap_map_scene(map), err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(
-        rmap_trace_held_more(context, accel, &reuse, n_ray, map, seconds_ret, reused_ret, err));
+    RMAP_TRY(rmap_trace_held_more(context, accel, &reuse, trace->n_ray, map, &trace->seconds,
+                                  &trace->n_reused, err));
     *map_ret = map;
     map = NULL;
-    if (kept) {
-        rmap_accel_destroy(*kept);
-        *kept = accel;
+    if (trace->accel) {
+        rmap_accel_destroy(*trace->accel);
+        *trace->accel = accel;
         accel = NULL;
     }
 out:

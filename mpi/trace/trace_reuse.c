@@ -12,10 +12,11 @@
 struct rmap_reuse_reader {
     const struct rmap_reuse *reuse;
     struct rmap_cursor *cursor;
+    rmap_column_set columns;         /* of the rays that are not touched */
     const struct rmap_portion *rows; /* in hand; NULL: none */
     uint64_t first, end;             /* ids of its rays */
     uint8_t *touched;                /* [its rays] */
-    size_t cap_touched;
+    size_t cap_touched, n_touched;
     size_t at[RMAP_TABLE_COUNT]; /* row of the next ray, and of the first of its rows elsewhere */
 };
 
@@ -46,21 +47,28 @@ void rmap_reuse_fini(struct rmap_reuse *reuse)
     *reuse = (struct rmap_reuse){.n = 0};
 }
 
-enum rmap_status rmap_reuse_reader_create(const struct rmap_reuse *reuse,
-                                          struct rmap_reuse_reader **reader_ret,
-                                          struct rmap_error *err)
+static enum rmap_status create(const struct rmap_reuse *reuse, rmap_column_set columns,
+                               struct rmap_reuse_reader **reader_ret, struct rmap_error *err)
 {
     struct rmap_reuse_reader *reader = rmap_alloc(1, sizeof *reader);
     if (!reader)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a reader");
     reader->reuse = reuse;
+    reader->columns = columns;
     const enum rmap_status st =
-        rmap_cursor_create(reuse->map, RMAP_COLUMNS_ALL, &reader->cursor, err);
+        rmap_cursor_create(reuse->map, RMAP_TOUCH_PATH_COLUMNS | columns, &reader->cursor, err);
     if (st == RMAP_OK)
         *reader_ret = reader;
     else
         rmap_reuse_reader_destroy(reader);
     return st;
+}
+
+enum rmap_status rmap_reuse_reader_create(const struct rmap_reuse *reuse,
+                                          struct rmap_reuse_reader **reader_ret,
+                                          struct rmap_error *err)
+{
+    return create(reuse, RMAP_COLUMNS_ALL, reader_ret, err);
 }
 
 void rmap_reuse_reader_destroy(struct rmap_reuse_reader *reader)
@@ -91,27 +99,39 @@ static void rewind_rows(struct rmap_reuse_reader *reader)
     memset(reader->at, 0, sizeof reader->at);
 }
 
-/* Takes the portion in hand that has the ray, if one has. */
-static enum rmap_status enter(struct rmap_reuse_reader *reader, uint64_t id, struct rmap_error *err)
+/* Takes a portion in hand: which of its rays must be traced anew, and the columns of the others. */
+static enum rmap_status read_portion(struct rmap_reuse_reader *reader, size_t portion,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_reuse *reuse = reader->reuse;
-    const size_t k = find(reuse, id);
-    if (k == reuse->n)
-        return RMAP_OK;
-    const struct rmap_portion_info *info = rmap_map_portion(reuse->map, reuse->portion[k]);
-    if (id >= rmap_portion_end(info))
-        return RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(reader->reuse->map, portion);
+    const struct rmap_touch *touch = &reader->reuse->touch;
+    const struct rmap_portion *rows;
     reader->rows = NULL;
     RMAP_TRY(RMAP_RESERVE(reader->touched, reader->cap_touched,
                           (size_t)info->n_row[RMAP_TABLE_RAY] + 1, err));
-    RMAP_TRY(rmap_cursor_read(reader->cursor, reuse->portion[k], &reader->rows, err));
-    (void)rmap_touch_rays(&reuse->touch, reader->rows, reader->touched);
+    RMAP_TRY(rmap_cursor_enter(reader->cursor, portion, &rows, err));
+    RMAP_TRY(rmap_cursor_fetch(reader->cursor, RMAP_TOUCH_PATH_COLUMNS, err));
+    rmap_touch_paths(touch, rows, reader->touched);
+    rmap_cursor_pass_over(reader->cursor, reader->touched);
+    RMAP_TRY(rmap_cursor_fetch(reader->cursor, reader->columns, err));
+    reader->n_touched = rmap_touch_places(touch, rows, reader->touched);
+    reader->rows = rows;
     reader->first = info->first_ray;
     reader->end = rmap_portion_end(info);
     rewind_rows(reader);
 out:
     return st;
+}
+
+/* Takes the portion in hand that has the ray, if one has. */
+static enum rmap_status enter(struct rmap_reuse_reader *reader, uint64_t id, struct rmap_error *err)
+{
+    const struct rmap_reuse *reuse = reader->reuse;
+    const size_t k = find(reuse, id);
+    if (k == reuse->n || id >= rmap_portion_end(rmap_map_portion(reuse->map, reuse->portion[k])))
+        return RMAP_OK;
+    return read_portion(reader, reuse->portion[k], err);
 }
 
 /* The rows behind those of a ray. */
@@ -190,22 +210,17 @@ enum rmap_status rmap_reuse_estimate(const struct rmap_reuse *reuse, double *sha
 {
     enum { LOOKS = 4, LEAST_STEP = 8 }; /* of thousands of rays each */
     enum rmap_status st = RMAP_OK;
-    struct rmap_cursor *cursor = NULL;
-    uint8_t *touched = NULL;
-    size_t cap = 0;
+    struct rmap_reuse_reader *reader = NULL;
     double n = 0.0, n_touched = 0.0;
     const size_t even = reuse->n / LOOKS + 1, step = even > LEAST_STEP ? even : LEAST_STEP;
-    RMAP_TRY(rmap_cursor_create(reuse->map, RMAP_TOUCH_COLUMNS, &cursor, err));
+    RMAP_TRY(create(reuse, RMAP_TOUCH_PLACE_COLUMNS, &reader, err));
     for (size_t i = 0; i < reuse->n; i += step) {
-        const struct rmap_portion *rows;
-        RMAP_TRY(rmap_cursor_read(cursor, reuse->portion[i], &rows, err));
-        RMAP_TRY(RMAP_RESERVE(touched, cap, rows->n_row[RMAP_TABLE_RAY] + 1, err));
-        n += (double)rows->n_row[RMAP_TABLE_RAY];
-        n_touched += (double)rmap_touch_rays(&reuse->touch, rows, touched);
+        RMAP_TRY(read_portion(reader, reuse->portion[i], err));
+        n += (double)reader->rows->n_row[RMAP_TABLE_RAY];
+        n_touched += (double)reader->n_touched;
     }
     *share_ret = n > 0.0 ? n_touched / n : 1.0;
 out:
-    rmap_cursor_destroy(cursor);
-    rmap_free(touched);
+    rmap_reuse_reader_destroy(reader);
     return st;
 }

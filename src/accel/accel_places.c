@@ -16,37 +16,24 @@
 #include "base/alloc.h"
 #include "scene/scene.h"
 
-/* The bounds of each mesh once, for all objects that have it. */
-static enum rmap_status begin_meshes(const struct rmap_scene *scene, struct rmap_accel *accel,
-                                     struct rmap_error *err)
-{
-    struct rmap_bottom *bottom = rmap_alloc(scene->n_geometry, sizeof *bottom);
-    accel->bottom = rmap_alloc(scene->n_geometry + 1, sizeof(void *));
-    if (accel->bottom)
-        accel->bottom[0] = bottom;
-    else
-        rmap_free(bottom);
-    if (!bottom || !accel->bottom)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu meshes", scene->n_geometry);
-    for (size_t i = 0; i < scene->n_geometry; i++) {
-        accel->bottom[i] = &bottom[i];
-        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH)
-            rmap_mesh_bounds(scene->geometry[i].mesh, &bottom[i].lower, &bottom[i].upper);
-    }
-    return RMAP_OK;
-}
-
-/* Objects with their tolerances and joints. */
+/* Objects with their tolerances and joints. Of a mesh that many of them have, bounds are found
+ * once.
+ */
 static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel *accel,
                               struct rmap_error *err)
 {
-    const enum rmap_status st = begin_meshes(scene, accel, err);
-    if (st != RMAP_OK)
-        return st;
     accel->n_object = scene->n_object;
     accel->object = rmap_alloc(scene->n_object, sizeof *accel->object);
-    if (!accel->object)
+    accel->bottom = rmap_alloc(scene->n_geometry + 1, sizeof *accel->bottom);
+    if (accel->bottom)
+        accel->bottom[0] = rmap_alloc(scene->n_geometry + 1, sizeof **accel->bottom);
+    if (!accel->object || !accel->bottom || !accel->bottom[0])
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object);
+    for (size_t i = 0; i < scene->n_geometry; i++) {
+        struct rmap_bottom *bottom = accel->bottom[i] = accel->bottom[0] + i;
+        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH)
+            rmap_mesh_bounds(scene->geometry[i].mesh, &bottom->lower, &bottom->upper);
+    }
     for (size_t i = 0; i < scene->n_object; i++)
         rmap_accel_set_object(accel, scene, i);
     return rmap_joints_build(accel, err);
@@ -55,10 +42,10 @@ static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel 
 static void end(struct rmap_accel *accel)
 {
     rmap_joints_release(accel);
-    rmap_free(accel->object);
     if (accel->bottom)
         rmap_free(accel->bottom[0]);
     rmap_free(accel->bottom);
+    rmap_free(accel->object);
 }
 
 /* Which joints marked objects have; or marks the objects that have these. */

@@ -436,11 +436,16 @@ static void arrive(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 /* The next rays of the portion, up to one that has a segment: false when there is none. */
 static bool replace(struct rmap_batch_run *run, struct rmap_batch_ray *ray)
 {
-    while (run->ray < run->r->n_ray) {
+    const struct rmap_retrace *r = run->r;
+    while (run->ray < r->n_ray) {
         set_out(run, ray);
-        if (ray->row < ray->end)
+        const bool passed_over = r->passed_over && r->passed_over[ray->index];
+        if (ray->row < ray->end && !passed_over)
             return true;
-        arrive(run, ray);
+        if (passed_over)
+            leave_slab(run->batch, ray);
+        else
+            arrive(run, ray);
     }
     return false;
 }

@@ -256,6 +256,7 @@ struct rmap_compact_decoder {
     struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_batch batch;
     struct rmap_step_buffer steps;       /* of own paths */
+    const uint8_t *passed_over;          /* rays that are of no interest; NULL: none */
     struct rmap_unpredicted unpredicted; /* of the portion decoded last, where that is known */
 };
 
@@ -279,6 +280,11 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
     rmap_batch_fini(&decoder->batch);
     rmap_free(decoder->steps.class);
     rmap_free(decoder);
+}
+
+void rmap_compact_decoder_pass_over(struct rmap_compact_decoder *decoder, const uint8_t *mark)
+{
+    decoder->passed_over = mark;
 }
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
@@ -391,6 +397,7 @@ static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
     else if (!(traced & ~RMAP_CROSSING_LANES))
         r.reach =
             traced & ~BIT(RMAP_REGISTRATION_direction) ? RMAP_REACH_CROSSING : RMAP_REACH_DIRECTION;
+    r.passed_over = header->placed ? decoder->passed_over : NULL; /* cells are checked */
     r.colour = (traced & COLOUR_COLUMNS) || decoder->model->participating;
     struct rmap_portion made = *out; /* columns that are there stay */
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)

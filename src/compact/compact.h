@@ -66,6 +66,11 @@ enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *mo
                                              struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder);
 
+/* Rays i of what is decoded from now on with mark[i] != 0 are of no interest: columns for which
+ * rays are traced again may have anything there, though nothing that leads out of a table. mark:
+ * [n_ray], borrowed until it is set again; NULL: all are. */
+void rmap_compact_decoder_pass_over(struct rmap_compact_decoder *decoder, const uint8_t *mark);
+
 /* A portion's rows (the streams named by rmap_compact_streams, of its own rows) into the columns
  * asked for; what else `out` has stays undefined. n_row: rows that the index promises per logical
  * table; anything else in the rows is RMAP_FORMAT, found before memory is asked for. Every value

@@ -158,7 +158,8 @@ struct rmap_retrace {
     const uint8_t *stop;
     const uint32_t *segment_count, *registration_count;
     const int32_t *start_object;
-    const uint8_t *channel; /* 1 + channel at the end; 0: none */
+    const uint8_t *channel;     /* 1 + channel at the end; 0: none */
+    const uint8_t *passed_over; /* rays that are of no interest; NULL: none */
     const int32_t *object, *primitive;
     const uint32_t *event;
     const int16_t *medium;

@@ -133,19 +133,34 @@ static bool told_by_place(const struct rmap_touch *touch, const struct rmap_port
     return told;
 }
 
-size_t rmap_touch_rays(const struct rmap_touch *touch, const struct rmap_portion *portion,
-                       uint8_t *touched)
+static void next(struct rows *rows, const struct rmap_portion *portion, size_t ray)
+{
+    rows->ray = ray;
+    rows->segment = rows->end;
+    rows->end += portion->ray.segment_count[ray];
+    rows->registration = rows->end_registration;
+    rows->end_registration += portion->ray.registration_count[ray];
+}
+
+void rmap_touch_paths(const struct rmap_touch *touch, const struct rmap_portion *portion,
+                      uint8_t *touched)
+{
+    struct rows rows = {.ray = 0};
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        next(&rows, portion, i);
+        touched[i] = told_by_path(&touch->change, portion, &rows);
+    }
+}
+
+size_t rmap_touch_places(const struct rmap_touch *touch, const struct rmap_portion *portion,
+                         uint8_t *touched)
 {
     struct rows rows = {.ray = 0};
     size_t n = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        rows.ray = i;
-        rows.segment = rows.end;
-        rows.end += portion->ray.segment_count[i];
-        rows.registration = rows.end_registration;
-        rows.end_registration += portion->ray.registration_count[i];
-        touched[i] = told_by_path(&touch->change, portion, &rows) ||
-                     (touch->places.n > 0 && told_by_place(touch, portion, &rows));
+        next(&rows, portion, i);
+        if (!touched[i] && touch->places.n > 0)
+            touched[i] = told_by_place(touch, portion, &rows);
         n += touched[i];
     }
     return n;

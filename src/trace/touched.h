@@ -22,15 +22,17 @@ enum rmap_status rmap_touch_init(struct rmap_touch *touch, const struct rmap_sce
                                  struct rmap_error *err) RMAP_MUST_USE;
 void rmap_touch_fini(struct rmap_touch *touch);
 
-/* What it looks at. */
-#define RMAP_TOUCH_COLUMNS                                                                         \
-    (RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_start_object) |                              \
-     RMAP_COLUMN_BIT(RMAP_RAY_start) | RMAP_COLUMN_BIT(RMAP_SEGMENT_position))
-
 /* touched: [rays of the portion], which is of the old scene; 1: the ray must be traced in the new
- * one. Returns how many there are. */
-size_t rmap_touch_rays(const struct rmap_touch *touch, const struct rmap_portion *portion,
-                       uint8_t *touched);
+ * one, as its path tells. */
+#define RMAP_TOUCH_PATH_COLUMNS (RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_start_object))
+void rmap_touch_paths(const struct rmap_touch *touch, const struct rmap_portion *portion,
+                      uint8_t *touched);
+
+/* Besides, as its place tells, where the path did not. Returns how many there are of both. */
+#define RMAP_TOUCH_PLACE_COLUMNS                                                                   \
+    (RMAP_COLUMN_BIT(RMAP_RAY_start) | RMAP_COLUMN_BIT(RMAP_SEGMENT_position))
+size_t rmap_touch_places(const struct rmap_touch *touch, const struct rmap_portion *portion,
+                         uint8_t *touched);
 
 /* Rows of the other rays become those of the new scene: [first_ray, ...) and on of each table. */
 void rmap_touch_renumber(const struct rmap_touch *touch, struct rmap_portion *portion,

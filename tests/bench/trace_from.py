@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Processor time of `trace --from` over that of a whole trace of the new scene, in turns: trace_from.py RAYMAP [RAYS [ROUNDS]]."""
+"""Processor time of `trace --from` over that of a whole trace of the new scene, in turns, a table: trace_from.py RAYMAP [RAYS [ROUNDS]]."""
 import json
 import pathlib
 import resource
@@ -15,26 +15,31 @@ CHANGES = (("double-gauss", "objects.back_wall.at=[0,0,142.9]"), ("double-gauss"
            ("room", "objects.bench_0.at=[-1.5,0.1,0.001]"))
 raymap = sys.argv[1]
 rays = sys.argv[2] if len(sys.argv) > 2 else "1000000"
-rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 5
+rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 3
 
 
 def traced(example, out, *more):
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    """User and system time, and what it says."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     told = subprocess.run([raymap, "trace", EXAMPLES / example / "scene.yaml", "-o", out, "--force", "--json", "--threads", "1", *more],
                           capture_output=True, text=True, check=True).stdout
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, json.loads(told)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, json.loads(told)
 
 
+print(f"{'scene':13}{'change':49}{'anew':>7}{'whole':>8}{'from':>8}{'ratio':>7}  {'(least, most)':16}ratio - anew")
 with tempfile.TemporaryDirectory() as folder:
-    for example in {example for example, _ in CHANGES}:
+    for example in dict(CHANGES):
         traced(example, f"{folder}/{example}.raymap", "-n", rays)
     for example, change in CHANGES:
-        ratios = []
+        seconds = []
         for _ in range(rounds):
             whole, all_anew = traced(example, f"{folder}/whole.raymap", "-n", rays, "--set", change)
             part, answer = traced(example, f"{folder}/new.raymap", "--set", change, "--from", f"{folder}/{example}.raymap")
             assert answer["digest"] == all_anew["digest"]
-            ratios.append(part / whole)
+            seconds.append((whole, part))
         share = answer["from"]["traced"] / answer["rays"]
-        middle = statistics.median(ratios)
-        print(f"{example} {change}: {share:.3f} of the rays anew, time {middle:.2f} ({min(ratios):.2f} to {max(ratios):.2f}), share + {middle - share:.2f}", flush=True)
+        ratios = [part / whole for whole, part in seconds]
+        whole, part = (statistics.median(those) for those in zip(*seconds))
+        print(f"{example:13}{change:49}{share:7.3f}{whole:7.2f}s{part:7.2f}s{statistics.median(ratios):7.2f}  "
+              f"({min(ratios):.2f}, {max(ratios):.2f})    {statistics.median(ratios) - share:6.2f}", flush=True)

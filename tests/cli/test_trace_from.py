@@ -131,7 +131,11 @@ def detector(scene, far):
 
 
 def sphere(scene, far):
-    """Beyond everything, where few rays come."""
+    """Beyond everything, where few rays come; or not any more."""
+    beyond = [one for one in scene["objects"] if one["name"].startswith("far_")]
+    if beyond and dice.random() < 0.5:
+        scene["objects"].remove(dice.choice(beyond))
+        return
     one = copy.deepcopy(pick(scene))
     one["name"] = f"far_{dice.randrange(10**6)}"
     one["at"] = near([40 * far, 30 * far, 20 * far], 10 * far)
@@ -151,7 +155,9 @@ def light(scene, far):
     scene["sources"][0]["flux"] = f"{dice.randrange(1, 9)} {scene['sources'][0]['flux'].split()[-1]}"
 
 
-KINDS = [move, move, turn, grow, remove, add, replace, surface, medium, detector, sphere, lens, light]
+# What leaves the sphere as it is (mostly), changes it, adds or removes, is a detector's, a medium's.
+KINDS = [[move, move, turn, grow, replace, surface, lens, light], [sphere], [remove, add], [detector], [medium]]
+EVERY = [move, move, turn, grow, remove, add, replace, surface, medium, detector, sphere, lens, light]
 
 
 def write(scene, name):
@@ -187,7 +193,7 @@ def edits(example, far):
     traced("old.yaml", "-n", n, "-o", "old.raymap")
     done = 0
     while done < EDITS:
-        kind = dice.choice(KINDS) if EDITS > len(KINDS) else KINDS[(done * 5 + len(example)) % len(KINDS)]
+        kind = dice.choice(KINDS[done % len(KINDS)]) if EDITS > len(EVERY) else EVERY[(done * 5 + len(example)) % len(EVERY)]
         changed = copy.deepcopy(scene)
         kind(changed, far)
         if changed == scene:

@@ -84,6 +84,7 @@ for words in (("trace", SCENE, "-o", "other.raymap", "--resume"), ("trace", SCEN
     told = (f"of tracer revision {one}, and these are of {two}" for one, two in
             ((revision + 6, revision), (revision, revision + 6))[words[0] == "merge":])
     run(*words, status=3, says=next(told))
+run("trace", SCENE, "-o", "c.raymap", "--from", "other.raymap", status=3, says=f"of tracer revision {revision + 6}, and this program's are of {revision}")
 assert not os.path.exists("c.raymap")
 run("convert", "other.raymap", "-o", "d.raymap", "--encoding", "plain", "--force", "--quiet")
 assert info("d.raymap")["versions"]["tracer"] == revision + 6
