@@ -22,6 +22,7 @@ void rmap_scene_options_fini(struct rmap_scene_options *options)
     rmap_free(options->simulation);
     rmap_free(options->color);
     rmap_free(options->allowing);
+    rmap_free(options->cache);
     free_list(options->only, options->n_only);
     free_list(options->without, options->n_without);
     free_list(options->set, options->n_set);

@@ -188,6 +188,7 @@ static enum rmap_status read_file(struct rmap_gltf *gltf, const char *uri,
     if (!path)
         return rmap_error_set(gltf->err, RMAP_SYSTEM, "out of memory for a name");
     unescape(path + folder);
+    gltf->elsewhere = true;
     const size_t most =
         gltf->nbytes < RMAP_MESH_NBYTES_MAX ? RMAP_MESH_NBYTES_MAX - gltf->nbytes : 0;
     const enum rmap_status st =

@@ -23,6 +23,7 @@ struct rmap_gltf {
     size_t body_nbytes;               /* of the binary chunk */
     struct rmap_gltf_buffer *buffer;  /* [n_buffer], filled when first asked for */
     size_t n_buffer, nbytes, charged; /* bytes held, and what was made of them */
+    bool elsewhere;                   /* buffers stand in files of their own */
     struct rmap_error *err;
 };
 

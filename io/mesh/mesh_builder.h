@@ -6,14 +6,17 @@
 #ifndef RMAP_MESH_BUILDER_H
 #define RMAP_MESH_BUILDER_H
 
+#include <stdbool.h>
+
 #include "geometry/mesh.h"
 
-/* Triangles of a file that a mesh does without. */
+/* Triangles of a file that a mesh does without, and whether the file is all that it was made of. */
 struct rmap_mesh_left_out {
     size_t degenerate; /* without an area */
     size_t undefined;  /* with a corner that is no number, or infinite */
     size_t first;      /* number of the first of these in the file, from 1 */
-    size_t untrue; /* faces whose triangles do not lie on the surface that the file gives them */
+    size_t untrue;  /* faces whose triangles do not lie on the surface that the file gives them */
+    bool elsewhere; /* is read of more files than one */
 };
 
 struct rmap_mesh_builder {

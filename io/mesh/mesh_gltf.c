@@ -288,6 +288,7 @@ enum rmap_status rmap_gltf_read(const char *path, const uint8_t *bytes, size_t n
     enum rmap_status st = rmap_gltf_init(&g.gltf, path, bytes, nbytes, builder->err);
     if (st == RMAP_OK)
         st = gather(&g);
+    builder->left_out.elsewhere = g.gltf.elsewhere;
     fini(&g);
     return st;
 }

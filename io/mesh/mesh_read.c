@@ -17,6 +17,7 @@
 #include "io/mesh/bundle.h"
 #include "io/mesh/gltf_numbers.h"
 #include "io/mesh/mesh_builder.h"
+#include "io/mesh/mesh_cache.h"
 #include "io/mesh/mesh_read.h"
 #include "io/mesh/text_fault.h"
 
@@ -291,37 +292,70 @@ static bool is_known(const char *path)
     return fits;
 }
 
-static enum rmap_status read_file(const char *path, double scale, struct rmap_obj_names *names,
-                                  struct rmap_mesh_builder *builder)
+static enum rmap_status open_file(const char *path, uint8_t **bytes, size_t *nbytes,
+                                  struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    uint8_t *bytes = NULL;
-    size_t nbytes = 0;
     if (!is_known(path))
-        RMAP_TRY(rmap_error_set(builder->err, RMAP_INPUT,
-                                "its name must end in .stl, .obj, .ply, .gltf or .glb"));
-    RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, builder->err));
-    st = read_bytes(path, bytes, nbytes, scale, names, builder);
-out:
-    rmap_free(bytes);
+        return rmap_error_set(err, RMAP_INPUT,
+                              "its name must end in .stl, .obj, .ply, .gltf or .glb");
+    return rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, bytes, nbytes, err);
+}
+
+static enum rmap_status build(const char *path, const struct rmap_mesh_reading *how,
+                              const uint8_t *bytes, size_t nbytes, struct rmap_mesh **mesh_ret,
+                              struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
+{
+    struct rmap_mesh_builder builder = {.err = err,
+                                        .wants_tangents = how->keep & RMAP_MESH_TANGENTS,
+                                        .wants_uv = how->keep & RMAP_MESH_UV};
+    enum rmap_status st = read_bytes(path, bytes, nbytes, how->scale, NULL, &builder);
+    if (st == RMAP_OK)
+        st = rmap_mesh_builder_finish(&builder, mesh_ret);
+    *left_out_ret = builder.left_out;
+    rmap_mesh_builder_fini(&builder);
     return st;
 }
 
-enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
+/* As it was read before, or else anew and kept for later. */
+static enum rmap_status read_kept(const char *path, const struct rmap_mesh_reading *how,
+                                  const uint8_t *bytes, size_t nbytes, struct rmap_mesh **mesh_ret,
+                                  struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
+{
+    struct rmap_mesh_kept kept = {0};
+    struct rmap_mesh *mesh = NULL;
+    struct rmap_error note = {0};
+    enum rmap_status st = RMAP_OK,
+                     found = rmap_mesh_kept_init(&kept, path, how, bytes, nbytes, &note);
+    if (found == RMAP_OK)
+        found = rmap_mesh_kept_read(&kept, &mesh, left_out_ret, &note);
+    if (mesh)
+        goto out;
+    RMAP_TRY(build(path, how, bytes, nbytes, &mesh, left_out_ret, err));
+    if (found != RMAP_SYSTEM && !left_out_ret->elsewhere)
+        found = rmap_mesh_kept_write(&kept, mesh, left_out_ret, &note);
+out:
+    rmap_mesh_kept_fini(&kept);
+    *mesh_ret = mesh;
+    if (how->note)
+        *how->note = note;
+    return st;
+}
+
+enum rmap_status rmap_mesh_read(const char *path, const struct rmap_mesh_reading *how,
                                 struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_mesh_builder builder = {
-        .err = err, .wants_tangents = keep & RMAP_MESH_TANGENTS, .wants_uv = keep & RMAP_MESH_UV};
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, NULL, &builder));
-    RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
-    *left_out_ret = builder.left_out;
+    RMAP_TRY(open_file(path, &bytes, &nbytes, err));
+    st = (how->cache && nbytes >= RMAP_MESH_CACHE_LEAST ? read_kept : build)(
+        path, how, bytes, nbytes, mesh_ret, left_out_ret, err);
 out:
-    rmap_mesh_builder_fini(&builder);
+    rmap_free(bytes);
     if (st == RMAP_INPUT && !trouble)
         rmap_error_context(err, "cannot read mesh %s", path);
     return st;
@@ -342,10 +376,13 @@ enum rmap_status rmap_mesh_read_file(const char *path, double scale, struct rmap
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err, .wants_materials = true};
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
     const char *trouble = is_known(path) ? rmap_input_file_trouble(path) : NULL;
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
-    RMAP_TRY(read_file(path, scale, &file->names, &builder));
+    RMAP_TRY(open_file(path, &bytes, &nbytes, err));
+    RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &file->names, &builder));
     RMAP_TRY(rmap_mesh_builder_fill_parts(&builder, builder.n_face));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, &file->mesh));
     file->left_out = builder.left_out;
@@ -355,6 +392,7 @@ enum rmap_status rmap_mesh_read_file(const char *path, double scale, struct rmap
     builder.face_part = NULL;
     builder.n_face_material = 0;
 out:
+    rmap_free(bytes);
     rmap_mesh_builder_fini(&builder);
     if (st == RMAP_INPUT && !trouble)
         rmap_error_context(err, "cannot read mesh %s", path);

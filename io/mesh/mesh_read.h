@@ -13,9 +13,15 @@
 /* Kept of texture coordinates: where u grows on each triangle, and they themselves. */
 enum { RMAP_MESH_TANGENTS = 1, RMAP_MESH_UV = 2 };
 
-/* scale: of the file's lengths; keep: bits of the above. RMAP_INPUT with the path when it is no
- * mesh. */
-enum rmap_status rmap_mesh_read(const char *path, double scale, unsigned keep,
+struct rmap_mesh_reading {
+    double scale;      /* of the file's lengths */
+    unsigned keep;     /* bits of the above */
+    const char *cache; /* a folder of meshes that were read before (mesh_cache.h); NULL: none */
+    struct rmap_error *note; /* why the cache was of no use, which is no failure; or NULL */
+};
+
+/* RMAP_INPUT with the path when it is no mesh. */
+enum rmap_status rmap_mesh_read(const char *path, const struct rmap_mesh_reading *how,
                                 struct rmap_mesh **mesh_ret,
                                 struct rmap_mesh_left_out *left_out_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;

@@ -240,10 +240,18 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
     char *path = rmap_reader_path(reader, at->text);
     if (!path)
         return NULL;
-    unsigned keep = uv ? RMAP_MESH_UV : 0;
+    struct rmap_error note = {0};
+    char **cache = &reader->bundle->options.cache;
+    struct rmap_mesh_reading how = {scale, uv ? RMAP_MESH_UV : 0, *cache, &note};
     for (size_t i = 0; i < reader->scene->n_surface; i++)
-        keep |= reader->scene->surface[i].frame_uv ? RMAP_MESH_TANGENTS : 0;
-    enum rmap_status st = rmap_mesh_read(path, scale, keep, &mesh, &left_out, &reader->failure);
+        how.keep |= reader->scene->surface[i].frame_uv ? RMAP_MESH_TANGENTS : 0;
+    enum rmap_status st = rmap_mesh_read(path, &how, &mesh, &left_out, &reader->failure);
+    if (note.status != RMAP_OK)
+        rmap_reader_warn(reader, at, "%s; mesh '%.60s' is read from its own file", note.text, name);
+    if (note.status != RMAP_OK && note.status != RMAP_FORMAT) { /* nor will it help the others */
+        rmap_free(*cache);
+        *cache = NULL;
+    }
     if (st == RMAP_OK && left_out.degenerate)
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
                          left_out.degenerate);

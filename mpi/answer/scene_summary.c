@@ -14,47 +14,18 @@
 #include "mpi/answer/surface_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/parallel/progress.h"
+#include "scene/bounds.h"
 #include "scene/paraxial.h"
 
 enum { SHOWN_MAX = 12 };
 
-struct box {
-    struct rmap_vec3 lower, upper;
-};
-
-static void include_point(struct box *box, struct rmap_vec3 p)
+static struct rmap_bounds bounds(const struct rmap_scene *scene)
 {
-    box->lower = rmap_least(box->lower, p);
-    box->upper = rmap_greatest(box->upper, p);
-}
-
-static void include_object(struct box *box, const struct rmap_scene *scene,
-                           const struct rmap_object *object)
-{
-    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
-    if (geometry->kind == RMAP_GEOMETRY_MESH) {
-        for (size_t v = 0; v < geometry->mesh->n_vertex; v++) {
-            const float *p = geometry->mesh->vertex[v];
-            struct rmap_vec3 local = rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
-            include_point(box, rmap_affine_point(&object->to_world, local));
-        }
-        return;
+    struct rmap_bounds box = rmap_bounds_empty();
+    for (size_t o = 0; o < scene->n_object; o++) {
+        box.lower = rmap_least(box.lower, scene->object_bounds[o].lower);
+        box.upper = rmap_greatest(box.upper, scene->object_bounds[o].upper);
     }
-    struct rmap_vec3 a, b;
-    rmap_shape_bounds(&geometry->shape, &a, &b);
-    for (int corner = 0; corner < 8; corner++) {
-        struct rmap_vec3 local =
-            rmap_vec3(corner & 1 ? b.x : a.x, corner & 2 ? b.y : a.y, corner & 4 ? b.z : a.z);
-        include_point(box, rmap_affine_point(&object->to_world, local));
-    }
-}
-
-static struct box bounds(const struct rmap_scene *scene)
-{
-    double far = (double)INFINITY;
-    struct box box = {rmap_vec3(far, far, far), rmap_vec3(-far, -far, -far)};
-    for (size_t o = 0; o < scene->n_object; o++)
-        include_object(&box, scene, &scene->object[o]);
     return box;
 }
 
@@ -279,7 +250,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
     if (scene->n_object > 0) {
-        struct box box = bounds(scene);
+        struct rmap_bounds box = bounds(scene);
         fprintf(out, "  box        (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) %s\n", box.lower.x,
                 box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z, scene->unit);
     }
@@ -392,7 +363,7 @@ static json_t *lamps_json(const struct rmap_scene *scene)
 
 json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
 {
-    struct box box = bounds(scene);
+    struct rmap_bounds box = bounds(scene);
     json_t *extent = json_null();
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,

@@ -56,7 +56,8 @@ const struct rmap_command rmap_command_bench = {
         "timed_vs_plain:\n"
         "maps of a scintillator with times and spectra, against one wavelength. move_vs_build:\n"
         "one of 20,968 instances is moved, against building all; moved_trace_vs_fresh: rays after\n"
-        "a hundred moves against those in a structure made anew.",
+        "a hundred moves against those in a structure made anew; cache_vs_none: a start with the\n"
+        "meshes kept of an earlier one (--cache), against one without, in processor time.",
     .options = options,
     .min_operands = 0,
     .max_operands = 0,

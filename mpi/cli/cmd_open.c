@@ -3,11 +3,12 @@
  * raymap open: a scene or map in the browser.
  */
 #include "mpi/command/argument_numbers.h"
+#include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/serve/serve_run.h"
 
 static const struct rmap_option options[] = {
-    {"no-browser", 0, NULL, "print the address, and start no browser"}, {NULL}};
+    {"no-browser", 0, NULL, "print the address, and start no browser"}, RMAP_CACHE_OPTION, {NULL}};
 
 static enum rmap_status run_open(const struct rmap_context *context,
                                  const struct rmap_arguments *given, struct rmap_error *err)

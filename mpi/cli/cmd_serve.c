@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mpi/command/argument_numbers.h"
+#include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/serve/serve_run.h"
 
@@ -13,6 +14,7 @@ static const struct rmap_option options[] = {
     {"socket", 0, "PATH", "requests of who connects to this Unix socket, which is made"},
     {"http", 0, NULL, "requests by HTTP on the loopback address, for who has the token"},
     {"port", 0, "N", "of --http (default: a free one)", .goes_with = "http"},
+    RMAP_CACHE_OPTION,
     {NULL}};
 
 static enum rmap_status run_serve(const struct rmap_context *context,

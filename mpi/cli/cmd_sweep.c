@@ -26,6 +26,7 @@ static const struct rmap_option options[] = {
     {"force", 'f', NULL, "begin anew where FOLDER holds a sweep; replace PLOT"},
     {"set", 0, "KEY=VALUE", "another value for a key of the scene, in all variants"},
     {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},
+    RMAP_CACHE_OPTION,
     {NULL}};
 
 static const struct rmap_text_kind sweep_file = {"a file of a sweep", "YAML text", "",

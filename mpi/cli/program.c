@@ -81,6 +81,11 @@ static enum rmap_status run_command(struct rmap_context *context, const struct r
     context->n_thread = (int)n_thread;
     context->json = rmap_argument(&given, "json") != NULL;
     context->quiet = rmap_argument(&given, "quiet") != NULL;
+    context->cache = rmap_argument(&given, "cache");
+    if (!context->cache)
+        context->cache = getenv("RAYMAP_CACHE");
+    if (context->cache && !context->cache[0])
+        context->cache = NULL;
     if (!rmap_argument(&given, "help"))
         st = chosen->run(context, &given, err);
     else if (context->rank == 0)

@@ -71,6 +71,8 @@ enum rmap_status rmap_load_bundle(const struct rmap_context *context, const char
                                   struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
+    rmap_free(options->cache);
+    options->cache = rmap_strdup(context->cache); /* without memory there is none */
     if (context->at_hand && strcmp(path, context->at_hand->path) == 0)
         return bundle_at_hand(context->at_hand, options, bundle_ret, err);
     return rmap_bundle_open(path, options, bundle_ret, err);

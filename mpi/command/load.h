@@ -10,14 +10,23 @@
 #include "io/mesh/bundle.h"
 #include "mpi/command/command.h"
 
-/* What `--simulation --only --without --set --allow-plugins --color` are in an option table, and
- * what they say. */
+/* Of every command that reads scenes; or $RAYMAP_CACHE. */
+#define RMAP_CACHE_OPTION                                                                          \
+    {                                                                                              \
+        "cache", 0, "FOLDER",                                                                      \
+            "keep large meshes there as they are read, for the next start (default: none, or "     \
+            "$RAYMAP_CACHE)"                                                                       \
+    }
+
+/* What `--simulation --only --without --set --allow-plugins --cache --color` are in an option
+ * table, and what they say. */
 #define RMAP_SCENE_OPTIONS                                                                         \
     {"simulation", 0, "NAME", "one of the scene's named simulations"},                             \
         {"only", 0, "NAMES", "objects, groups, sources or detectors that alone take part"},        \
         {"without", 0, "NAMES", "objects, groups, sources or detectors to leave out"},             \
         {"set", 0, "KEY=VALUE", "another value for a key of the scene, as limits.steps=100"},      \
         {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},               \
+        RMAP_CACHE_OPTION,                                                                         \
     {                                                                                              \
         "color", 0, "MODE", "spectral or rgb: how light is described", .words = "spectral rgb"     \
     }

@@ -20,6 +20,7 @@ struct rmap_context {
     bool quiet;                         /* --quiet: no talk but errors */
     struct rmap_watchdog *watchdog;     /* tells of ranks that do not answer; NULL: nobody does */
     const struct rmap_at_hand *at_hand; /* of a server; NULL: files are opened */
+    const char *cache;                  /* folder of meshes that scenes' files gave; NULL: none */
 };
 
 #endif

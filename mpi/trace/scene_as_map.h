@@ -6,13 +6,12 @@
 #define RMAP_SCENE_AS_MAP_H
 
 #include "io/map/map_reader.h"
-#include "mpi/command/command.h"
+#include "mpi/command/load.h"
 
-/* What such a command's -n is in its option table. */
+/* What -n and --cache of such a command are in its option table. */
 #define RMAP_SCENE_RAYS_OPTION(n)                                                                  \
-    {                                                                                              \
-        "rays", 'n', "RAYS", "of a scene in place of a map: trace so many (default " #n ")"        \
-    }
+    {"rays", 'n', "RAYS", "of a scene in place of a map: trace so many (default " #n ")"},         \
+        RMAP_CACHE_OPTION
 
 /* Collective. The map at a path, or, where that ends in .yaml or .yml, one of the scene's rays
  * [0, -n), of seed 1 as `raymap trace` has it. n_ray: without -n; of a scene without sources 0.

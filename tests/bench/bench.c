@@ -18,16 +18,34 @@
 #include "mpi/parallel/agree.h"
 #include "version.h"
 
-static const char *const measurement[] = {
-    "trace_vs_roofline",        "record_vs_trace",     "record_vs_seed",
-    "bytes_per_segment",        "durable_vs_not",      "checksums_vs_trace",
-    "durability_vs_trace",      "resume_vs_anew",      "decode_vs_seed",
-    "verify_vs_decode",         "query_vs_seed",       "query_several_vs_slowest",
-    "session_second_vs_first",  "stats_vs_query",      "paths_vs_query",
-    "energy_vs_query",          "ranks_vs_threads",    "gradient_evaluations_vs_seed",
-    "uniform_vs_gradient_code", "render_preview",      "render_overhead",
-    "scatter_vs_roofline",      "tm25_write_vs_plain", "tm25_read_vs_plain",
-    "timed_vs_plain",           "move_vs_build",       "moved_trace_vs_fresh"};
+static const char *const measurement[] = {"trace_vs_roofline",
+                                          "record_vs_trace",
+                                          "record_vs_seed",
+                                          "bytes_per_segment",
+                                          "durable_vs_not",
+                                          "checksums_vs_trace",
+                                          "durability_vs_trace",
+                                          "resume_vs_anew",
+                                          "decode_vs_seed",
+                                          "verify_vs_decode",
+                                          "query_vs_seed",
+                                          "query_several_vs_slowest",
+                                          "session_second_vs_first",
+                                          "stats_vs_query",
+                                          "paths_vs_query",
+                                          "energy_vs_query",
+                                          "ranks_vs_threads",
+                                          "gradient_evaluations_vs_seed",
+                                          "uniform_vs_gradient_code",
+                                          "render_preview",
+                                          "render_overhead",
+                                          "scatter_vs_roofline",
+                                          "tm25_write_vs_plain",
+                                          "tm25_read_vs_plain",
+                                          "timed_vs_plain",
+                                          "move_vs_build",
+                                          "moved_trace_vs_fresh",
+                                          "cache_vs_none"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * A scene that lives: 20,968 instances of 53 meshes of 303,000 triangles. One instance is moved
- * until rays can be traced, against building everything; and rays after a hundred moves, against
- * those in a structure made anew.
+ * until rays can be traced, against building everything; rays after a hundred moves, against
+ * those in a structure made anew; and a start with meshes kept of an earlier one, of this scene and
+ * of a mesh of five million triangles.
  */
 #include <math.h>
 #include <stdio.h>
@@ -17,75 +18,84 @@
 #include "scene/scene_edit.h"
 #include "trace/tracer.h"
 
-enum { N_MESH = 53, N_INSTANCE = 20968, N_AROUND = 53, N_ALONG = 55, N_MOVE = 100 };
+enum { N_MESH = 53, N_INSTANCE = 20968, N_MOVE = 100 };
+
+/* Of a mesh's vertices around and along its axis. */
+struct net {
+    int n_around, n_along;
+};
+static const struct net of_instances = {53, 55}, of_large = {1581, 1583};
 
 bool rmap_bench_wants_live(const struct rmap_bench *bench)
 {
     return rmap_bench_wanted(bench, "move_vs_build") ||
-           rmap_bench_wanted(bench, "moved_trace_vs_fresh");
+           rmap_bench_wanted(bench, "moved_trace_vs_fresh") ||
+           rmap_bench_wanted(bench, "cache_vs_none");
 }
 
 /* A ball with bumps. */
-static void vertex_of(int mesh, int along, int around, float v[3])
+static void vertex_of(struct net net, int mesh, int along, int around, float v[3])
 {
-    const double theta = RMAP_PI * along / N_ALONG, phi = 2 * RMAP_PI * around / N_AROUND,
+    const double theta = RMAP_PI * along / net.n_along, phi = 2 * RMAP_PI * around / net.n_around,
                  s = sin(theta), r = 1 + 0.1 * sin(3 * theta + mesh) * cos(2 * phi + mesh) * s;
     v[0] = (float)(r * s * cos(phi));
     v[1] = (float)(r * s * sin(phi));
     v[2] = (float)(r * cos(theta));
 }
 
-static void write_triangle(FILE *out, int mesh, const int corner[3][2])
+static void write_triangle(FILE *out, struct net net, int mesh, const int corner[3][2])
 {
     float number[12] = {0};
     const uint16_t none = 0;
     for (int k = 0; k < 3; k++) /* the poles are one point each */
-        vertex_of(mesh, corner[k][0],
-                  corner[k][0] == 0 || corner[k][0] == N_ALONG ? 0 : corner[k][1] % N_AROUND,
+        vertex_of(net, mesh, corner[k][0],
+                  corner[k][0] % net.n_along == 0 ? 0 : corner[k][1] % net.n_around,
                   &number[3 + 3 * k]);
     (void)fwrite(number, sizeof number, 1, out);
     (void)fwrite(&none, sizeof none, 1, out);
 }
 
-static bool write_mesh(const char *folder, int mesh)
+static bool write_mesh(const char *folder, struct net net, int mesh)
 {
     char path[640], head[80] = "a ball";
-    const uint32_t n = 2 * N_AROUND * (N_ALONG - 1);
+    const uint32_t n = (uint32_t)(2 * net.n_around * (net.n_along - 1));
     (void)snprintf(path, sizeof path, "%s/m%d.stl", folder, mesh);
     FILE *out = fopen(path, "wb");
     if (!out)
         return false;
     (void)fwrite(head, sizeof head, 1, out);
     (void)fwrite(&n, sizeof n, 1, out);
-    for (int i = 0; i < N_ALONG; i++)
-        for (int j = 0; j < N_AROUND; j++) {
+    for (int i = 0; i < net.n_along; i++)
+        for (int j = 0; j < net.n_around; j++) {
             const int down[3][2] = {{i, j}, {i + 1, j}, {i + 1, j + 1}},
                       up[3][2] = {{i, j}, {i + 1, j + 1}, {i, j + 1}};
-            if (i + 1 < N_ALONG)
-                write_triangle(out, mesh, down);
+            if (i + 1 < net.n_along)
+                write_triangle(out, net, mesh, down);
             if (i > 0)
-                write_triangle(out, mesh, up);
+                write_triangle(out, net, mesh, up);
         }
     const bool good = !ferror(out);
     return fclose(out) == 0 && good;
 }
 
-static enum rmap_status write_scene(const char *folder, char *path, size_t path_nbytes,
-                                    struct rmap_error *err)
+/* Of so many objects, which share N_MESH meshes. */
+static enum rmap_status write_scene(const char *folder, struct net net, int n_object, char *path,
+                                    size_t path_nbytes, struct rmap_error *err)
 {
+    const int n_mesh = n_object < N_MESH ? n_object : N_MESH;
     (void)snprintf(path, path_nbytes, "%s/live.yaml", folder);
     FILE *out = fopen(path, "w");
     bool good = out != NULL;
     if (good)
         fprintf(out, "raymap: 1\nmedia: {air: {index: 1}, glass: {index: 1.5}}\n"
                      "surfaces: {white: {type: lambert, reflectance: 0.6}}\ngeometries:\n");
-    for (int i = 0; i < N_MESH && good; i++) {
-        good = write_mesh(folder, i);
+    for (int i = 0; i < n_mesh && good; i++) {
+        good = write_mesh(folder, net, i);
         fprintf(out, "  m%d: {type: mesh, file: m%d.stl}\n", i, i);
     }
     if (good)
         fprintf(out, "objects:\n");
-    for (int i = 0; i < N_INSTANCE && good; i++)
+    for (int i = 0; i < n_object && good; i++)
         fprintf(out,
                 "  - {name: o%d, geometry: m%d, at: [%.3f, %.3f, %d], rotate: [%d, %d, %d], "
                 "surface: white, outside: air, inside: glass}\n",
@@ -204,6 +214,60 @@ out:
     return st;
 }
 
+/* Ready to trace. */
+static enum rmap_status start(const struct rmap_bench *bench, const char *path, const char *cache,
+                              struct cost *cost, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_scene scene = {0};
+    struct rmap_scene_options options = {0};
+    struct rmap_context context = bench->alone;
+    context.cache = cache;
+    const struct cost begun = now();
+    RMAP_TRY(rmap_load_scene(&context, path, &options, &scene.bundle, &scene.scene, err));
+    RMAP_TRY(rmap_accel_create(scene.scene, context.n_thread, &scene.accel, err));
+    *cost = since(begun);
+out:
+    rmap_bench_scene_fini(&scene);
+    return st;
+}
+
+static enum rmap_status measure_starts(struct rmap_bench *bench, const char *name, const char *path,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_bench_scene scene = {.name = name};
+    struct rmap_bench_series series = {0};
+    struct cost ours, reference;
+    char cache[600];
+    (void)snprintf(cache, sizeof cache, "%s/kept", bench->folder);
+    RMAP_TRY(start(bench, path, cache, &ours, err)); /* makes it */
+    for (int i = 0; i < bench->n_repeat; i++) {
+        if (i % 2)
+            RMAP_TRY(start(bench, path, cache, &ours, err));
+        RMAP_TRY(start(bench, path, NULL, &reference, err));
+        if (i % 2 == 0)
+            RMAP_TRY(start(bench, path, cache, &ours, err));
+        rmap_bench_add(&series, ours.cpu_s, reference.cpu_s);
+    }
+    rmap_bench_report(bench, "cache_vs_none", &scene, &series, "s", NULL);
+out:
+    return st;
+}
+
+/* Of the instances, then of a large mesh, whose files take the place of theirs. */
+static enum rmap_status measure_cache(struct rmap_bench *bench, const char *path,
+                                      struct rmap_error *err)
+{
+    char large[600];
+    enum rmap_status st = measure_starts(bench, "instances", path, err);
+    if (st == RMAP_OK && !bench->quick)
+        st = write_scene(bench->folder, of_large, 1, large, sizeof large, err);
+    if (st == RMAP_OK && !bench->quick)
+        st = measure_starts(bench, "large mesh", large, err);
+    return st;
+}
+
 enum rmap_status rmap_bench_live(struct rmap_bench *bench, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -211,16 +275,20 @@ enum rmap_status rmap_bench_live(struct rmap_bench *bench, struct rmap_error *er
     struct rmap_bench_scene scene = {.name = "instances"};
     struct rmap_bench_series moves = {0}, rays = {0};
     struct rmap_scene_options options = {0};
-    RMAP_TRY(write_scene(bench->folder, path, sizeof path, err));
+    RMAP_TRY(write_scene(bench->folder, of_instances, N_INSTANCE, path, sizeof path, err));
     RMAP_TRY(rmap_load_scene(&bench->alone, path, &options, &scene.bundle, &scene.scene, err));
     RMAP_TRY(rmap_accel_create(scene.scene, bench->alone.n_thread, &scene.accel, err));
-    RMAP_TRY(measure_moves(bench, &scene, &moves, err));
+    if (rmap_bench_wanted(bench, "move_vs_build") ||
+        rmap_bench_wanted(bench, "moved_trace_vs_fresh"))
+        RMAP_TRY(measure_moves(bench, &scene, &moves, err));
     if (rmap_bench_wanted(bench, "move_vs_build"))
         rmap_bench_report(bench, "move_vs_build", &scene, &moves, "ms", NULL);
     if (rmap_bench_wanted(bench, "moved_trace_vs_fresh")) {
         RMAP_TRY(measure_rays(bench, &scene, &rays, err));
         rmap_bench_report(bench, "moved_trace_vs_fresh", &scene, &rays, "rays/s", NULL);
     }
+    if (rmap_bench_wanted(bench, "cache_vs_none"))
+        RMAP_TRY(measure_cache(bench, path, err));
 out:
     rmap_bench_scene_fini(&scene);
     return st;

@@ -279,7 +279,9 @@ static enum rmap_status read_mesh(const char *name, const char *bytes, size_t n,
     assert_non_null(out);
     assert_int_equal(fwrite(bytes, 1, n, out), n);
     assert_int_equal(fclose(out), 0);
-    enum rmap_status st = rmap_mesh_read(name, 1, true, &mesh, &left_out, NULL);
+    enum rmap_status st =
+        rmap_mesh_read(name, &(struct rmap_mesh_reading){.scale = 1, .keep = RMAP_MESH_TANGENTS},
+                       &mesh, &left_out, NULL);
     *n_triangle = st == RMAP_OK ? mesh->n_triangle : 0;
     if (st == RMAP_OK)
         rmap_mesh_destroy(mesh);

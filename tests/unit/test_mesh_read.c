@@ -22,6 +22,8 @@ const char *__lsan_default_suppressions(void)
     return "leak:libassimp";
 }
 
+static const struct rmap_mesh_reading plain = {.scale = 1, .keep = RMAP_MESH_TANGENTS};
+
 static void write_file(const char *path, const void *bytes, size_t n)
 {
     FILE *out = fopen(path, "wb");
@@ -38,7 +40,9 @@ static enum rmap_status read_bytes(const char *name, const void *bytes, size_t n
     write_file(name, bytes, n);
     *mesh = NULL;
     *left_out = (struct rmap_mesh_left_out){0};
-    enum rmap_status st = rmap_mesh_read(name, scale, true, mesh, left_out, &err);
+    enum rmap_status st = rmap_mesh_read(
+        name, &(struct rmap_mesh_reading){.scale = scale, .keep = RMAP_MESH_TANGENTS}, mesh,
+        left_out, &err);
     memcpy(told, err.text, 1024);
     assert_int_equal(unlink(name), 0);
     return st;
@@ -334,9 +338,9 @@ static void test_what_is_no_file(void **state)
     struct rmap_mesh *mesh = NULL;
     struct rmap_error err = {0};
     struct rmap_mesh_left_out left_out;
-    assert_int_equal(rmap_mesh_read("missing.stl", 1, true, &mesh, &left_out, &err), RMAP_INPUT);
+    assert_int_equal(rmap_mesh_read("missing.stl", &plain, &mesh, &left_out, &err), RMAP_INPUT);
     assert_non_null(strstr(err.text, "No such file"));
-    assert_int_equal(rmap_mesh_read("/tmp/.", 1, true, &mesh, &left_out, &err), RMAP_INPUT);
+    assert_int_equal(rmap_mesh_read("/tmp/.", &plain, &mesh, &left_out, &err), RMAP_INPUT);
 }
 
 static void test_short_memory(void **state)
@@ -348,7 +352,7 @@ static void test_short_memory(void **state)
         struct rmap_mesh *mesh = NULL;
         struct rmap_mesh_left_out left_out;
         rmap_alloc_fail_at(n);
-        st = rmap_mesh_read("b.obj", 1, true, &mesh, &left_out, NULL);
+        st = rmap_mesh_read("b.obj", &plain, &mesh, &left_out, NULL);
         rmap_alloc_fail_at(0);
         assert_true(st == RMAP_OK || st == RMAP_SYSTEM);
         if (st == RMAP_OK) {
