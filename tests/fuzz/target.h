@@ -25,6 +25,10 @@ extern const unsigned rmap_fuzz_rounds;
 /* The n bytes at *data, taken off; zeros where there are fewer. */
 void rmap_fuzz_take(const uint8_t **data, size_t *nbytes, void *to, size_t n);
 
+/* Reads a picture of the surroundings: it is refused with a sentence, or its pixels are numbers of
+ * light. */
+void rmap_fuzz_picture(const uint8_t *data, size_t nbytes);
+
 /* abort() with a word of what is wrong, unless `good`. */
 void rmap_fuzz_demand(int good, const char *what);
 
