@@ -11,40 +11,17 @@ import subprocess
 import time
 
 import asking
+import zmx_lens
 from asking import check, run
 
 LENSES = asking.SOURCE / "tests" / "data" / "lenses"
 shutil.rmtree("here", ignore_errors=True)
 pathlib.Path("here").mkdir()
 
-ZMX = """VERS 1
-NAME A triplet, \u00e9tude
-NOTE 0 made for a test
-UNIT MM X W X CM MR CPMM
-ENPD 10
-GCAT SCHOTT
-FTYP 0 0 2 2
-XFLN 0 0
-YFLN 0 5
-WAVM 1 0.48 1
-WAVM 2 0.65 2
-PWAV 1
-SURF 0
-  DISZ INFINITY
-SURF 1
-  COMM front lens: # {odd}
-  STOP
-  CURV 0.02
-  DISZ 4
-  GLAS GLASS1 0 0 1.5 40
-  DIAM 6 1 0 0 1 ""
-SURF 2
-  CURV -0.02
-  DISZ 48
-  MAZH 0 0
-SURF 3
-  DISZ 0
-"""
+ZMX = "VERS 1\nNAME A triplet, \u00e9tude\nNOTE 0 made for a test\n" + zmx_lens.ZMX
+for old, new in (("FTYP", "GCAT SCHOTT\nFTYP"), ("YFLN", "XFLN 0 0\nYFLN"), ("SURF 0", "PWAV 1\nSURF 0"), ("STOP", "COMM front lens: # {odd}\n  STOP"),
+                 ("N-BK7", "GLASS1"), ("DISZ 48", "DISZ 48\n  MAZH 0 0")):
+    ZMX = ZMX.replace(old, new)
 
 
 def write(name, text, encoding="latin-1"):

@@ -15,31 +15,12 @@ import time
 
 import asking
 from asking import check, run
+from zmx_lens import ZMX
 
 shutil.rmtree("here", ignore_errors=True)
 pathlib.Path("here").mkdir()
 RAYMAP = os.environ["RAYMAP"]
 
-ZMX = """UNIT MM X W X CM MR CPMM
-ENPD 10
-FTYP 0 0 2 2
-YFLN 0 5
-WAVM 1 0.48 1
-WAVM 2 0.65 2
-SURF 0
-  DISZ INFINITY
-SURF 1
-  STOP
-  CURV 0.02
-  DISZ 4
-  GLAS N-BK7 0 0 1.5 40
-  DIAM 6 1 0 0 1 ""
-SURF 2
-  CURV -0.02
-  DISZ 48
-SURF 3
-  DISZ 0
-"""
 SEQ = "RDM;LEN\nEPD 10\nWL 587.6\nYAN 0 3\nSO 0 1e20\nS 50 4 NBK7_SCHOTT\nSTO\nS -50 48\nSI 0 0\n"
 OSLO = 'LEN NEW "A" 50 2\nEBR 5\nANG 3\nTH 1e20\nNXT\nGLA BK7\nRD 50\nTH 3\nAP 6\nAST\nNXT\nAIR\nRD -50\nTH 48\nNXT\nWV 0.58756\nEND 3\n'
 
