@@ -15,8 +15,8 @@ import harness
 OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 # Name, what writes the scene, rays, sizes of pieces for two or three, kill points quick and slow.
 SCENES = [
-    ("curved", harness.write_curved_scene, 12000, {"plain": "4M", "compact": "500k"}, 10, 84),
-    ("straight", harness.write_scene, 40000, harness.PIECE_SIZE, 20, 168),
+    ("curved", harness.write_curved_scene, 12000, {"plain": "4M", "compact": "500k"}, 7, 84),
+    ("straight", harness.write_scene, 40000, harness.PIECE_SIZE, 14, 168),
 ]
 
 # Which calls make a phase: patterns of the call and of the path.

@@ -36,8 +36,8 @@ suffer() { # MAP RAYS SAVED CALLS PATH ERROR POINTS COMMAND...: 0 and RAYS, or 5
         status=$?
         [ $status -eq 5 ] || [ $status -eq 0 ] ||
             { fail "$*: $calls of $path no. $at of $n: status $status"; tail -3 out.txt; }
-        "$RAYMAP" repair m.raymap >out.txt 2>&1 || cat out.txt
-        n_left=$(rays m.raymap)
+        "$RAYMAP" repair m.raymap --json >out.txt 2>&1 || cat out.txt
+        n_left=$(sed -n 's/^  "rays": \([0-9]*\),/\1/p' out.txt | head -1)
         [ "$n_left" = "$saved" ] || [ "$n_left" = "$rays" ] ||
             fail "$*: $calls of $path no. $at of $n: $n_left rays are saved, not $saved"
     done
@@ -45,9 +45,9 @@ suffer() { # MAP RAYS SAVED CALLS PATH ERROR POINTS COMMAND...: 0 and RAYS, or 5
 
 for call in 'read:pread *piece-*.h5' 'read:open *piece-*.h5' 'read:open *map.h5' 'read:pread *map.h5' \
     'read:pread *map-start.h5'; do
-    suffer one.raymap "$saved" "$saved" "${call%% *}" "${call#* }" EIO 3 repair m.raymap
+    suffer one.raymap "$saved" "$saved" "${call%% *}" "${call#* }" EIO 2 repair m.raymap
 done
-suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 4 repair m.raymap
+suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 3 repair m.raymap
 suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 3 repair m.raymap
 
 # What cannot be looked at just now is neither missing, nor damaged, nor under its own name: a piece that is replaced, one
@@ -94,7 +94,7 @@ for words in 'repair m.raymap' 'trace scene.yaml -n 100000 -o m.raymap --resume 
         error=EIO
         [ "${call%%:*}" = read ] || error=ENOMEM
         # shellcheck disable=SC2086 # words
-        suffer cut.raymap 100000 "$saved" "${call%% *}" "${call#* }" $error 3 $words
+        suffer cut.raymap 100000 "$saved" "${call%% *}" "${call#* }" $error 2 $words
     done
 done
 finish

@@ -65,7 +65,7 @@ balance want.raymap >want.txt
 image want.raymap want.csv
 
 n=0
-for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "${RAYMAP_TEST_KILLS:-2}" -r --random-source=<(yes 3) one-rank all-ranks mpirun); do
+for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "${RAYMAP_TEST_KILLS:-0}" -r --random-source=<(yes 3) one-rank all-ranks mpirun); do
     n=$((n + 1))
     map=kill-$n.raymap
     encoding=plain # of both lives, at every third map
