@@ -16,6 +16,8 @@ export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_cop
 if [ -z "${SLURM_JOB_ID:-}${PBS_JOBID:-}" ]; then
     export OMPI_MCA_pml="${OMPI_MCA_pml:-ob1}" OMPI_MCA_btl="${OMPI_MCA_btl:-vader,tcp,self}"
 fi
+# hwloc's plugins call at X servers about graphics cards: a twentieth of a start of two ranks, for nothing.
+export HWLOC_PLUGINS_PATH="${HWLOC_PLUGINS_PATH:-/nonexistent}"
 # Without /sys (a bare chroot) hwloc would complain in every rank.
 export HWLOC_HIDE_ERRORS="${HWLOC_HIDE_ERRORS:-2}"
 # Each file of a map has one writer; locks only fail on file systems without them.

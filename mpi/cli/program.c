@@ -172,6 +172,15 @@ static void watch_signals(const struct commands *known, const char *word)
             rmap_interrupt_watch();
 }
 
+/* What no rank uses takes a tenth of its start: windows of memory, collectives that are off unless
+ * somebody asks for them, hwloc's plugins, which call at X servers. */
+static void leave_out_unused(void)
+{
+    (void)setenv("OMPI_MCA_osc", "^monitoring,sm,rdma,pt2pt,ucx", 0);
+    (void)setenv("OMPI_MCA_coll", "^monitoring,sync,adapt,han,sm", 0);
+    (void)setenv("HWLOC_PLUGINS_PATH", "/nonexistent", 0);
+}
+
 static bool is_alone(void)
 {
     return !getenv("OMPI_COMM_WORLD_SIZE") && !getenv("PMIX_RANK") && !getenv("PMI_RANK");
@@ -181,8 +190,8 @@ static bool is_alone(void)
  * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
  * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. It would load the drivers of all
  * network cards, some of which measure a clock for 0.2 s, and what only ranks beside each other
- * can use; hwloc would call at X servers and read the whole machine, which nobody places ranks on.
- * All this is a third of a short command's time.
+ * can use; hwloc would read the whole machine, which nobody places ranks on. All this is a third of
+ * a short command's time.
  * Only `bench` needs these, to start a second rank, and TCP between the two. */
 static void prepare_alone(const char *word)
 {
@@ -192,12 +201,10 @@ static void prepare_alone(const char *word)
         {"OMPI_MCA_pml", "ob1"},
         {"OMPI_MCA_btl", "self"},
         {"OMPI_MCA_coll", "self,basic,libnbc"},
-        {"OMPI_MCA_osc", "^monitoring,sm,rdma,pt2pt,ucx"},
         {"OMPI_MCA_errmgr", "default_app"},
         {"OMPI_MCA_state", "app"},
         {"OMPI_MCA_shmem", "mmap"},
         {"OMPI_MCA_reachable", "weighted"},
-        {"HWLOC_PLUGINS_PATH", "/nonexistent"},
         {"HWLOC_COMPONENTS", "no_os,stop"},
     };
     if (strcmp(word, "bench") == 0) {
@@ -242,6 +249,7 @@ int rmap_program(const struct rmap_command *const *command, size_t n_command, in
         prepare_alone(argc > 1 ? argv[1] : "");
     else
         wanted = MPI_THREAD_MULTIPLE; /* of the watchdog */
+    leave_out_unused();
     rmap_json_memory_watch();
     if (MPI_Init_thread(&argc, &argv, wanted, &provided) != MPI_SUCCESS) {
         fputs("raymap: MPI cannot be started\n", stderr);

@@ -20,6 +20,7 @@ hosts_enter() {
     local enter=(unshare "${as_root[@]}" --net --mount --pid --fork --kill-child --mount-proc)
     "${enter[@]}" unshare --net --uts --ipc --mount mount -t tmpfs none /mnt 2>/dev/null ||
         { echo "namespaces are not allowed here"; exit 77; }
+    unset HWLOC_COMPONENTS PMIX_MCA_gds # of ranks beside each other (tests/CMakeLists.txt)
     HOSTS_FOLDER=$(mktemp -d) # short: names of sockets have 100 letters
     export HOSTS_FOLDER OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 # as it is there
     "${enter[@]}" bash "$1"
