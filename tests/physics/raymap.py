@@ -45,12 +45,12 @@ def report(name, text, ray=0):
     return json.loads(run("report", write_scene(name, text), "--ray", ray, "--json"))
 
 
-def trace(name, text, rays, seed=1, options=()):
-    """Traces a scene into a new map of columns and returns its path."""
+def trace(name, text, rays, seed=1, options=(), encoding="compact"):
+    """Traces a scene into a new map, plain for who reads its columns, and returns its path."""
     target = name + ".raymap"
     shutil.rmtree(target, ignore_errors=True)
     run("trace", write_scene(name, text), "-o", target, "-n", rays, "--seed", seed, "--quiet",
-        "--encoding", "plain", *options)
+        "--encoding", encoding, *options)
     return target
 
 
@@ -71,7 +71,7 @@ def rays(target, *criteria):
 
 
 def columns(target, *names):
-    """Whole columns of a map, pieces in their order, read by h5py alone."""
+    """Whole columns of a plain map, pieces in their order, read by h5py alone."""
     import h5py
     import numpy
     pieces = sorted(glob.glob(os.path.join(target, "shard-*", "piece-*.h5")))

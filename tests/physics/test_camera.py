@@ -116,7 +116,7 @@ cameras:
 """
 VIEW = "at: [0, -3, 0.5], look_at: [0, 1, -0.3], fov: 60, resolution: [6, 4], aperture: 0.35"
 room = "room.raymap"
-run("trace", write_scene("room", ROOM % (VIEW, VIEW)), "-o", room, "-n", many(600_000), "--force", "--quiet")
+run("trace", write_scene("room", ROOM % (VIEW, VIEW)), "-o", room, "-n", many(300_000), "--force", "--quiet")
 value, error, answer = see(room, "cam", "--color", "true")
 with open("late.yaml", "w", encoding="utf-8") as file:
     file.write("detectors: [{name: late, type: camera, " + VIEW + "}]\n")
@@ -125,7 +125,7 @@ checks.close("pixels", [d["cells"] for d in json.loads(run("info", room, "--json
 colour = numpy.load("cam.npz")["rgb"][::-1]
 other = subprocess.run(["mpirun", "-np", "2", os.environ["RAYMAP"], "detector", room, "cam", "--json", "--quiet"], capture_output=True, text=True, check=True)
 checks.true("2 ranks", json.loads(other.stdout) == answer)
-image, _ = render("seen", ROOM % (VIEW, VIEW), "--samples", many(2048))
+image, _ = render("seen", ROOM % (VIEW, VIEW), "--samples", many(1024))
 want = luminance(image)
 for v, e, w in zip(value.ravel(), error.ravel(), want.ravel()):
     checks.z("as render shows it", v, w, numpy.hypot(e, 0.01 * w), limit=4.5)

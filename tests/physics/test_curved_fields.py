@@ -103,7 +103,7 @@ for amplitude in (1e-3, 1e-2):
 def mean_square_angle(length):
     light = source([0, 0, 0], AHEAD, "noise", "disc: 20")
     target = trace("turbulence", noise(length, 1e-3, light, "air", ", tolerance: 1.0e-6"),
-                   many(10_000))
+                   many(10_000), encoding="plain")
     (end,) = columns(target, "ray/end_direction")
     drop(target)
     end = end[end[:, 2] > 0].astype(float)

@@ -13,7 +13,7 @@ import math
 from raymap import Checks, count, drop, many, run, rays, trace, write_scene
 
 checks = Checks()
-RAYS = many(1_000_000)
+RAYS = many(400_000)
 PLATE = """raymap: 1
 units: mm
 spectrum: {{wavelengths: [550]}}

@@ -13,7 +13,7 @@ import math
 from raymap import Checks, count, drop, many, rays, trace
 
 checks = Checks()
-RAYS = many(1_000_000)
+RAYS = many(400_000)
 
 
 def beams(angles, geometry, media, objects, inside="air"):

@@ -242,7 +242,7 @@ sources:
   - {name: one, type: point, at: [-20, 10, 20], flux: 3 W, %s}
   - {name: two, type: point, at: [20, -5, 25], flux: 2 W, %s}
 """ % (LINE, LINE)
-target = trace("room", ROOM, 40_000)
+target = trace("room", ROOM, 40_000, encoding="plain")
 run("irradiance", target, "*", "--cells", "triangles", "-o", "room.h5", "--force")
 emitted, source, segments, weight, start = columns(target, "ray/source", "ray/source", "ray/segment_count", "ray/weight", "ray/start")
 place, hit, primitive, event, medium, normal = columns(target, "segment/position", "segment/object", "segment/primitive",
@@ -322,7 +322,7 @@ objects:
 """ for k, name in enumerate(("disc", "dish", "tube", "cone"))) + """sources:
 """ + "".join(f"""  - {{name: s{k}, type: point, at: [{10 * k + 1}, 1, 2], flux: 1 W, {LINE}}}
 """ for k in range(4))
-target = trace("shapes", SHAPES, 20_000)
+target = trace("shapes", SHAPES, 20_000, encoding="plain")
 told = answer(target, "disc", "dish", "tube", "cone", "--cells", "14 mm", "-o", "shapes.vtp")
 wanted = (math.pi * (9 - 1), math.pi / 6 * 4 * ((16 + 9) ** 1.5 - 64) / 4, 4 * math.pi * 5, math.pi * (3 + 1) * math.hypot(4, 2))
 found = vtp("shapes.vtp")
@@ -423,7 +423,7 @@ objects:
 """ + "".join(f"""  - {{name: {name}, geometry: {name}, at: [{8 * k}, 0, 0], surface: grey, front: air, back: air}}
 """ for k, name in enumerate([*BODIES, "plain", "ball"])) + "sources:\n" + "".join(
     f"  - {{name: s{k}, type: point, at: [{8 * k + 0.5}, 0.7, 2.5], flux: 1 W, {LINE}}}\n" for k in range(len(BODIES)))
-target = trace("uv", UV, 30_000)
+target = trace("uv", UV, 30_000, encoding="plain")
 place, hit, primitive, event, of, before = columns(
     target, "segment/position", "segment/object", "segment/primitive", "segment/event", "ray/segment_count", "ray/weight")
 names = [o["name"] for o in json.loads(run("info", target, "--json"))["objects"]]

@@ -12,7 +12,7 @@ import numpy
 from raymap import Checks, columns, drop, many, trace
 
 checks = Checks()
-RAYS = many(1_000_000)
+RAYS = many(400_000)
 
 
 def chi_square(what, counts, expected):
@@ -36,7 +36,7 @@ objects:
 sources:
   - {{name: pencil, type: rays, flux: 1 W, medium: air, rays: [{{origin: {[-d for d in direction]}, direction: {direction}, wavelength: 550}}]}}
 """
-    target = trace(name, text, RAYS)
+    target = trace(name, text, RAYS, encoding="plain")
     stop, end = columns(target, "ray/stop", "ray/end_direction")
     drop(target)
     return end[stop == 1].astype(float), len(stop)

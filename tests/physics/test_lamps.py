@@ -40,7 +40,7 @@ def write(path, text):
 def light(name, text, keys=""):
     """(flux, directions, starts)"""
     write(name, text)
-    target = trace("lamp", HEAD % (name, keys), RAYS)
+    target = trace("lamp", HEAD % (name, keys), RAYS, encoding="plain")
     flux = count(target, "all")[0]["flux"]["total"]
     direction, start = columns(target, "ray/end_direction", "ray/start")
     drop(target)

@@ -397,7 +397,7 @@ objects:
 """
     side = [-17 + 34 * (k + 0.3) / 20 for k in range(20)]
     rays = [((x, y, -10), (0, 0, 1), 587.6) for x in side for y in side]
-    target = trace(name, scene(body, rays, media=media), len(rays))
+    target = trace(name, scene(body, rays, media=media), len(rays), encoding="plain")
     start, n, position = columns(target, "/ray/start", "/ray/segment_count", "/segment/position")
     checks.true(f"{name}: all rays have three legs", len(n) == len(rays) and numpy.all(n == 3))
     return start[:, :2].astype(float), position[numpy.cumsum(n) - 1].astype(float)

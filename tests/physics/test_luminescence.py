@@ -87,7 +87,7 @@ objects: [{{name: globe, geometry: globe, surface: black, front: dye, back: dye}
 sources: [{{name: lamp, type: point, at: [0, 0, 0], flux: 1 W, spectrum: {{lines: {{450: 1}}}}, medium: dye}}]
 detectors: [{{name: round, type: plane, on: globe, size: [3000, 3000], cells: [1, 1], at: [0, 0, 0], side: both}}]
 """
-        target = trace(accounting, text, many(20_000))
+        target = trace(accounting, text, many(20_000), encoding="plain")
         ids, weight, wavelength = columns(target, "ray/id", "ray/weight", "ray/wavelength")
         ends.append(wavelength[numpy.argsort(ids)])
         given = wavelength == 600
@@ -129,7 +129,7 @@ detectors: [{name: round, type: plane, on: globe, size: [3000, 3000], cells: [2,
     for nm, warned in ((400, True), (430, False)):
         told = json.loads(run("check", write_scene("heavy", text.replace("430", str(nm))), "--json"))["diagnostics"]
         checks.true(f"{nm} nm: warned {told}", any("times as many lumens" in one["text"] for one in told) == warned)
-    target, n = trace("violet", text, 20_000), 20_000
+    target, n = trace("violet", text, 20_000, encoding="plain"), 20_000
     (weight, wavelength) = columns(target, "ray/weight", "ray/wavelength")
     checks.true("violet: weights", weight[wavelength == 555].min() == weight.max() > 60)
     index = os.path.join(target, "map.h5")

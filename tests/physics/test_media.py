@@ -13,7 +13,7 @@ import numpy
 from raymap import Checks, columns, drop, many, rays, trace
 
 checks = Checks()
-RAYS = many(1_000_000)
+RAYS = many(400_000)
 MU = 2.5
 
 
@@ -42,7 +42,7 @@ for length, want in ((0.1, 0.778800783071405), (1.0, 0.0820849986238988), (3.0, 
     drop(target)
 
 # 40 mean free paths: exp(-100) of the light gets to the end.
-target = trace("free-path", scene(40), RAYS)
+target = trace("free-path", scene(40), RAYS, encoding="plain")
 (path,) = columns(target, "ray/path_length")
 n = len(path)
 checks.true("every ray is there", n == RAYS)

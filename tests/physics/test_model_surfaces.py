@@ -103,7 +103,7 @@ def test_bodies():
     for name, (model, inside) in BODIES.items():
         model.write(name + ".ply")
         text = mesh_scene(name + ".ply", after=LIGHT % list(inside))
-        target = raymap.trace(name, text, raymap.many(20000))
+        target = raymap.trace(name, text, raymap.many(20000), encoding="plain")
         stop, count, medium = raymap.columns(target, "ray/stop", "ray/segment_count", "segment/medium")
         last = medium[numpy.cumsum(count) - 1]
         checks.close(f"{name}: rays that end in an error", int((stop == 3).sum()), 0)

@@ -103,7 +103,7 @@ geometries: {{ball: {{type: sphere, radius: 1e6}}}}
 objects: [{{name: shell, geometry: ball, surface: black, inside: fog}}]
 sources: [{{name: s, type: rays, flux: 1 W, medium: fog, rays: [{{origin: [0, 0, 0], direction: [0, 0, 1], wavelength: 550}}]}}]
 """
-        target = trace("walk", scene, many(8000))
+        target = trace("walk", scene, many(8000), encoding="plain")
         count, place = columns(target, "/ray/segment_count", "/segment/position")
         checks.true(f"VOL-10 g {g}: 50 flights each", (count == 50).all())
         place = place.reshape(len(count), 50, 3).astype(float)

@@ -36,7 +36,7 @@ def beam(surface, degrees=0, nm=632.8, back="air"):
 def check_harvey():
     mirror = "{type: mirror, reflectance: 1, scatter: {model: harvey, b0: 13.947, l: 0.01, s: -1.5}}"
     for degrees, want in {0: 0.157745, 30: 0.14875, 60: 0.12188, 80: 0.09460}.items():
-        target = trace("harvey", beam(mirror, degrees), many(200_000))
+        target = trace("harvey", beam(mirror, degrees), many(100_000))
         (scattered, specular), total = rays(target, "scatter(harvey)", "hit(plate, reflect_specular)")
         checks.share(f"Harvey at {degrees} degrees", scattered, total, want)
         checks.true("nothing is lost", scattered + specular == total)
@@ -49,7 +49,7 @@ def check_rough_lens():
     r = ((1.5168 - 1) / (1.5168 + 1)) ** 2
     back = r * -math.expm1(-(4 * math.pi * 20 / 587.56) ** 2)
     on = (1 - r) * -math.expm1(-(2 * math.pi * 20 * 0.5168 / 587.56) ** 2)
-    target = trace("lens", beam(lens, 0, 587.56, "glass"), many(300_000))
+    target = trace("lens", beam(lens, 0, 587.56, "glass"), many(150_000))
     criteria = ["hit(plate, reflect)", "hit(plate, reflect_diffuse)", "hit(plate, transmit_diffuse)", "scatter(harvey)"]
     (reflected, lobe, passed, both), total = rays(target, *criteria)
     checks.share("reflected in all", reflected, total, r)
@@ -64,7 +64,7 @@ def check_spike():
     spike = "{type: scatter, reflectance: 0.7, reflect: {model: unified, sigma_alpha: 12, spike: 1}}"
     lobe = spike.replace("spike: 1", "lobe: 1")
     for name, surface, criterion in [("spike", spike, "hit(plate, reflect_specular)"), ("lobe", lobe, "scatter(unified)")]:
-        target = trace(name, beam(surface, 40), many(200_000))
+        target = trace(name, beam(surface, 40), many(100_000))
         (matched,), total = rays(target, criterion)
         checks.share(name, matched, total, 0.7)
         drop(target)
@@ -78,7 +78,7 @@ def check_slope_error():
     models = [f"beckmann, alpha: {s * math.sqrt(2)}", "slope_error, gaussian: 2 mrad", "slope_error, pillbox: 4 mrad"]
     for degrees, model in [(0, models[0]), *((d, m) for d in (0, 45, 70) for m in models[1:])]:
         mirror = f"{{type: mirror, reflectance: 0.9, scatter: {{model: {model}}}}}"
-        target = trace("slopes", beam(mirror, degrees), many(50_000))
+        target = trace("slopes", beam(mirror, degrees), many(50_000), encoding="plain")
         (end,) = columns(target, "ray/end_direction")
         drop(target)
         end = end[end[:, 2] > 0].astype(float)

@@ -106,7 +106,7 @@ detectors:
 def check_opening():
     for kind, published in PUBLISHED.items():
         scene, side = opening(kind)
-        got = tally("opening", scene, many(1500000))
+        got = tally("opening", scene, many(600000))
         checks.close("the opening's illuminance", got["hole"][1], 10000, rel=1e-9)
         for k, want in enumerate(published):
             n = sum(got[f"p{k}_{i}"][0] for i in range(4))
@@ -131,7 +131,7 @@ def shining(name, picture, extra="map: latlong"):
         file.write(picture)
     target = trace(name, HEAD + f"""background: {{file: {name}.hdr, {extra}}}
 detectors: [{{name: lit, type: plane, size: 2, cells: 1}}]
-""", 20000)
+""", 20000, encoding="plain")
     digest = json.loads(run("info", target, "--json"))["digest"]
     mean = -columns(target, "/ray/end_direction")[0].mean(axis=0)
     drop(target)
@@ -288,7 +288,7 @@ def check_sun():
                         ("gaussian: 3 mrad", [(3, 1 - math.exp(-0.5)), (6, 1 - math.exp(-2))])]:
         target = trace("sun", HEAD + f"""sources: [{{name: sun, type: sun, irradiance: 1000, direction: [0, 0, -1], shape: {{{shape}}}}}]
 detectors: [{{name: lit, type: plane, size: 2, cells: 1}}]
-""", many(100000))
+""", many(100000), encoding="plain")
         way, = columns(target, "/ray/end_direction")
         mrad_of = numpy.arctan2(numpy.hypot(way[:, 0], way[:, 1]), -way[:, 2]) * 1000
         for cut, want in cuts:

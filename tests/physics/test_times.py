@@ -67,7 +67,7 @@ def plate(tilt, medium):
 
 def arrivals(name, text, *options):
     """By wavelength: group path at the end, at the free plane, and optical path at the end, all alike."""
-    target = trace(name, text, RAYS, options=("--simulation", "t", *options))
+    target = trace(name, text, RAYS, options=("--simulation", "t", *options), encoding="plain")
     nm, of_ray, count = columns(target, "ray/wavelength", "ray/group_path", "ray/registration_count")
     path, phase, delay = columns(target, "registration/group_path", "registration/optical_path",
                                  "registration/delay")

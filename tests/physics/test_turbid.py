@@ -37,7 +37,7 @@ sources:
 
 def cosines(name, text):
     """Cosines of the angle between the first and the second segment, and the last colours."""
-    target = trace(name, text, RAYS)
+    target = trace(name, text, RAYS, encoding="plain")
     position, colour, event = columns(target, "segment/position", "segment/colour_spectral", "segment/event")
     position = position.reshape(-1, 2, 3).astype(float)
     way = position[:, 1] - position[:, 0]
@@ -139,7 +139,7 @@ objects:
   - {{name: end, geometry: face, at: [0, 0, 3], surface: clear, front: air, back: opal}}
 sources:
   - {{name: beam, type: collimated, shape: {{disc: 0.1}}, at: [0, 0, -1], direction: [0, 0, 1], flux: 1 W, medium: air}}
-""", many(20_000))
+""", many(20_000), encoding="plain")
     (way,) = columns(target, "ray/end_direction")
     way = way.reshape(-1, 3)[:, 2]
     passed = way[way > 0]

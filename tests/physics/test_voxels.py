@@ -61,7 +61,7 @@ def vti(path):
 
 
 # ---- a slab of ink, plain and compact ----
-target = trace("slab", slab(f", absorption: {MU}"), many(400_000))
+target = trace("slab", slab(f", absorption: {MU}"), many(400_000), encoding="plain")
 got = grids(target, "-1,-1,-1,1,1,4", "1x1x10")
 edge = numpy.linspace(-1, 4, 11)
 faded = numpy.exp(-MU * numpy.maximum(edge, 0)) / -MU + numpy.minimum(edge, 0)
@@ -94,7 +94,7 @@ drop(target)
 drop("compact.raymap")
 
 # ---- every way by itself: a slanted scatter of light through a skew grid of voxels ----
-target = trace("fan", slab(", scattering: 2, scattering_g: 0.3"), 300)
+target = trace("fan", slab(", scattering: 2, scattering_g: 0.3"), 300, encoding="plain")
 low, high, n = numpy.array([-1.5, -0.7, -0.5]), numpy.array([1.1, 2.2, 3.7]), (5, 4, 7)
 got = grids(target, ",".join(str(float(x)) for x in (*low, *high)), "x".join(str(x) for x in n))
 start, segments, source, out = columns(target, "ray/start", "ray/segment_count", "ray/source", "ray/end_direction")
