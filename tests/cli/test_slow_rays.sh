@@ -45,7 +45,7 @@ digest=$(said digest)
 grep -q '"complete": true' info.json || fail "not complete after --resume"
 
 # A signal to one rank ends the others, which fetch no block for hours. Meanwhile, a check.
-"$RAYMAP" check slow.yaml --json >check.json 2>check.txt &
+"$RAYMAP" check slow.yaml --threads 1 --json >check.json 2>check.txt &
 check=$!
 stop_one() { # RAYS, and head or tail: which of two ranks gets SIGTERM
     local two rank= i
