@@ -5,7 +5,6 @@
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "io/mesh/mesh_cache.h"
 
-#include <assimp/version.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -51,8 +50,7 @@ enum rmap_status rmap_mesh_kept_init(struct rmap_mesh_kept *kept, const char *pa
                                     XXH3_128bits(text, strlen(text))};
     const XXH128_hash_t name = XXH3_128bits(place, sizeof place);
     free(source);
-    (void)snprintf(text, sizeof text, "%s %s %u.%u.%u", RMAP_VERSION, RMAP_GIT_REVISION,
-                   aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch());
+    (void)snprintf(text, sizeof text, "%s %s %s", RMAP_VERSION, RMAP_GIT_REVISION, RMAP_LIBASSIMP);
     const XXH128_hash_t content[2] = {XXH3_128bits(bytes, nbytes),
                                       XXH3_128bits(text, strlen(text))};
     const XXH128_hash_t key = XXH3_128bits(content, sizeof content);
