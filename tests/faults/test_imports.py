@@ -5,30 +5,17 @@ were; no part of a file is left; the same command once more makes what an undist
 """
 import os
 import shutil
+import sys
 import time
 
 import harness
 import results
 
-LENS = """UNIT MM X W X CM MR CPMM
-ENPD 10
-FTYP 0 0 2 2
-YFLN 0 5
-WAVM 1 0.48 1
-SURF 0
-  DISZ INFINITY
-SURF 1
-  STOP
-  CURV 0.02
-  DISZ 4
-  GLAS N-BK7 0 0 1.5 40
-  DIAM 6 1 0 0 1 ""
-SURF 2
-  CURV -0.02
-  DISZ 48
-SURF 3
-  DISZ 0
-MNUM 2 1
+sys.dont_write_bytecode = True
+sys.path.insert(0, os.path.join(os.environ["SOURCE_DIR"], "tests", "cli"))
+import zmx_lens  # noqa: E402
+
+LENS = zmx_lens.ZMX + """MNUM 2 1
 THIC 2 1 48 0
 THIC 2 2 50 0
 """
