@@ -12,6 +12,7 @@
 #include <librsvg/rsvg.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/late_library.h"
 #include "io/file/whole_file.h"
 
@@ -103,8 +104,8 @@ static enum rmap_status rasterise(const char *text, size_t nbytes, int width, in
 {
     struct drawing by;
     enum rmap_status st =
-        rmap_late_library(RMAP_LIBRSVG, "PNG pictures (.svg are none) are drawn by librsvg",
-                          drawing_name, sizeof drawing_name / sizeof *drawing_name, &by, err);
+        rmap_late_library(RMAP_LIBRSVG, "PNG pictures, not .svg, are drawn by librsvg",
+                          drawing_name, RMAP_COUNT(drawing_name), &by, err);
     if (st != RMAP_OK)
         return st;
     GError *failure = NULL;

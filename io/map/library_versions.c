@@ -10,6 +10,7 @@
 #include <xxhash.h>
 #include <yaml.h>
 
+#include "base/count.h"
 #include "base/late_library.h"
 #include "io/codec/zlib_stream.h"
 
@@ -40,8 +41,8 @@ void rmap_library_versions(struct rmap_library_version list[RMAP_LIBRARY_COUNT])
     set(&list[3], "libyaml", (unsigned)yaml[0], (unsigned)yaml[1], (unsigned)yaml[2]);
     struct assimp by;
     list[4] = (struct rmap_library_version){.name = "Assimp", .version = "not there"};
-    if (rmap_late_library(RMAP_LIBASSIMP, "assimp", assimp_name,
-                          sizeof assimp_name / sizeof *assimp_name, &by, NULL) == RMAP_OK)
+    if (rmap_late_library(RMAP_LIBASSIMP, "assimp", assimp_name, RMAP_COUNT(assimp_name), &by,
+                          NULL) == RMAP_OK)
         set(&list[4], "Assimp", by.aiGetVersionMajor(), by.aiGetVersionMinor(),
             by.aiGetVersionPatch());
 }

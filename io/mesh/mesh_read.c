@@ -12,6 +12,7 @@
 #include <strings.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/late_library.h"
 #include "io/file/input_file.h"
 #include "io/mesh/bundle.h"
@@ -223,7 +224,7 @@ static enum rmap_status read_through_assimp(const char *path, const uint8_t *byt
     struct assimp by;
     enum rmap_status st =
         rmap_late_library(RMAP_LIBASSIMP, "STL and OBJ are read by assimp", assimp_name,
-                          sizeof assimp_name / sizeof *assimp_name, &by, builder->err);
+                          RMAP_COUNT(assimp_name), &by, builder->err);
     if (st != RMAP_OK)
         return st;
     const struct aiScene *scene = by.aiImportFileEx(path, aiProcess_Triangulate, &source.io);

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/late_library.h"
 #include "io/scene/scene_tables.h"
 
@@ -39,8 +40,8 @@ static const char *const xml_name[] = {XML(RMAP_LATE_NAME)};
 
 static enum rmap_status load_xml(struct xml *by, struct rmap_error *err)
 {
-    return rmap_late_library(RMAP_LIBXML, "XML is read by libxml2", xml_name,
-                             sizeof xml_name / sizeof *xml_name, by, err);
+    return rmap_late_library(RMAP_LIBXML, "XML is read by libxml2", xml_name, RMAP_COUNT(xml_name),
+                             by, err);
 }
 
 static long line_of(const xmlNode *node)

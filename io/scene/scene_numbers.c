@@ -403,7 +403,7 @@ static void copies_back(const struct copies *copies, struct rmap_scene *scene)
         list += source->n_list;
         cdf += n_triangle;
     }
-    for (size_t k = 0; k < scene->n_scatter; k++) /* maps before 2026-11-29 have none of these */
+    for (size_t k = 0; k < scene->n_scatter; k++)
         rmap_scatter_derive(&scene->scatter[k], scene->channels.n);
 }
 

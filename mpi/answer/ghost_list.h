@@ -29,8 +29,7 @@ struct rmap_ghost_list {
     size_t n_left;                        /* pairs beyond the first `top` */
     double flux_left;                     /* of these */
     const struct rmap_detector *detector; /* borrowed from the map */
-    const char
-        *body; /* the same, on rank 0: an object of several faces that made a ghost, or NULL */
+    const char *body; /* rank 0: an object of several faces that made a ghost, borrowed; or NULL */
     const char *place_unit, *quantity, *unit, *flux_unit; /* as those of an image */
 };
 

@@ -177,7 +177,7 @@ static void watch_signals(const struct commands *known, const char *word)
 static void leave_out_unused(void)
 {
     (void)setenv("OMPI_MCA_osc", "^monitoring,sm,rdma,pt2pt,ucx", 0);
-    (void)setenv("OMPI_MCA_coll", "^monitoring,sync,adapt,han,sm", 0);
+    (void)setenv("OMPI_MCA_coll", "^monitoring,sync,sm", 0);
     (void)setenv("HWLOC_PLUGINS_PATH", "/nonexistent", 0);
 }
 

@@ -18,6 +18,7 @@
 
 #include "analysis/page/workbench.h"
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/late_library.h"
 #include "mpi/serve/serve_message.h"
 
@@ -362,9 +363,8 @@ enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t 
     struct rmap_serve_http *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a server");
-    enum rmap_status st =
-        rmap_late_library(RMAP_LIBMICROHTTPD, "--http needs libmicrohttpd", http_name,
-                          sizeof http_name / sizeof *http_name, &self->by, err);
+    enum rmap_status st = rmap_late_library(RMAP_LIBMICROHTTPD, "--http needs libmicrohttpd",
+                                            http_name, RMAP_COUNT(http_name), &self->by, err);
     if (st == RMAP_OK)
         st = make_token(self, err);
     self->queue = queue;

@@ -18,6 +18,11 @@ static double shape_of(const struct rmap_scattering *at, int k)
     return at->scatter->shape[k][at->channel];
 }
 
+static double derived_of(const struct rmap_scattering *at, int k)
+{
+    return at->scatter->derived[k][at->channel];
+}
+
 /* beta0, shortened to the horizon. */
 static struct rmap_vec3 centre_of(const struct rmap_scattering *at)
 {
@@ -211,8 +216,8 @@ static double draw_power_law(const struct radius *its, double u)
 /* x of the density x / max(B, x^g), which is at most twice that of ABg. */
 static void set_abg(const struct rmap_scattering *at, struct radius *its)
 {
-    const double tail = shape_of(at, RMAP_SHAPE_TAIL);
-    its->knee = shape_of(at, RMAP_SHAPE_KNEE);
+    const double tail = derived_of(at, RMAP_DERIVED_TAIL);
+    its->knee = derived_of(at, RMAP_DERIVED_KNEE);
     its->power = 2.0 - shape_of(at, RMAP_SHAPE_G);
     if (!(its->knee < its->most))
         return;
@@ -304,15 +309,17 @@ static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const stru
 
 void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel)
 {
-    double(*shape)[RMAP_CHANNEL_MAX] = scatter->shape;
+    double(*derived)[RMAP_CHANNEL_MAX] = scatter->derived;
     for (int i = 0; i < n_channel; i++)
         if (scatter->model == RMAP_SCATTER_ABG) {
-            const double g = shape[RMAP_SHAPE_G][i];
-            shape[RMAP_SHAPE_KNEE][i] = rmap_portable_power(shape[RMAP_SHAPE_B][i], 1.0 / g);
-            shape[RMAP_SHAPE_TAIL][i] = rmap_portable_power(shape[RMAP_SHAPE_KNEE][i], 2.0 - g);
+            const double b = scatter->shape[RMAP_SHAPE_B][i], g = scatter->shape[RMAP_SHAPE_G][i];
+            derived[RMAP_DERIVED_KNEE][i] = rmap_portable_power(b, 1.0 / g);
+            derived[RMAP_DERIVED_TAIL][i] =
+                rmap_portable_power(derived[RMAP_DERIVED_KNEE][i], 2.0 - g);
         } else if (scatter->model == RMAP_SCATTER_COSINE) {
-            const double far = rmap_portable_exp(-30.0 / (shape[RMAP_SHAPE_POWER][i] + 1.0));
-            shape[RMAP_SHAPE_FARTHEST][i] = lift(far * far);
+            const double power = scatter->shape[RMAP_SHAPE_POWER][i];
+            const double far = rmap_portable_exp(-30.0 / (power + 1.0));
+            derived[RMAP_DERIVED_FARTHEST][i] = lift(far * far);
         }
 }
 
@@ -320,7 +327,7 @@ static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const stru
 {
     struct rmap_vec3 axis = axis_of(at), x, y;
     double power = shape_of(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
-    double most = fabs(axis.z) + shape_of(at, RMAP_SHAPE_FARTHEST);
+    double most = fabs(axis.z) + derived_of(at, RMAP_DERIVED_FARTHEST);
     rmap_basis(axis, &x, &y);
     for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);

@@ -84,13 +84,9 @@ static const struct rmap_scatter_name rmap_scatter_name[] = {
 /* What `shape` holds, by model. */
 enum {
     RMAP_SHAPE_SIGMA = 0, /* GAUSSIAN, RETRO: of beta; UNIFIED: of facets, radians */
-    RMAP_SHAPE_POWER = 0, /* COSINE, and what rmap_scatter_derive makes of it: the sine of the angle
-                             from the axis beyond which there is less than 1e-13 of the lobe */
-    RMAP_SHAPE_FARTHEST,
+    RMAP_SHAPE_POWER = 0, /* COSINE */
     RMAP_SHAPE_B = 0,
-    RMAP_SHAPE_G,
-    RMAP_SHAPE_KNEE, /* ABG; rmap_scatter_derive: B^(1/g), and that to the power 2 - g */
-    RMAP_SHAPE_TAIL,
+    RMAP_SHAPE_G, /* ABG */
     RMAP_SHAPE_L = 0,
     RMAP_SHAPE_S,         /* HARVEY, K_CORRELATION; by roughness: l in vacuum */
     RMAP_SHAPE_ROUGHNESS, /* the same: in wavelengths in vacuum */
@@ -105,6 +101,15 @@ enum {
     RMAP_SHAPE_R = 0, /* OREN_NAYAR: roughness, and how much comes of several facets */
     RMAP_SHAPE_SEVERAL,
     RMAP_SHAPE_MAX = 4
+};
+
+/* What `derived` holds, by model. */
+enum {
+    RMAP_DERIVED_FARTHEST = 0, /* COSINE: sine of the angle from the axis beyond which there is less
+                                  than 1e-13 of the lobe */
+    RMAP_DERIVED_KNEE = 0,     /* ABG: B^(1/g), and that to the power 2 - g */
+    RMAP_DERIVED_TAIL,
+    RMAP_DERIVED_MAX
 };
 
 /* Totals over the angle of incidence stand at cos = (k / RMAP_TOTAL_STEPS)^2. */
@@ -127,10 +132,11 @@ struct rmap_scatter {
     bool by_roughness;                    /* its amount follows from roughness, index and angle */
     double amount[RMAP_CHANNEL_MAX];      /* BSDF = amount x shape; by roughness and of facets: 1 */
     double shape[RMAP_SHAPE_MAX][RMAP_CHANNEL_MAX];
-    struct rmap_scatter_totals *totals; /* [n_totals], owned */
-    struct rmap_scatter_table *table;   /* TABLE, KLEMS; owned */
-    struct rmap_scatter_dust *dust;     /* CONTAMINATION; owned */
-    int32_t next;                       /* 1 + row of another model of the same light; 0: none */
+    double derived[RMAP_DERIVED_MAX][RMAP_CHANNEL_MAX]; /* rmap_scatter_derive; in no map */
+    struct rmap_scatter_totals *totals;                 /* [n_totals], owned */
+    struct rmap_scatter_table *table;                   /* TABLE, KLEMS; owned */
+    struct rmap_scatter_dust *dust;                     /* CONTAMINATION; owned */
+    int32_t next; /* 1 + row of another model of the same light; 0: none */
     size_t n_totals;
 };
 
@@ -179,7 +185,7 @@ struct rmap_scattering {
 
 /* Lobes (all but facets), lobe.c. */
 
-/* Fills the numbers of the shape that follow from the others; before the first draw. */
+/* Fills the numbers that follow from the shape: before the first draw, and after a map's shape. */
 void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel);
 
 /* BSDF / amount towards `out`, a unit vector. */

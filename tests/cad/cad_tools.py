@@ -9,15 +9,5 @@ STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
 if not STEP.exists():
     print("SKIP: raymap-step is not built here: jobs/install-packages.sh cad installs OpenCASCADE")
     sys.exit(77)
-failures = 0
-
-
-def check(good, what):
-    global failures
-    if not good:
-        failures += 1
-        print("FAIL " + what, flush=True)
-
-
-def finish():
-    sys.exit(1 if failures else 0)
+sys.path.insert(0, os.path.join(os.environ["SOURCE_DIR"], "tests", "cli"))
+from asking import check, finish  # noqa: E402, F401
