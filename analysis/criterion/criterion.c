@@ -84,6 +84,17 @@ enum rmap_status rmap_check_times(const struct rmap_scene *scene, rmap_column_se
                           "on' in the simulation, or raymap trace --time on");
 }
 
+enum rmap_status rmap_check_channels(const struct rmap_scene *scene, rmap_column_set columns,
+                                     struct rmap_error *err)
+{
+    if (!scene->is_mixed || !(columns & RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "parts of this map were traced in other wavelengths: what is detected by "
+                          "chance, or scattered by one of two models, and wavelengths of steps can "
+                          "be asked of maps that have the same ones throughout");
+}
+
 bool rmap_criterion_of_phase_time(const struct rmap_criterion *criterion)
 {
     bool of = false;
@@ -255,7 +266,8 @@ static enum rmap_status criterion_plan(struct rmap_criterion *criterion, struct 
     criterion->n_mask = 0;
     (void)plan_node(criterion, criterion->root, &criterion->n_mask);
     criterion->columns = criterion->node[criterion->root].columns;
-    return rmap_check_times(criterion->scene, criterion->columns, err);
+    enum rmap_status st = rmap_check_times(criterion->scene, criterion->columns, err);
+    return st == RMAP_OK ? rmap_check_channels(criterion->scene, criterion->columns, err) : st;
 }
 
 enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,

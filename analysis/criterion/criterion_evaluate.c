@@ -334,9 +334,7 @@ static enum rmap_status check_portion(const struct rmap_criterion *criterion,
         return rmap_error_set(err, RMAP_FORMAT,
                               "the rays from id %llu on do not add up to the rows of their tables",
                               (unsigned long long)portion->first_ray);
-    return criterion->columns & RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)
-               ? rmap_response_check(criterion->scene, portion, err)
-               : RMAP_OK;
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,

@@ -228,8 +228,6 @@ enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
     if (marks->bits)
         return RMAP_OK;
     RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
-    if (node->columns & RMAP_COLUMN_BIT(RMAP_SEGMENT_colour))
-        RMAP_TRY(rmap_response_check(ev->criterion->scene, ev->portion, err));
     if (node->kind == RMAP_CRITERION_STEPS || node->kind == RMAP_CRITERION_REGISTRATIONS)
         st = mark_table(ev, node, marks, err);
     else

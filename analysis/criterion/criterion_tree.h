@@ -314,4 +314,8 @@ rmap_column_set rmap_registration_number_columns(enum rmap_registration_number n
 enum rmap_status rmap_check_times(const struct rmap_scene *scene, rmap_column_set columns,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same where they tell channels, which mean different wavelengths in parts of the map. */
+enum rmap_status rmap_check_channels(const struct rmap_scene *scene, rmap_column_set columns,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -56,14 +56,3 @@ bool rmap_registration_detected(const struct rmap_scene *scene, const struct rma
              (enum rmap_rng_slot)(RMAP_RNG_DETECT + detector), u);
     return u[0] < rmap_registration_response(scene, portion, place);
 }
-
-enum rmap_status rmap_response_check(const struct rmap_scene *scene,
-                                     const struct rmap_portion *portion, struct rmap_error *err)
-{
-    if (portion->n_channel == scene->channels.n || !portion->colour)
-        return RMAP_OK;
-    return rmap_error_set(err, RMAP_INPUT,
-                          "parts of this map were traced in other wavelengths: what is detected by "
-                          "chance, or scattered by one of two models, can be asked of maps that "
-                          "have the same ones throughout");
-}

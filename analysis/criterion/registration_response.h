@@ -45,9 +45,4 @@ static inline bool rmap_detector_weighs(const struct rmap_detector *detector)
     return detector->response && detector->response->detect == RMAP_DETECT_WEIGHT;
 }
 
-/* RMAP_INPUT where the portion has other channels than the scene. */
-enum rmap_status rmap_response_check(const struct rmap_scene *scene,
-                                     const struct rmap_portion *portion,
-                                     struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -34,6 +34,8 @@ static const struct {
     [RMAP_STEP_PATH_LENGTH] = {"path_length", RMAP_DIMENSION_LENGTH, LEG},
     /* Indexes know objects, events and media of steps, and not which comes first: */
     [RMAP_STEP_ORDER] = {"step", RMAP_DIMENSION_NONE, POSITION},
+    [RMAP_STEP_WAVELENGTH] = {"wavelength", RMAP_DIMENSION_WAVELENGTH,
+                              RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)},
     [RMAP_STEP_MODEL] = {NULL, RMAP_DIMENSION_NONE,
                          LEG | OBJECT | RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) |
                              RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) |
@@ -152,6 +154,17 @@ static double incidence(const struct rmap_portion *portion, size_t row, size_t r
                       : (double)NAN;
 }
 
+/* nm, of the light that comes there; NaN where it has several. */
+static double wavelength(const struct rmap_channels *channels, const struct rmap_portion *portion,
+                         size_t row)
+{
+    const int channel = rmap_portion_channel(portion, row);
+    const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
+    return channels->mode == RMAP_COLOUR_SPECTRAL && share[channel] == UINT16_MAX
+               ? channels->wavelength_nm[channel]
+               : (double)NAN;
+}
+
 static const struct rmap_medium *medium_of(const struct rmap_scene *scene, int16_t medium)
 {
     return medium >= 0 && (size_t)medium < scene->n_medium ? &scene->medium[medium] : NULL;
@@ -220,6 +233,8 @@ static double number_at(const struct rmap_scene *scene, enum rmap_step_number nu
         return path_length(portion, row, ray, ray_row);
     case RMAP_STEP_ORDER:
         return (double)(row - ray_row);
+    case RMAP_STEP_WAVELENGTH:
+        return wavelength(&scene->channels, portion, row);
     case RMAP_STEP_MODEL:
         return model_at(scene, portion, row, ray, ray_row);
     }

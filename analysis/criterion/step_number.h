@@ -20,6 +20,7 @@ enum rmap_step_number {
     RMAP_STEP_LENGTH,      /* of the leg that ends there; 0 of one that leaves */
     RMAP_STEP_PATH_LENGTH, /* from emission to there */
     RMAP_STEP_ORDER,       /* from 0 within the ray */
+    RMAP_STEP_WAVELENGTH,  /* nm, of the light that comes there */
     RMAP_STEP_MODEL        /* that scattered, enum rmap_scatter_model; has no word */
 };
 
@@ -41,8 +42,8 @@ rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test);
 
 /* Whether a row of /segment, of the ray in row `ray` of /ray whose segments begin at `ray_row`,
  * keeps within all limits. What is not defined does not: an angle where nothing is met, angle and
- * lengths of curved legs, lengths of the way behind them, and which of two models scattered at a
- * gradient medium. */
+ * lengths of curved legs, lengths of the way behind them, a wavelength where several are left, and
+ * which of two models scattered at a gradient medium. */
 bool rmap_step_limits_hold(const struct rmap_scene *scene, const struct rmap_step_test *test,
                            const struct rmap_portion *portion, size_t row, size_t ray,
                            size_t ray_row);

@@ -257,8 +257,6 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
         }
         at.first_segment += portion->ray.segment_count ? portion->ray.segment_count[i] : 0;
     }
-    if (rmap_event_columns(ask) & RMAP_COLUMN_BIT(RMAP_SEGMENT_colour))
-        st = rmap_response_check(own, portion, err);
 out:
     return st;
 }

@@ -395,7 +395,7 @@ static const struct rmap_channels *channels_of(const struct rmap_quantities *sel
 
 /* A reading has the detector's response as its part of the ray's weight; of spread places that to
  * its own channel. */
-static enum rmap_status weigh(const struct search *search, struct rmap_error *err)
+static void weigh(const struct search *search)
 {
     const struct rmap_quantities *self = search->self;
     struct rmap_readings *readings = search->readings;
@@ -415,7 +415,6 @@ static enum rmap_status weigh(const struct search *search, struct rmap_error *er
                 ? rmap_registration_response_to(scene, portion, &at, readings->channel[k])
                 : rmap_registration_response(scene, portion, &at);
     }
-    return rmap_response_check(own, portion, err);
 }
 
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
@@ -439,7 +438,7 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
             readings->value[i][k] *= scale;
     }
     if (self->weighs)
-        RMAP_TRY(weigh(&search, err));
+        weigh(&search);
     keep_defined(self, readings);
 out:
     return st;

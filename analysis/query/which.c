@@ -370,6 +370,7 @@ enum rmap_status rmap_which_detect(struct rmap_which *self, const struct rmap_in
                          rmap_detector_chances(&self->scene->detector[d]);
     if (!self->detects)
         return RMAP_OK;
+    RMAP_TRY(rmap_check_channels(self->scene, RMAP_RESPONSE_COLUMNS, err));
     const size_t n = strlen(self->text) + sizeof behind;
     char *text = rmap_alloc(n, 1);
     if (!text)
@@ -384,9 +385,8 @@ out:
     return st;
 }
 
-static enum rmap_status keep_detected(const struct rmap_which *self,
-                                      const struct rmap_portion *portion, uint8_t *chosen,
-                                      struct rmap_error *err)
+static void keep_detected(const struct rmap_which *self, const struct rmap_portion *portion,
+                          uint8_t *chosen)
 {
     struct rmap_registration_place at = {0, 0, 0};
     for (; at.ray < portion->n_row[RMAP_TABLE_RAY]; at.ray++) {
@@ -396,7 +396,6 @@ static enum rmap_status keep_detected(const struct rmap_which *self,
                 chosen[at.row] = rmap_registration_detected(self->scene, portion, &at);
         at.first_segment += portion->ray.segment_count[at.ray];
     }
-    return rmap_response_check(self->scene, portion, err);
 }
 
 enum rmap_status rmap_which_mark(const struct rmap_which *self, const struct rmap_portion *portion,
@@ -408,7 +407,9 @@ enum rmap_status rmap_which_mark(const struct rmap_which *self, const struct rma
     st = self->both[0]    ? mark_both(self, portion, chosen, err)
          : self->n_of > 0 ? mark_any(self, portion, chosen, err)
                           : mark_tests(self, portion, chosen, err);
-    return st == RMAP_OK && self->detects ? keep_detected(self, portion, chosen, err) : st;
+    if (st == RMAP_OK && self->detects)
+        keep_detected(self, portion, chosen);
+    return st;
 }
 
 json_t *rmap_which_json(const struct rmap_which *self)

@@ -336,7 +336,7 @@ class Evaluator:
 
     def _limit(self):
         word = self._next()
-        units = {"angle": UNITS["angle"], "step": None}.get(word, self._length())
+        units = {"angle": UNITS["angle"], "step": None, "wavelength": UNITS["wavelength"]}.get(word, self._length())
         return self._relation(units)(self.map.step_numbers()[word])
 
     def _whole_range(self):

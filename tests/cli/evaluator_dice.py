@@ -119,7 +119,7 @@ class Dice:
         known = self.map.step_numbers()
         said = []
         for word in self.random.sample(sorted(known), self.one_of(1, 1, 2)):
-            units = {"angle": {"deg": 1.0, "rad": 180 / np.pi}, "step": {"": 1.0}}.get(word, self.lengths())
+            units = {"angle": {"deg": 1.0, "rad": 180 / np.pi}, "step": {"": 1.0}, "wavelength": {"nm": 1.0, "um": 1000.0}}.get(word, self.lengths())
             said.append(word + " " + self.comparison(known[word][np.isfinite(known[word])], units))
         return " where " + " and ".join(said)
 

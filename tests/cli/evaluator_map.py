@@ -91,6 +91,7 @@ class PlainMap:
             self.is_mesh = model["geometry/kind"][:][self.object["geometry"]] == 1
             self.length_unit = float(index.attrs["length_unitSI"])
             self.flux_unit = index.attrs["flux_unit"].decode()
+            self.wavelength = index["channel/wavelength"][:]  # NaN of RGB
             self.source_flux = index["source/flux"][:]
             self.source_emitted = index["source/emitted"][:]
             faces = _mesh_faces(index["scene/bundle"][:].tobytes())
@@ -162,7 +163,9 @@ class PlainMap:
         with np.errstate(invalid="ignore", divide="ignore"):
             cosine = np.abs(np.einsum("ij,ij->i", self.light, normal)) / self.length / np.linalg.norm(normal, axis=1)
         angle = np.where(curved, np.nan, np.degrees(np.arccos(np.minimum(cosine, 1.0))))
-        return {"angle": angle, "length": straight, "path_length": sums, "step": self.leg.astype(float),
+        colour = next(data for name, data in self.segment.items() if name.startswith("colour"))
+        wavelength = np.where(colour.max(axis=1) == 65535, self.wavelength[colour.argmax(axis=1)], np.nan)
+        return {"angle": angle, "wavelength": wavelength, "length": straight, "path_length": sums, "step": self.leg.astype(float),
                 **{axis: own[:, k] for k, axis in enumerate("xyz")},
                 **{"world_" + axis: place[:, k] for k, axis in enumerate("xyz")}}
 

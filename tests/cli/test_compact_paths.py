@@ -115,6 +115,8 @@ def check_colours():
             then, "--quiet")
         maps.append(name)
     check(maps[0], maps[1:], ["all", "not hit(net)", "hit(net) or path_length > 120"], VIEWS[:2])
+    refused = subprocess.run([PROGRAM, "query", maps[1], "hit(net where wavelength > 500)"], capture_output=True, text=True)
+    assert refused.returncode == 3 and "traced in other wavelengths" in refused.stderr, refused
 
 
 def check_picked(plain, compact):
