@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "scene/bounds.h"
+#include "scene/vertex_grid.h"
 
 static void include_source(struct rmap_bounds *box, const struct rmap_scene *scene,
                            const struct rmap_source *source)
@@ -90,15 +91,43 @@ void rmap_scene_bound_object(struct rmap_scene *scene, size_t i)
                                  &object->to_world);
 }
 
+/* Of so many vertices in all of a mesh's instances a grid is made in less time than it saves. */
+#define WORTH_A_GRID 20000
+
+static bool is_worth_a_grid(const struct rmap_geometry *geometry, size_t n_instance)
+{
+    return geometry->kind == RMAP_GEOMETRY_MESH && !geometry->mesh->surface && n_instance >= 4 &&
+           geometry->mesh->n_vertex >= WORTH_A_GRID / n_instance;
+}
+
 enum rmap_status rmap_scene_bound_objects(struct rmap_scene *scene, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    size_t *n_instance = rmap_alloc(scene->n_geometry, sizeof *n_instance);
+    struct rmap_vertex_grid **grid =
+        rmap_alloc(scene->n_geometry, sizeof(struct rmap_vertex_grid *));
     rmap_free(scene->object_bounds);
     scene->object_bounds = rmap_alloc(scene->n_object, sizeof *scene->object_bounds);
-    if (!scene->object_bounds)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object);
+    if (!scene->object_bounds || !n_instance || !grid)
+        RMAP_TRY(
+            rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object));
     for (size_t i = 0; i < scene->n_object; i++)
-        rmap_scene_bound_object(scene, i);
-    return RMAP_OK;
+        n_instance[scene->object[i].geometry]++;
+    for (size_t i = 0; i < scene->n_geometry; i++) /* without memory there is none */
+        if (is_worth_a_grid(&scene->geometry[i], n_instance[i]))
+            grid[i] = rmap_vertex_grid_create(scene->geometry[i].mesh);
+    for (size_t i = 0; i < scene->n_object; i++) {
+        const struct rmap_object *object = &scene->object[i];
+        const struct rmap_vertex_grid *own = grid[object->geometry];
+        if (!own || !rmap_vertex_grid_bounds(own, &object->to_world, &scene->object_bounds[i]))
+            rmap_scene_bound_object(scene, i);
+    }
+out:
+    for (size_t i = 0; grid && i < scene->n_geometry; i++)
+        rmap_vertex_grid_destroy(grid[i]);
+    rmap_free(grid);
+    rmap_free(n_instance);
+    return st;
 }
 
 /* All objects together are too large: the one that reaches farthest is named. */

@@ -12,6 +12,7 @@
 
 #include "hand_scene.h"
 #include "near.h"
+#include "scene/vertex_grid.h"
 
 static void finish(struct rmap_scene *scene)
 {
@@ -186,6 +187,74 @@ static void refusals(void **state)
     refuses(scene);
 }
 
+/* Of a ball, of a flat mesh and of a cloud; kind < 0: all vertices are one. */
+static int32_t add_vertices(struct rmap_scene *scene, int kind, size_t n)
+{
+    struct rmap_mesh *mesh = NULL;
+    const int32_t geometry = hand_rectangle(scene, 1, 1);
+    assert_int_equal(rmap_mesh_create(n, 1, 1, &mesh, NULL), RMAP_OK);
+    for (size_t i = 0; i < n && kind >= 0; i++) {
+        const double turn = 2.4 * (double)i, z = 2 * ((double)i + 0.5) / (double)n - 1,
+                     r = kind == 2 ? sin(0.7 * turn * turn) : sqrt(1 - z * z);
+        mesh->vertex[i][0] = (float)(3 + r * cos(turn));
+        mesh->vertex[i][1] = (float)(r * sin(turn));
+        mesh->vertex[i][2] = kind == 1 ? 0.25F : (float)z;
+    }
+    scene->geometry[geometry].kind = RMAP_GEOMETRY_MESH;
+    scene->geometry[geometry].mesh = mesh;
+    return geometry;
+}
+
+static struct rmap_affine turned(int k)
+{
+    struct rmap_affine a = hand_shift(1e3 * sin(k), k % 4 ? 1e9 : 0, cos(k));
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            a.m[i][j] = k % 5 ? sin(1 + 7 * k + 3 * i + j) : (i + k) % 3 == j ? -1.5 : 0;
+    return a;
+}
+
+static bool same_box(const struct rmap_bounds *a, const struct rmap_bounds *b)
+{
+    return a->lower.x == b->lower.x && a->lower.y == b->lower.y && a->lower.z == b->lower.z &&
+           a->upper.x == b->upper.x && a->upper.y == b->upper.y && a->upper.z == b->upper.z &&
+           a->infinite == b->infinite;
+}
+
+/* The box of an instance is that of its vertices, to the last digit, however many share the mesh.
+ */
+static void boxes_of_instances(void **state)
+{
+    (void)state;
+    enum { N = 30 };
+    for (int kind = -1; kind < 3; kind++) {
+        struct rmap_scene *scene = hand_scene(1);
+        hand_medium(scene, 1.0);
+        const int32_t geometry = add_vertices(scene, kind, 2000),
+                      surface = hand_surface(scene, RMAP_SURFACE_ABSORBER);
+        const struct rmap_geometry *mesh = &scene->geometry[geometry];
+        struct rmap_vertex_grid *grid = rmap_vertex_grid_create(mesh->mesh);
+        struct rmap_bounds box, whole;
+        struct rmap_affine huge = turned(1);
+        assert_non_null(grid);
+        for (int k = 0; k < N; k++)
+            (void)hand_object(scene, geometry, surface, turned(k), 0, 0);
+        assert_int_equal(rmap_scene_bound_objects(scene, NULL), RMAP_OK);
+        for (int k = 0; k < N; k++) {
+            whole = rmap_bounds_empty();
+            rmap_bounds_include_geometry(&whole, mesh, &scene->object[k].to_world);
+            assert_true(rmap_vertex_grid_bounds(grid, &scene->object[k].to_world, &box));
+            assert_true(same_box(&box, &whole) && same_box(&scene->object_bounds[k], &whole));
+        }
+        huge.m[1][1] = 1e308;
+        assert_false(rmap_vertex_grid_bounds(grid, &huge, &box));
+        huge.m[1][1] = NAN;
+        assert_false(rmap_vertex_grid_bounds(grid, &huge, &box));
+        rmap_vertex_grid_destroy(grid);
+        rmap_scene_destroy(scene);
+    }
+}
+
 /* Whichever allocation fails, the scene is refused and released whole. */
 static void memory_runs_short(void **state)
 {
@@ -213,7 +282,7 @@ int main(void)
         cmocka_unit_test(period_of_simple_shares), cmocka_unit_test(evenly_interleaved),
         cmocka_unit_test(bounding_sphere),         cmocka_unit_test(a_scene_that_is_a_point),
         cmocka_unit_test(detectors_by_kind),       cmocka_unit_test(refusals),
-        cmocka_unit_test(memory_runs_short),
+        cmocka_unit_test(boxes_of_instances),      cmocka_unit_test(memory_runs_short),
     };
     return cmocka_run_group_tests_name("scene_finish", test, NULL, NULL);
 }
