@@ -112,7 +112,7 @@ struct rmap_sweep {
     char *text;                   /* of the file; owned */
     struct rmap_yaml_node *root;  /* owns the texts below */
     struct rmap_yaml_node *scene; /* the scene's tree, once the nominal values have been found */
-    void *arena;                  /* the arrays below */
+    struct rmap_pool arena;       /* the arrays below */
     const char *scene_path;       /* as the file has it, beside which it is looked for */
     const char *simulation;       /* or NULL */
     uint64_t n_ray, seed;         /* n_ray 0: the simulation's */

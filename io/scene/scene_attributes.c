@@ -143,7 +143,7 @@ static bool put(struct rmap_reader *reader, struct rmap_yaml_node *node, const c
 {
     static const char *const same[][2] = {{"front", "outside"}, {"back", "inside"}};
     struct rmap_yaml_node *copy = NULL;
-    if (rmap_yaml_copy(value, &copy, &reader->failure) != RMAP_OK) {
+    if (rmap_yaml_copy(node, value, &copy, &reader->failure) != RMAP_OK) {
         rmap_reader_fail(reader, RMAP_SYSTEM);
         return false;
     }
@@ -159,7 +159,6 @@ static bool put(struct rmap_reader *reader, struct rmap_yaml_node *node, const c
         }
     if (rmap_yaml_append(node, key, value->line, value->column, copy, &reader->failure) == RMAP_OK)
         return true;
-    rmap_yaml_destroy(copy);
     rmap_reader_fail(reader, RMAP_SYSTEM);
     return false;
 }
@@ -190,21 +189,15 @@ static void add_faces(struct rmap_reader *reader, struct rmap_attribute_rule *ru
     struct rmap_yaml_node *list = rmap_yaml_get(object, "faces"), *item = NULL;
     const int line = rule->node->line, column = rule->node->column;
     if (!list) {
-        list = rmap_alloc(1, sizeof *list);
-        if (list)
-            *list = (struct rmap_yaml_node){.kind = RMAP_YAML_LIST, .line = line, .column = column};
+        list = rmap_yaml_new(object, RMAP_YAML_LIST, line, column);
         if (!list ||
             rmap_yaml_append(object, "faces", line, column, list, &reader->failure) != RMAP_OK) {
-            rmap_free(list);
             rmap_reader_no_memory(reader);
             return;
         }
     }
-    item = rmap_alloc(1, sizeof *item);
-    if (item)
-        *item = (struct rmap_yaml_node){.kind = RMAP_YAML_MAP, .line = line, .column = column};
+    item = rmap_yaml_new(list, RMAP_YAML_MAP, line, column);
     if (!item || rmap_yaml_append(list, NULL, line, column, item, &reader->failure) != RMAP_OK) {
-        rmap_free(item);
         rmap_reader_no_memory(reader);
         return;
     }
@@ -299,9 +292,7 @@ static void walk(struct rmap_reader *reader, struct rmap_yaml_node *list,
             if (omit)
                 tell_omitted(reader, r, node, above);
         }
-        if (omit)
-            rmap_yaml_destroy(node);
-        else
+        if (!omit)
             list->item[n++] = list->item[i];
     }
     if (list->kind == RMAP_YAML_LIST)

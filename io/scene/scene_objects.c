@@ -536,8 +536,12 @@ static void read_item(struct rmap_reader *reader, const struct rmap_yaml_node *n
 static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
                       const struct place *place)
 {
+    struct rmap_scene *scene = reader->scene;
     if (!rmap_reader_check_list(reader, list, "'objects'"))
         return;
+    if (RMAP_RESERVE(scene->object, reader->cap_object, scene->n_object + list->n_item, NULL) !=
+        RMAP_OK)
+        rmap_reader_no_memory(reader);
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *node = list->item[i].value;
         if (node->kind == RMAP_YAML_MAP)

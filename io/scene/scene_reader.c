@@ -173,36 +173,19 @@ void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *n
         rmap_reader_fail(reader, status);
 }
 
-/* Each block begins with the address of the one before it, in a space that keeps what follows
- * aligned for any type. */
-union block_head {
-    void *before;
-    double align_double;
-    long double align_long_double;
-};
-
 void *rmap_reader_alloc(struct rmap_reader *reader, size_t n, size_t size)
 {
-    union block_head *head = NULL;
-    if (!size || n <= (SIZE_MAX - sizeof(union block_head)) / size)
-        head = rmap_alloc(1, sizeof *head + n * size);
-    if (!head) {
+    void *memory = rmap_pool_alloc(&reader->arena, n, size);
+    if (memory)
+        memset(memory, 0, n * size);
+    else
         rmap_reader_no_memory(reader);
-        return NULL;
-    }
-    head->before = reader->arena;
-    reader->arena = head;
-    return head + 1;
+    return memory;
 }
 
 void rmap_reader_release(struct rmap_reader *reader)
 {
-    for (union block_head *head = reader->arena; head;) {
-        union block_head *before = head->before;
-        rmap_free(head);
-        head = before;
-    }
-    reader->arena = NULL;
+    rmap_pool_fini(&reader->arena);
 }
 
 char *rmap_reader_strdup(struct rmap_reader *reader, const char *text)

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "base/count.h"
+#include "base/pool.h"
 #include "io/file/diagnostics.h"
 #include "io/file/text_file.h"
 #include "io/mesh/bundle.h"
@@ -160,7 +161,7 @@ struct rmap_reader {
     size_t n_receiver;                      /* the last ones of the scene's detectors */
     double beside;      /* the scene's wavelengths are so much beside its own, a share of them */
     bool lenient_field; /* the field being read has a part that is `lenient` */
-    void *arena;        /* blocks that live as long as the reader */
+    struct rmap_pool arena; /* what lives as long as the reader */
 };
 
 void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,

@@ -150,47 +150,34 @@ static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, 
              nearest ? " (did you mean '" : "", nearest ? nearest : "", nearest ? "'?)" : "");
 }
 
-/* Adds the missing rest of a path to a mapping, a mapping per component. Takes value over. */
+/* Adds the missing rest of a path to a mapping, a mapping per component. */
 static enum rmap_status add_path(struct edit *e, struct rmap_yaml_node *map, const char *path,
                                  struct rmap_yaml_node *value)
 {
     enum rmap_status st = RMAP_OK;
     size_t len = strcspn(path, ".");
-    struct rmap_yaml_node *inner = NULL;
+    struct rmap_yaml_node *inner =
+        path[len] ? rmap_yaml_new(map, RMAP_YAML_MAP, e->line, 0) : value;
     char *key = rmap_alloc(len + 1, 1);
-    if (!key) {
-        st = no_memory(e->err);
-        goto out;
-    }
+    if (!key || !inner)
+        RMAP_TRY(no_memory(e->err));
     memcpy(key, path, len);
-    if (!path[len]) {
-        RMAP_TRY(rmap_yaml_append(map, key, e->line, 0, value, e->err));
-        value = NULL;
-        goto out;
-    }
-    inner = rmap_alloc(1, sizeof *inner);
-    if (!inner) {
-        st = no_memory(e->err);
-        goto out;
-    }
-    inner->kind = RMAP_YAML_MAP;
-    inner->line = e->line;
     RMAP_TRY(rmap_yaml_append(map, key, e->line, 0, inner, e->err));
-    struct rmap_yaml_node *next = inner;
-    inner = NULL;
-    st = add_path(e, next, path + len + 1, value);
-    value = NULL;
+    if (path[len])
+        st = add_path(e, inner, path + len + 1, value);
 out:
     rmap_free(key);
-    rmap_yaml_destroy(inner);
-    rmap_yaml_destroy(value);
     return st;
 }
 
-/* Takes value over. */
+/* A copy of the value. */
 static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const char *path,
-                            struct rmap_yaml_node *value)
+                            const struct rmap_yaml_node *from)
 {
+    struct rmap_yaml_node *value = NULL;
+    const enum rmap_status st = rmap_yaml_copy(node, from, &value, e->err);
+    if (st != RMAP_OK)
+        return st;
     for (;;) {
         size_t len = 0;
         struct rmap_yaml_item *item = find(node, path, &len);
@@ -198,11 +185,9 @@ static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const c
             return add_path(e, node, path, value);
         if (!item) {
             complain_unknown(e, node, path);
-            rmap_yaml_destroy(value);
             return RMAP_OK;
         }
         if (!path[len]) {
-            rmap_yaml_destroy(item->value);
             item->value = value;
             return RMAP_OK;
         }
@@ -253,7 +238,6 @@ enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignm
     st = rmap_yaml_parse(equals + 1, strlen(equals + 1), &value, &inner, err);
     if (st == RMAP_INPUT || (st == RMAP_OK && inner.n_error)) {
         complain(&e, "the value is not YAML: %s", inner.n ? inner.item[0].text : "unreadable");
-        rmap_yaml_destroy(value);
         st = RMAP_OK;
         goto out;
     }
@@ -262,6 +246,7 @@ enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignm
     set_place(value, line);
     st = put(&e, root, path, value);
 out:
+    rmap_yaml_destroy(value);
     rmap_diagnostics_fini(&inner);
     rmap_free(path);
     return st;
@@ -272,7 +257,6 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
 {
     struct edit e = {"set:", assignment->key, assignment->line, assignment->column, diagnostics,
                      err};
-    struct rmap_yaml_node *value = NULL;
     const size_t n = strlen(assignment->key);
     if (!check_path(&e, assignment->key, n))
         return RMAP_OK;
@@ -280,6 +264,5 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
         complain(&e, "a simulation does not change simulations%s", "");
         return RMAP_OK;
     }
-    const enum rmap_status st = rmap_yaml_copy(assignment->value, &value, err);
-    return st == RMAP_OK ? put(&e, root, assignment->key, value) : st;
+    return put(&e, root, assignment->key, assignment->value);
 }

@@ -14,21 +14,18 @@
 #include "io/scene/scene_include.h"
 #include "io/scene/scene_reader.h"
 
-struct anchor {
-    char *name;
-    const struct rmap_yaml_node *node; /* borrowed from the tree */
-};
-
 struct builder {
+    struct rmap_pool *pool;
     yaml_parser_t parser;
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
     const char *text; /* ends with 0 */
     size_t n_node, n_copied, n_part;
-    struct anchor *anchor;
+    const struct rmap_yaml_node **anchor; /* in the tree */
     size_t n_anchor, cap_anchor;
-    struct rmap_yaml_node merged; /* the values of `<<` */
-    struct rmap_names names;      /* of anchors; of those with one name the last one counts */
+    struct rmap_yaml_item *open; /* items of lists and mappings that are being read */
+    size_t n_open, cap_open;
+    struct rmap_names names; /* of anchors; of those with one name the last one counts */
 };
 
 static enum rmap_status no_memory(struct rmap_error *err)
@@ -108,32 +105,42 @@ static enum rmap_status give_up(struct builder *b, yaml_mark_t mark, const char 
     return rmap_error_set(b->err, RMAP_INPUT, "the YAML text is refused: %s", text);
 }
 
-void rmap_yaml_destroy(struct rmap_yaml_node *node)
+void rmap_yaml_destroy(struct rmap_yaml_node *root)
 {
-    if (!node)
-        return;
-    for (size_t i = 0; i < node->n_item; i++) {
-        rmap_free(node->item[i].key);
-        rmap_yaml_destroy(node->item[i].value); /* NULL: it has moved */
-    }
-    rmap_free(node->item);
-    rmap_free(node->text);
-    rmap_free(node);
+    struct rmap_pool *pool = root ? root->pool : NULL;
+    if (pool)
+        rmap_pool_fini(pool);
+    rmap_free(pool);
+}
+
+static struct rmap_yaml_node *new_node(struct rmap_pool *pool, enum rmap_yaml_kind kind, int line,
+                                       int column)
+{
+    struct rmap_yaml_node *node = rmap_pool_alloc(pool, 1, sizeof *node);
+    if (node)
+        *node = (struct rmap_yaml_node){.kind = kind, .line = line, .column = column, .pool = pool};
+    return node;
+}
+
+struct rmap_yaml_node *rmap_yaml_new(const struct rmap_yaml_node *in, enum rmap_yaml_kind kind,
+                                     int line, int column)
+{
+    return new_node(in->pool, kind, line, column);
 }
 
 enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,
                                   int column, struct rmap_yaml_node *value, struct rmap_error *err)
 {
-    char *copy = rmap_strdup(key);
+    char *copy = rmap_pool_strdup(node->pool, key);
     if (key && !copy)
         return no_memory(err);
     if (node->n_item == node->cap_item) {
-        size_t cap = node->cap_item ? 2 * node->cap_item : 4;
-        void *grown = rmap_realloc(node->item, cap, sizeof *node->item);
-        if (!grown) {
-            rmap_free(copy);
+        const size_t cap = node->cap_item ? 2 * node->cap_item : 4;
+        struct rmap_yaml_item *grown = rmap_pool_alloc(node->pool, cap, sizeof *grown);
+        if (!grown)
             return no_memory(err);
-        }
+        if (node->n_item > 0)
+            memcpy(grown, node->item, node->n_item * sizeof *grown);
         node->item = grown;
         node->cap_item = cap;
     }
@@ -150,38 +157,29 @@ static enum rmap_status copy_node(struct builder *b, const struct rmap_yaml_node
         return give_up(b, mark, "this alias expands to too much");
     if (depth > RMAP_YAML_DEPTH_MAX)
         return give_up(b, mark, "nested too deeply (at most 64 levels)");
-    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node);
+    struct rmap_yaml_node *node = new_node(b->pool, from->kind, from->line, from->column);
     if (!node)
         return no_memory(b->err);
-    *node = (struct rmap_yaml_node){
-        .kind = from->kind, .line = from->line, .column = from->column, .quoted = from->quoted};
-    node->text = rmap_strdup(from->text);
-    if (from->text && !node->text) {
-        st = no_memory(b->err);
-        goto out;
-    }
-    for (size_t i = 0; i < from->n_item; i++) {
+    node->quoted = from->quoted;
+    node->text = rmap_pool_strdup(b->pool, from->text);
+    if (from->text && !node->text)
+        return no_memory(b->err);
+    for (size_t i = 0; i < from->n_item && st == RMAP_OK; i++) {
         const struct rmap_yaml_item *item = &from->item[i];
         struct rmap_yaml_node *value = NULL;
-        RMAP_TRY(copy_node(b, item->value, mark, depth + 1, &value));
-        st = rmap_yaml_append(node, item->key, item->line, item->column, value, b->err);
-        if (st != RMAP_OK) {
-            rmap_yaml_destroy(value);
-            goto out;
-        }
+        st = copy_node(b, item->value, mark, depth + 1, &value);
+        if (st == RMAP_OK)
+            st = rmap_yaml_append(node, item->key, item->line, item->column, value, b->err);
     }
     *node_ret = node;
-    node = NULL;
-out:
-    rmap_yaml_destroy(node);
     return st;
 }
 
-enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **node_ret,
-                                struct rmap_error *err)
+enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rmap_yaml_node *from,
+                                struct rmap_yaml_node **node_ret, struct rmap_error *err)
 {
     struct rmap_diagnostics unheard = {0};
-    struct builder b = {.diagnostics = &unheard, .err = err};
+    struct builder b = {.pool = in->pool, .diagnostics = &unheard, .err = err};
     const enum rmap_status st = copy_node(&b, from, (yaml_mark_t){0}, 0, node_ret);
     rmap_diagnostics_fini(&unheard);
     return st;
@@ -189,8 +187,6 @@ enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_y
 
 void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index)
 {
-    rmap_free(node->item[index].key);
-    rmap_yaml_destroy(node->item[index].value);
     node->n_item--;
     memmove(&node->item[index], &node->item[index + 1],
             (node->n_item - index) * sizeof *node->item);
@@ -202,7 +198,7 @@ static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *even
     const struct rmap_name *name =
         rmap_names_find(&b->names, (const char *)event->data.alias.anchor);
     if (name)
-        return copy_node(b, b->anchor[name->index].node, event->start_mark, depth, node_ret);
+        return copy_node(b, b->anchor[name->index], event->start_mark, depth, node_ret);
     return give_up(b, event->start_mark, "an alias refers to nothing that is complete before it");
 }
 
@@ -214,10 +210,10 @@ static enum rmap_status remember_anchor(struct builder *b, const char *name,
         RMAP_OK)
         return RMAP_SYSTEM;
     b->anchor = anchor;
-    char *copy = rmap_strdup(name);
+    char *copy = rmap_pool_strdup(b->pool, name);
     if (!copy)
         return no_memory(b->err);
-    b->anchor[b->n_anchor++] = (struct anchor){copy, node};
+    b->anchor[b->n_anchor++] = node;
     return rmap_names_add(&b->names, copy, 0, (int32_t)(b->n_anchor - 1), 0, b->err);
 }
 
@@ -235,10 +231,19 @@ static int by_key(const void *a, const void *b)
     return left->index < right->index ? -1 : left->index > right->index;
 }
 
-/* Sorting keeps a mapping of a million keys cheap to check. */
+static bool has_same_keys(const struct rmap_yaml_node *map)
+{
+    for (size_t i = 1; i < map->n_item; i++)
+        for (size_t k = 0; k < i; k++)
+            if (strcmp(map->item[i].key, map->item[k].key) == 0)
+                return true;
+    return false;
+}
+
+/* Few keys are compared each with each; sorting keeps a mapping of a million cheap to check. */
 static enum rmap_status check_duplicate_keys(struct builder *b, const struct rmap_yaml_node *map)
 {
-    if (map->n_item < 2)
+    if (map->n_item < 16 && !has_same_keys(map))
         return RMAP_OK;
     struct key_place *place = rmap_alloc(map->n_item, sizeof *place);
     if (!place)
@@ -275,16 +280,13 @@ static enum rmap_status take_keys(struct builder *b, struct rmap_yaml_node *map,
         st = copy_node(b, item->value, mark, depth, &value);
         if (st == RMAP_OK)
             st = rmap_yaml_append(map, item->key, item->line, item->column, value, b->err);
-        if (st != RMAP_OK)
-            rmap_yaml_destroy(value);
-        else
+        if (st == RMAP_OK)
             st = rmap_names_add(own, map->item[map->n_item - 1].key, 0, 0, 0, b->err);
     }
     return st;
 }
 
-/* `<<: *base` or `<<: [*first, *second]` (YAML's merge key): own keys and earlier bases count.
- * The value is kept, out of the tree, as anchors may stand in it. */
+/* `<<: *base` or `<<: [*first, *second]` (YAML's merge key): own keys and earlier bases count. */
 static enum rmap_status merge_keys(struct builder *b, struct rmap_yaml_node *map, int depth)
 {
     enum rmap_status st = RMAP_OK;
@@ -295,10 +297,7 @@ static enum rmap_status merge_keys(struct builder *b, struct rmap_yaml_node *map
     if (at == map->n_item)
         return RMAP_OK;
     const struct rmap_yaml_item merge = map->item[at];
-    RMAP_TRY(rmap_yaml_append(&b->merged, NULL, merge.line, merge.column, merge.value, b->err));
-    rmap_free(merge.key);
-    map->n_item--;
-    memmove(&map->item[at], &map->item[at + 1], (map->n_item - at) * sizeof *map->item);
+    rmap_yaml_remove(map, at);
     const struct rmap_yaml_item alone = {.value = merge.value};
     bool list = merge.value->kind == RMAP_YAML_LIST;
     const struct rmap_yaml_item *base = list ? merge.value->item : &alone;
@@ -320,51 +319,66 @@ out:
 static enum rmap_status build(struct builder *b, const yaml_event_t *event, int depth,
                               struct rmap_yaml_node **node_ret);
 
-static enum rmap_status append_next(struct builder *b, struct rmap_yaml_node *node,
-                                    const yaml_event_t *event, const yaml_event_t *key, int depth)
+/* With its key, or behind the items before it. */
+static enum rmap_status read_item(struct builder *b, const yaml_event_t *event,
+                                  const yaml_event_t *key, int depth)
 {
-    struct rmap_yaml_node *value = NULL;
-    enum rmap_status st = build(b, event, depth, &value);
-    if (st != RMAP_OK)
-        return st;
-    yaml_mark_t mark = key ? key->start_mark : event->start_mark;
-    st = rmap_yaml_append(node, key ? (const char *)key->data.scalar.value : NULL,
-                          (int)mark.line + 1, (int)mark.column + 1, value, b->err);
-    if (st != RMAP_OK)
-        rmap_yaml_destroy(value);
+    enum rmap_status st = RMAP_OK;
+    const yaml_mark_t mark = key ? key->start_mark : event->start_mark;
+    struct rmap_yaml_item item = {.line = (int)mark.line + 1, .column = (int)mark.column + 1};
+    RMAP_TRY(build(b, event, depth, &item.value));
+    if (key && !(item.key = rmap_pool_strdup(b->pool, (const char *)key->data.scalar.value)))
+        RMAP_TRY(no_memory(b->err));
+    RMAP_TRY(RMAP_RESERVE(b->open, b->cap_open, b->n_open + 1, b->err));
+    b->open[b->n_open++] = item;
+out:
     return st;
+}
+
+/* The items from the first-th that is open on are all that the node has. */
+static enum rmap_status close_node(struct builder *b, struct rmap_yaml_node *node, size_t first)
+{
+    const size_t n = b->n_open - first;
+    node->item = rmap_pool_alloc(b->pool, n, sizeof *node->item);
+    if (!node->item)
+        return no_memory(b->err);
+    if (n > 0)
+        memcpy(node->item, &b->open[first], n * sizeof *node->item);
+    node->n_item = node->cap_item = n;
+    b->n_open = first;
+    return RMAP_OK;
 }
 
 static enum rmap_status build_list(struct builder *b, struct rmap_yaml_node *node, int depth)
 {
     enum rmap_status st = RMAP_OK;
-    while (st == RMAP_OK) {
+    const size_t first = b->n_open;
+    for (bool end = false; !end && st == RMAP_OK;) {
         yaml_event_t event;
-        st = next_event(b, &event);
-        if (st != RMAP_OK)
-            break;
-        bool end = event.type == YAML_SEQUENCE_END_EVENT;
+        RMAP_TRY(next_event(b, &event));
+        end = event.type == YAML_SEQUENCE_END_EVENT;
         if (!end)
-            st = append_next(b, node, &event, NULL, depth + 1);
+            st = read_item(b, &event, NULL, depth + 1);
         yaml_event_delete(&event);
-        if (end)
-            break;
     }
+    RMAP_TRY(st);
+    st = close_node(b, node, first);
+out:
     return st;
 }
 
 static enum rmap_status build_map(struct builder *b, struct rmap_yaml_node *node, int depth)
 {
     enum rmap_status st = RMAP_OK;
+    const size_t first = b->n_open;
     while (st == RMAP_OK) {
         yaml_event_t key, event;
-        st = next_event(b, &key);
-        if (st != RMAP_OK)
-            return st;
+        RMAP_TRY(next_event(b, &key));
         if (key.type == YAML_MAPPING_END_EVENT) {
             yaml_event_delete(&key);
-            st = check_duplicate_keys(b, node);
-            return st == RMAP_OK ? merge_keys(b, node, depth) : st;
+            RMAP_TRY(close_node(b, node, first));
+            RMAP_TRY(check_duplicate_keys(b, node));
+            return merge_keys(b, node, depth);
         }
         if (key.type != YAML_SCALAR_EVENT)
             st = give_up(b, key.start_mark, "a key must be a plain word");
@@ -373,11 +387,12 @@ static enum rmap_status build_map(struct builder *b, struct rmap_yaml_node *node
         if (st == RMAP_OK)
             st = next_event(b, &event);
         if (st == RMAP_OK) {
-            st = append_next(b, node, &event, &key, depth + 1);
+            st = read_item(b, &event, &key, depth + 1);
             yaml_event_delete(&event);
         }
         yaml_event_delete(&key);
     }
+out:
     return st;
 }
 
@@ -389,7 +404,7 @@ static enum rmap_status build_scalar(struct builder *b, const yaml_event_t *even
         return give_up(b, event->start_mark, "a NUL character in a value");
     node->kind = RMAP_YAML_SCALAR;
     node->quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
-    node->text = rmap_strdup(text);
+    node->text = rmap_pool_strdup(b->pool, text);
     return node->text ? RMAP_OK : no_memory(b->err);
 }
 
@@ -403,11 +418,11 @@ static enum rmap_status build(struct builder *b, const yaml_event_t *event, int 
         return expand_alias(b, event, depth, node_ret);
     if (++b->n_node > RMAP_YAML_NODE_MAX)
         return give_up(b, event->start_mark, "more than 4,000,000 values");
-    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node);
+    struct rmap_yaml_node *node =
+        new_node(b->pool, RMAP_YAML_SCALAR, (int)event->start_mark.line + 1,
+                 (int)event->start_mark.column + 1);
     if (!node)
         return no_memory(b->err);
-    node->line = (int)event->start_mark.line + 1;
-    node->column = (int)event->start_mark.column + 1;
     const yaml_char_t *anchor = NULL;
     if (event->type == YAML_SCALAR_EVENT) {
         anchor = event->data.scalar.anchor;
@@ -424,9 +439,7 @@ static enum rmap_status build(struct builder *b, const yaml_event_t *event, int 
     if (anchor)
         RMAP_TRY(remember_anchor(b, (const char *)anchor, node));
     *node_ret = node;
-    node = NULL;
 out:
-    rmap_yaml_destroy(node);
     return st;
 }
 
@@ -454,18 +467,14 @@ static void drop_nothing(struct rmap_yaml_node *map)
 {
     size_t n = 0;
     for (size_t i = 0; i < map->n_item; i++)
-        if (is_nothing(map->item[i].value)) {
-            rmap_free(map->item[i].key);
-            rmap_yaml_destroy(map->item[i].value);
-        } else {
+        if (!is_nothing(map->item[i].value))
             map->item[n++] = map->item[i];
-        }
     map->n_item = n;
 }
 
 /* Lists of the part go behind those of the whole, keys of its mappings beside those. */
 static enum rmap_status join(struct builder *b, struct rmap_yaml_node *whole,
-                             struct rmap_yaml_node *part)
+                             const struct rmap_yaml_node *part)
 {
     enum rmap_status st = RMAP_OK;
     if (part->kind != RMAP_YAML_MAP || whole->kind != RMAP_YAML_MAP) {
@@ -475,7 +484,7 @@ static enum rmap_status join(struct builder *b, struct rmap_yaml_node *whole,
     }
     drop_nothing(whole);
     for (size_t i = 0; i < part->n_item && st == RMAP_OK; i++) {
-        struct rmap_yaml_item *item = &part->item[i];
+        const struct rmap_yaml_item *item = &part->item[i];
         struct rmap_yaml_node *value = item->value, *own = rmap_yaml_get(whole, item->key);
         if (strcmp(item->key, "raymap") == 0 || is_nothing(value))
             continue;
@@ -490,14 +499,12 @@ static enum rmap_status join(struct builder *b, struct rmap_yaml_node *whole,
         }
         if (!own) {
             st = rmap_yaml_append(whole, item->key, item->line, item->column, value, b->err);
-            item->value = st == RMAP_OK ? NULL : value;
             continue;
         }
         for (size_t k = 0; k < value->n_item && st == RMAP_OK; k++) {
-            struct rmap_yaml_item *inner = &value->item[k];
+            const struct rmap_yaml_item *inner = &value->item[k];
             st =
                 rmap_yaml_append(own, inner->key, inner->line, inner->column, inner->value, b->err);
-            inner->value = st == RMAP_OK ? NULL : inner->value;
         }
         if (st == RMAP_OK && own->kind == RMAP_YAML_MAP)
             st = check_duplicate_keys(b, own);
@@ -523,7 +530,6 @@ static enum rmap_status build_document(struct builder *b, struct rmap_yaml_node 
         yaml_event_delete(&event);
         if (part && st == RMAP_OK)
             st = join(b, root, part);
-        rmap_yaml_destroy(part);
         part = NULL;
         if (st != RMAP_OK)
             goto out;
@@ -533,9 +539,7 @@ static enum rmap_status build_document(struct builder *b, struct rmap_yaml_node 
         RMAP_TRY(rmap_error_set(b->err, RMAP_INPUT, "the text is empty"));
     }
     *root_ret = root;
-    root = NULL;
 out:
-    rmap_yaml_destroy(root);
     return st;
 }
 
@@ -548,9 +552,13 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
         nbytes -= 3;
     }
     char *copy = rmap_alloc(nbytes + 1, 1);
-    struct builder b = {.diagnostics = diagnostics, .err = err, .text = copy};
-    if (!copy || !yaml_parser_initialize(&b.parser)) {
+    struct builder b = {.pool = rmap_alloc(1, sizeof *b.pool),
+                        .diagnostics = diagnostics,
+                        .err = err,
+                        .text = copy};
+    if (!copy || !b.pool || !yaml_parser_initialize(&b.parser)) {
         rmap_free(copy);
+        rmap_free(b.pool);
         return no_memory(err);
     }
     if (nbytes > 0)
@@ -558,12 +566,12 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     yaml_parser_set_encoding(&b.parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&b.parser, (const unsigned char *)text, nbytes);
     enum rmap_status st = build_document(&b, root_ret);
-    for (size_t i = 0; i < b.n_anchor; i++)
-        rmap_free(b.anchor[i].name);
+    if (st != RMAP_OK) {
+        rmap_pool_fini(b.pool);
+        rmap_free(b.pool);
+    }
+    rmap_free(b.open);
     rmap_free(b.anchor);
-    for (size_t i = 0; i < b.merged.n_item; i++)
-        rmap_yaml_destroy(b.merged.item[i].value);
-    rmap_free(b.merged.item);
     rmap_names_fini(&b.names);
     yaml_parser_delete(&b.parser);
     rmap_free(copy);

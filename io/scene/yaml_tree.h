@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/pool.h"
 #include "base/status.h"
 #include "io/file/diagnostics.h"
 
@@ -34,6 +35,7 @@ struct rmap_yaml_node {
     char *text;       /* SCALAR */
     size_t n_item, cap_item;
     struct rmap_yaml_item *item;
+    struct rmap_pool *pool; /* of its tree: memory of nodes, keys and texts */
 };
 
 /* Builds the tree. A text that is not one YAML document puts what is wrong into diagnostics and
@@ -41,7 +43,7 @@ struct rmap_yaml_node {
 enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_yaml_node **root_ret,
                                  struct rmap_diagnostics *diagnostics,
                                  struct rmap_error *err) RMAP_MUST_USE;
-void rmap_yaml_destroy(struct rmap_yaml_node *root); /* NULL is fine */
+void rmap_yaml_destroy(struct rmap_yaml_node *root); /* of a whole tree; NULL is fine */
 
 /* Value of a key; NULL when node is no mapping, has no such key, or nothing stands behind it. */
 struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key);
@@ -59,9 +61,14 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
                                struct rmap_diagnostics *diagnostics,
                                struct rmap_error *err) RMAP_MUST_USE;
 
-/* A copy whose nodes have the same places. RMAP_SYSTEM. */
-enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *from, struct rmap_yaml_node **node_ret,
+/* A copy whose nodes have the same places, for the tree of `in`. RMAP_SYSTEM. */
+enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rmap_yaml_node *from,
+                                struct rmap_yaml_node **node_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* A list or mapping without items for the tree of `in`; NULL when memory is short. */
+struct rmap_yaml_node *rmap_yaml_new(const struct rmap_yaml_node *in, enum rmap_yaml_kind kind,
+                                     int line, int column);
 
 /* Takes an item out. */
 void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index);
@@ -76,8 +83,8 @@ const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, c
 /* The nearest name among a mapping's keys or a list's items to the head of a path, or NULL. */
 const char *rmap_yaml_nearest(const struct rmap_yaml_node *node, const char *path);
 
-/* Appends an item; takes the value over, copies the key (which may be NULL). RMAP_SYSTEM leaves
- * the value to the caller. */
+/* Appends an item; the value is of the same tree, the key (which may be NULL) is copied.
+ * RMAP_SYSTEM. */
 enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,
                                   int column, struct rmap_yaml_node *value,
                                   struct rmap_error *err) RMAP_MUST_USE;
