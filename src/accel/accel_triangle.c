@@ -45,9 +45,11 @@ static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, f
     rmap_mesh_corners(mesh, triangle, corner);
     wider =
         rmap_facet_margin(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]), wider);
+    struct rmap_vec3 along[3]; /* from the k-th corner to the next */
+    for (int k = 0; k < 3; k++)
+        along[k] = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
     for (int k = 0; k < 3; k++) {
-        struct rmap_vec3 a = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
-        struct rmap_vec3 b = unit(rmap_sub(corner[(k + 2) % 3], corner[k]));
+        struct rmap_vec3 a = along[k], b = rmap_scale(along[(k + 2) % 3], -1);
         double sine = fmax(rmap_length(rmap_cross(a, b)), RMAP_NEEDLE_SINE);
         struct rmap_vec3 p = rmap_axpy(-wider / sine, rmap_add(a, b), corner[k]);
         out[3 * k] = (float)p.x;
