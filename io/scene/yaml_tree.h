@@ -35,7 +35,7 @@ struct rmap_yaml_node {
     char *text;       /* SCALAR */
     size_t n_item, cap_item;
     struct rmap_yaml_item *item;
-    struct rmap_pool *pool; /* of its tree: memory of nodes, keys and texts */
+    struct rmap_pool *pool; /* of its tree: memory of its nodes, items and texts */
 };
 
 /* Builds the tree. A text that is not one YAML document puts what is wrong into diagnostics and
