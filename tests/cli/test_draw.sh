@@ -22,7 +22,8 @@ grep -q 'no ray matches' none.svg || { echo "FAILED: none.svg does not say that 
 expect 0 '' "$RAYMAP" draw a.raymap --limit 10000 -o many.png
 [ "$(head -c 4 many.png | tail -c 3)" = PNG ] || { echo "FAILED: many.png is no PNG"; failures=1; }
 for np in 1 3; do
-    expect 0 '' mpirun -np $np "$RAYMAP" draw a.raymap --where 'hit(lens.1)' -o np$np.svg
+    by_ranks $np
+    expect 0 '' "${start[@]}" "$RAYMAP" draw a.raymap --where 'hit(lens.1)' -o np$np.svg
     cmp np1.svg np$np.svg || { echo "FAILED: $np ranks differ"; failures=1; }
 done
 
@@ -34,7 +35,8 @@ expect 0 'drawn' "$RAYMAP" draw a.raymap --view yz --cut 1 -o near.svg
 
 # Rays near a section's plane, and how many of how many they are, for any number of ranks.
 for np in 1 3; do
-    expect 0 'of the first 20000 stay within 0.5 mm' mpirun -np $np "$RAYMAP" draw a.raymap --view yz --near 0.5 --limit 200 -o near$np.svg
+    by_ranks $np
+    expect 0 'of the first 20000 stay within 0.5 mm' "${start[@]}" "$RAYMAP" draw a.raymap --view yz --near 0.5 --limit 200 -o near$np.svg
 done
 cmp near1.svg near3.svg || { echo "FAILED: 3 ranks find other rays near the plane"; failures=1; }
 grep -q 'of the first 20,000 of 20,000 rays 1,[0-9]* run within 0.5 mm of its plane' near1.svg || { echo "FAILED: near1.svg does not say how many are near"; failures=1; }

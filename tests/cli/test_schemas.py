@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The promise: docs/schemas describes every JSON document, key by key. Runs every command once with --json, and validates that
-and whatever the tests before this one have had printed (tests/seen.sh), with no key that is not described."""
+and whatever the tests before this one have had printed (tests/seen.c), with no key that is not described."""
 import copy
 import glob
 import json

@@ -35,7 +35,8 @@ for encoding in plain compact; do
     }
     rm -rf try.raymap
     for ranks in 1 2 3; do
-        expect 0 '' mpirun -np $ranks "$RAYMAP" convert a.raymap -o $encoding-$ranks.raymap \
+        by_ranks $ranks
+        expect 0 '' "${start[@]}" "$RAYMAP" convert a.raymap -o $encoding-$ranks.raymap \
             --encoding $encoding --threads $((4 - ranks)) --piece-size 4Mi --quiet
         same $encoding-$ranks.raymap
     done

@@ -50,7 +50,8 @@ END
 rays=6001
 
 trace() { # RANKS THREADS MAP [OPTIONS]
-    expect 0 '' mpirun -np "$1" "$RAYMAP" trace scene.yaml -o "$3" -n $rays --threads "$2" --json --quiet "${@:4}"
+    by_ranks "$1"
+    expect 0 '' "${start[@]}" "$RAYMAP" trace scene.yaml -o "$3" -n $rays --threads "$2" --json --quiet "${@:4}"
 }
 digest() {
     "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'
@@ -67,7 +68,7 @@ for source in json.load(open(sys.argv[1]))["sources"]:
     assert all(n > 0 for n in absorbed), source
     assert source["emitted"] == sum(absorbed) + source["left"] + source["limit"], source
 END
-for ranks in 1 2 3 4; do
+for ranks in 1 3; do
     trace $ranks 2 "other$ranks.raymap"
     got=$(digest "other$ranks.raymap")
     [ "$got" = "$want" ] || { echo "FAILED: $ranks ranks: digest $got, not $want"; failures=1; }

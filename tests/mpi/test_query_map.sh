@@ -25,7 +25,8 @@ criterion='hit(screen, reflect_diffuse) and not ray in 9000..9100'
 
 # All of a map is the map.
 for ranks in 1 3; do
-    expect 0 '' mpirun -np $ranks "$RAYMAP" query a.raymap all -o all.raymap --threads 2 --quiet --force
+    by_ranks $ranks
+    expect 0 '' "${start[@]}" "$RAYMAP" query a.raymap all -o all.raymap --threads 2 --quiet --force
     [ "$(digest all.raymap)" = "$(digest a.raymap)" ] || fail "other rays in all of it ($ranks ranks)"
 done
 
@@ -34,9 +35,10 @@ done
 "$RAYMAP" query a.raymap "$criterion" --json | sed -n '/"matched"/p;/standard_error/p' >want.sums
 want=
 for ranks in 1 2 3; do
+    by_ranks $ranks
     encoding=plain
     [ $ranks -ne 2 ] || encoding=compact
-    expect 0 '' mpirun -np $ranks "$RAYMAP" query a.raymap "$criterion" -o q.raymap --threads $((1 + ranks % 2)) \
+    expect 0 '' "${start[@]}" "$RAYMAP" query a.raymap "$criterion" -o q.raymap --threads $((1 + ranks % 2)) \
         --encoding $encoding --quiet --force
     [ -n "$want" ] || want=$(digest q.raymap)
     [ "$(digest q.raymap)" = "$want" ] || fail "another digest ($ranks ranks)"
@@ -87,7 +89,8 @@ expect 0 '' "$RAYMAP" merge q.raymap rest.raymap -o m.raymap
 expect 0 '0 findings' mpirun -np 2 "$RAYMAP" verify m.raymap
 rays a.raymap want.json
 for ranks in 1 3; do
-    mpirun -np $ranks "$RAYMAP" query m.raymap all -o got.json --force --quiet
+    by_ranks $ranks
+    "${start[@]}" "$RAYMAP" query m.raymap all -o got.json --force --quiet
     same want.json got.json "merged, $ranks ranks"
 done
 "$RAYMAP" report m.raymap 20001 >got.txt
@@ -102,9 +105,10 @@ expect 3 'picked from the same map' "$RAYMAP" merge a.raymap rest.raymap -o x.ra
 
 # First rays, samples, questions of questions.
 for ranks in 1 3; do
+    by_ranks $ranks
     for what in '--limit 1000' '--sample 777 --seed 5'; do
-        mpirun -np $ranks "$RAYMAP" query a.raymap "$criterion" $what -o want.json --force --quiet
-        expect 0 '' mpirun -np $ranks "$RAYMAP" query a.raymap "$criterion" $what -o s.raymap --force --quiet
+        "${start[@]}" "$RAYMAP" query a.raymap "$criterion" $what -o want.json --force --quiet
+        expect 0 '' "${start[@]}" "$RAYMAP" query a.raymap "$criterion" $what -o s.raymap --force --quiet
         rays s.raymap got.json
         same want.json got.json "$what, $ranks ranks"
         [ $ranks -ne 1 ] || cp got.json "one$(echo $what | tr -d ' ').json"

@@ -7,11 +7,12 @@ command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 rm -rf ./*
 scene=$SOURCE_DIR/examples/gradient-sphere/scene.yaml
 render() { # name ranks threads
-    expect 0 '' mpirun -np "$2" "$RAYMAP" render "$scene" --size 150x100 -n 3 --threads "$3" \
+    by_ranks "$2"
+    expect 0 '' "${start[@]}" "$RAYMAP" render "$scene" --size 150x100 -n 3 --threads "$3" \
         -o "$1.png" -o "$1.exr"
 }
 render one 1 1
-for ranks in 1 2 3 4; do
+for ranks in 1 2 3; do
     render "n$ranks" "$ranks" 2
     for suffix in png exr; do
         cmp "one.$suffix" "n$ranks.$suffix" ||
@@ -36,8 +37,9 @@ END
 expect 0 '' "$RAYMAP" render glossy.yaml --size 80x60 -n 64 -o dots.exr
 grep -q -- '--clamp 100' stderr.txt || { echo 'FAILED: no clamp is proposed'; failures=1; }
 for ranks in 1 2; do
-    expect 0 '' mpirun -np $ranks "$RAYMAP" render glossy.yaml --size 80x60 -n 64 --clamp 200 -o "clamped$ranks.exr" --json
-    python3 -c 'import json, sys; d = json.load(sys.stdin); assert d["noise"] < 0.2 * d["mean"] and 0 < d["clamp"]["cut"] < 0.1 * d["mean"], d' < stdout.txt || failures=1
+    by_ranks $ranks
+    expect 0 '' "${start[@]}" "$RAYMAP" render glossy.yaml --size 80x60 -n 64 --clamp 200 -o "clamped$ranks.exr" --json
+    /usr/bin/python3 -c 'import json, sys; d = json.load(sys.stdin); assert d["noise"] < 0.2 * d["mean"] and 0 < d["clamp"]["cut"] < 0.1 * d["mean"], d' < stdout.txt || failures=1
 done
 cmp clamped1.exr clamped2.exr || failures=1
 expect 3 'no camera named' mpirun -np 3 "$RAYMAP" render "$scene" --camera nobody -o b.png

@@ -13,10 +13,12 @@ criterion='registered(sensor) and hit(*, transmit_specular) >= 2'
 trace() { # RANKS THREADS MAP
     local encoding=plain
     [ $((($1 + $2) % 2)) -eq 0 ] || encoding=compact
-    expect 0 '' mpirun -np "$1" "$RAYMAP" trace scene.yaml -o "$3" -n $rays --threads "$2" --encoding $encoding --quiet
+    by_ranks "$1"
+    expect 0 '' "${start[@]}" "$RAYMAP" trace scene.yaml -o "$3" -n $rays --threads "$2" --encoding $encoding --quiet
 }
 answer() { # RANKS THREADS MAP PREFIX: everything that can be asked, into PREFIX.*
-    local run=(mpirun -np "$1" "$RAYMAP")
+    by_ranks "$1"
+    local run=("${start[@]}" "$RAYMAP")
     expect 0 '' "${run[@]}" query "$3" "$criterion" 'ended(left)' --threads "$2" --quiet
     cp stdout.txt "$4.count"
     expect 0 '' "${run[@]}" query "$3" "$criterion" 'hit(lens)' --json --threads "$2" --quiet
