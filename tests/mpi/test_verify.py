@@ -61,6 +61,10 @@ def flip(name, at, nbytes=1):
         file.write(bytes(b ^ (1 << RANDOM.randrange(8)) for b in was))
 
 
+def cut(name, length):
+    os.truncate(os.path.join("b.raymap", name), length)
+
+
 def portions(name):
     """(first ray, rays, rows of the stored tables from .. to) of a piece, by first ray."""
     with h5py.File(os.path.join("a.raymap", name), "r") as file:
@@ -68,10 +72,6 @@ def portions(name):
         start, rows = file["portion/stored_first"][:], file["portion/stored_rows"][:]
     return sorted((int(f), int(n), [(int(s), int(s + k)) for s, k in zip(starts, ks)])
                   for f, n, starts, ks in zip(*rays, start, rows))
-
-
-def rays_of(ranges):
-    return {ray for first, last in ranges for ray in (first, last)}, sum(b - a + 1 for a, b in ranges)
 
 
 def merged(intervals):
@@ -84,9 +84,41 @@ def merged(intervals):
     return out
 
 
-def one(document, name, dataset=None, chunk=None):
+def stored(name):
+    """Dataset -> (table, a chunk of it, where that is, its bytes), of what a piece stores."""
+    found = {}
+    with h5py.File(os.path.join("a.raymap", name), "r") as file:
+        for table, group in enumerate(TABLES[encoding][0]):
+            for column, dataset in file[group].items():
+                if dataset.id.get_num_chunks() > 0:
+                    place = dataset.id.get_chunk_info(RANDOM.randrange(dataset.id.get_num_chunks()))
+                    found[f"/{group}/{column}"] = (table, place.chunk_offset[0] // 65536, place.byte_offset, place.size)
+    return found
+
+
+def in_turns(items):
+    """(piece, item) until all are dealt, in rounds that harm each piece once: it is verified once a round."""
+    left = list(items)
+    while left:
+        dealt = list(zip(pieces, left))
+        again()
+        yield dealt
+        left = left[len(dealt):]
+
+
+def each(document, dealt):
+    """(finding, what was harmed): one in each of these files, in their order."""
+    assert len(document["findings"]) == len(dealt), (dealt, document["findings"])
+    return zip(document["findings"], dealt)
+
+
+def one(document, name):
+    """What is found, where that is one thing."""
     assert len(document["findings"]) == 1, document["findings"]
-    found = document["findings"][0]
+    return judged(document["findings"][0], name)
+
+
+def judged(found, name, dataset=None, chunk=None):
     assert found["file"] == name, (found, name)
     assert dataset is None or found["dataset"] == dataset, (found, dataset)
     assert found["chunk"] == chunk, (found, chunk)
@@ -110,54 +142,46 @@ for encoding in TABLES:
         assert checked["rays"] == RAYS and checked["segments"] == info["segments"], checked
         assert checked["pieces"] == len(pieces) and whole["complete"] is True
 
-    # One byte of a stored chunk, in every dataset of a piece.
-    piece = pieces[1]
-    datasets = []
-    with h5py.File(os.path.join("a.raymap", piece), "r") as file:
-        for table, group in enumerate(TABLES[encoding][0]):
-            for name, dataset in file[group].items():
-                if dataset.id.get_num_chunks() > 0:
-                    k = RANDOM.randrange(dataset.id.get_num_chunks())
-                    place = dataset.id.get_chunk_info(k)
-                    datasets.append((table, f"/{group}/{name}", place.chunk_offset[0] // 65536,
-                                     place.byte_offset, place.size))
-    assert len(datasets) > 20
-    for table, name, chunk, offset, size in datasets:
-        again()
-        flip(piece, offset + RANDOM.randrange(size))
-        found = one(verify(), piece, name, chunk)
-        first, end = chunk * 65536, chunk * 65536 + 65536
-        shared = name.startswith("/path")  # the dictionary is every ray's
-        hit = [(f, n) for f, n, rows in portions(piece)
-               if shared or (rows[table][0] < end and rows[table][1] > first)]
-        assert found["ray_ranges"] == merged(hit), (found, hit)
-        assert found["ray_count"] == sum(n for _, n in hit) and found["rows"][0] == first
-        assert found["rays"] == [found["ray_ranges"][0][0], found["ray_ranges"][-1][1]]
+    # One byte of a stored chunk, in every dataset that a piece has.
+    chunks = {name: stored(name) for name in pieces}
+    in_all = sorted(set.intersection(*map(set, chunks.values())))
+    assert len(in_all) > 20
+    for dealt in in_turns(in_all):
+        for name, dataset in dealt:
+            _, _, offset, size = chunks[name][dataset]
+            flip(name, offset + RANDOM.randrange(size))
+        for found, (name, dataset) in each(verify(), dealt):
+            table, chunk, _, _ = chunks[name][dataset]
+            judged(found, name, dataset, chunk)
+            first, end = chunk * 65536, chunk * 65536 + 65536
+            shared = dataset.startswith("/path")  # the dictionary is every ray's
+            hit = [(f, n) for f, n, rows in portions(name)
+                   if shared or (rows[table][0] < end and rows[table][1] > first)]
+            assert found["ray_ranges"] == merged(hit), (found, hit)
+            assert found["ray_count"] == sum(n for _, n in hit) and found["rows"][0] == first
+            assert found["rays"] == [found["ray_ranges"][0][0], found["ray_ranges"][-1][1]]
 
-    # A byte of the piece that is in no chunk: HDF5's own, tables, seal.
-    in_chunks = sorted((offset, offset + size) for _, _, _, offset, size in datasets)
-    size = os.path.getsize(os.path.join("a.raymap", piece))
-    for at in (0, 9, 100, size - 1, size - 20, size - 100):
-        again()
-        flip(piece, at)
-        found = one(verify(), piece)
-        assert found["ray_ranges"] == merged((f, n) for f, n, _ in portions(piece)), found
+    # A byte of a piece that is in no chunk: HDF5's own, tables, seal; and files that were cut off.
+    for harm, places in ((flip, (0, 9, 100, -1, -20, -100)), (cut, (0, 1, 100, 20000, -40, -1))):
+        for dealt in in_turns(places):
+            for name, place in dealt:
+                harm(name, place % os.path.getsize(os.path.join("a.raymap", name)))
+            for found, (name, _) in each(verify(), dealt):
+                judged(found, name)
+                assert found["ray_ranges"] == merged((f, n) for f, n, _ in portions(name)), found
+    piece, datasets = pieces[1], chunks[pieces[1]]
 
-    # A byte of the index.
+    # A byte of the index, and an index that was cut off.
     spots = 8 if encoding == "plain" else 2
     size = os.path.getsize(os.path.join("a.raymap", INDEX))
     for at in [0, 5, size - 1, size - 30] + [RANDOM.randrange(size) for _ in range(spots)]:
         again()
         flip(INDEX, at)
         one(verify(), INDEX)
-
-    # Files that were cut off.
-    for name in (piece, INDEX):
-        size = os.path.getsize(os.path.join("a.raymap", name))
-        for length in (0, 1, 100, size // 2, size - 40, size - 1):
-            again()
-            os.truncate(os.path.join("b.raymap", name), length)
-            one(verify(), name)
+    for length in (0, 1, 100, size // 2, size - 40, size - 1):
+        again()
+        cut(INDEX, length)
+        one(verify(), INDEX)
 
     # Missing, extra, renamed, exchanged.
     again()
@@ -194,19 +218,20 @@ for encoding in TABLES:
 
     # Much at once, whoever looks.
     again()
-    for table, name, chunk, offset, size in datasets[::3]:
+    many = list(datasets.items())[::3]
+    for _, (_, _, offset, size) in many:
         flip(piece, offset + RANDOM.randrange(size))
     flip(pieces[0], 50)
     os.remove(os.path.join("b.raymap", pieces[-1]))
     want = verify()
-    assert len(want["findings"]) == len(datasets[::3]) + 2
+    assert len(want["findings"]) == len(many) + 2
     for ranks in (2, 3):
         assert verify(ranks=ranks) == want
     text = run("verify", "b.raymap", status=4)
-    assert run("verify", "b.raymap", ranks=3, status=4) == text and datasets[0][1] in text
+    assert run("verify", "b.raymap", ranks=3, status=4) == text and many[0][0] in text
     flip(INDEX, 3000)  # the index gone as well: what pieces hold is still looked at
     want = verify()
-    assert len(want["findings"]) == len(datasets[::3]) + 2, want["findings"]
+    assert len(want["findings"]) == len(many) + 2, want["findings"]
     assert verify(ranks=3) == want
 
 # A map that was stopped early has nothing wrong with it.
