@@ -17,7 +17,7 @@ build_packages=(
 # 40 MB to download and 175 MB installed, half a minute: for who brings CAD files.
 cad_packages=(g++ libocct-data-exchange-dev libocct-ocaf-dev libocct-modeling-algorithms-dev)
 test_packages=(
-    g++ libcmocka-dev python3 python3-numpy python3-h5py python3-jsonschema python3-yaml python3-pip python3-venv
+    g++ libcmocka-dev python3 python3-numpy python3-h5py python3-pil python3-jsonschema python3-yaml python3-pip python3-venv
     python3-setuptools
     hdf5-tools clang-format binutils dpkg-dev file strace iproute2
     chromium libmcpl1

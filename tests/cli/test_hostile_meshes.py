@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 
 PROGRAM = os.environ["RAYMAP"]
 SCENE = """raymap: 1
@@ -36,11 +37,11 @@ def check(name, *expected, status=3):
     pathlib.Path("scene.yaml").write_text(SCENE.replace("FILE", name))
     with tempfile.TemporaryFile() as out:
         child = subprocess.Popen([PROGRAM, "check", "scene.yaml"], stdout=out, stderr=out)
-        timer = subprocess.Popen(["sh", "-c", f"sleep {SECONDS}; kill -9 {child.pid}"], start_new_session=True)
+        timer = threading.Timer(SECONDS, child.kill)
+        timer.start()
         _, waited, used = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(waited)
-        os.killpg(timer.pid, 9)
-        timer.wait()
+        timer.cancel()
         out.seek(0)
         said = out.read().decode(errors="replace")
     wrong = [word for word in ((name,) if status else ()) + expected if word not in said]
