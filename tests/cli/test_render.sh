@@ -87,7 +87,7 @@ sources: [{name: panel, type: area, shape: {rectangle: 0.5}, at: [0, 0, 2.7], di
 cameras: [{name: door, at: [-2.8, -1.8, 1.6], look_at: [1, 0.5, 2], fov: 75}]
 END
 "$RAYMAP" render office.yaml --samples 4 --size 64x48 -o office.png --json >office.json || failures=1
-python3 -c 'import json; x = json.load(open("office.json"))["exposure"]; assert 1 / 600 < x < 1 / 60, x' || failures=1
+/usr/bin/python3 -c 'import json; x = json.load(open("office.json"))["exposure"]; assert 1 / 600 < x < 1 / 60, x' || failures=1
 leftovers=$(find . -name '.*.part')
 [ -z "$leftovers" ] || { echo "FAILED: left behind: $leftovers"; failures=1; }
 finish

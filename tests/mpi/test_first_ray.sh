@@ -21,7 +21,7 @@ digest() { "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\
 # The digest adds up over rays: two parts are the whole.
 expect 0 '' "$RAYMAP" trace scene.yaml -o low.raymap -n 7000 --first-ray $((far + 5)) --quiet
 expect 0 '' "$RAYMAP" trace scene.yaml -o high.raymap -n 13000 --first-ray $((far + 7005)) --quiet
-python3 - "$(digest low.raymap)" "$(digest high.raymap)" "$(digest far.raymap)" <<'PY' || { echo "FAILED: parts are not the whole"; failures=1; }
+/usr/bin/python3 - "$(digest low.raymap)" "$(digest high.raymap)" "$(digest far.raymap)" <<'PY' || { echo "FAILED: parts are not the whole"; failures=1; }
 import sys
 low, high, whole = (int(word, 16) for word in sys.argv[1:])
 sys.exit((low + high) % 2**128 != whole)
@@ -38,7 +38,7 @@ expect 0 'rays +2 of' "$RAYMAP" query end.raymap "ray > 18446744073709551612"
 expect 0 'rays +0 of' "$RAYMAP" query end.raymap "ray == 18446744073709551615 or ray == 1.5"
 expect 0 'rays +5,000 of' "$RAYMAP" query end.raymap 'ray >= -1 and ray < 1e30'
 "$RAYMAP" query end.raymap "ray == $last" "ray == 18446744073709551613" --count --json --quiet >two.json
-python3 -c 'import json; assert [a["rays"]["matched"] for a in json.load(open("two.json"))] == [1, 1]' ||
+/usr/bin/python3 -c 'import json; assert [a["rays"]["matched"] for a in json.load(open("two.json"))] == [1, 1]' ||
     { echo "FAILED: two ids in one call"; failures=1; }
 expect 0 "^$last " "$RAYMAP" query end.raymap "ray >= $last" --limit 2
 rm -rf ./*.raymap
