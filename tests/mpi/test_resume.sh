@@ -12,8 +12,8 @@ export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 RANDOM=${RAYMAP_TEST_SEED:-7}
 rm -rf ./*
 write_scene scene.yaml
-rays=300001
-portions=2 # of a commit
+rays=150001
+portions=1 # of a commit
 
 balance() { # MAP: everything that is said of its light
     "$RAYMAP" info "$1" --json |
@@ -104,8 +104,7 @@ same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
 
 # Damaged pieces and journals are told, left out, and their rays traced again.
-portions=3
-begin hurt.raymap 2 9 --piece-size 8Mi --encoding plain
+begin hurt.raymap 2 7 --piece-size 4Mi --encoding plain
 disturb all-ranks hurt.raymap
 piece=$(find hurt.raymap -name 'piece-*.h5' | sort | head -1)
 journal=$(find hurt.raymap -name '*.journal' | sort | head -1)
@@ -117,9 +116,9 @@ same hurt.raymap 'damage'
 
 # The index is made of what ranks say, wherever their shards are; collected, they are the map.
 mkdir disk
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap -n 200000 --quiet --shard-dir disk
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap -n 100000 --quiet --shard-dir disk
 expect 4 'missing' "$RAYMAP" info apart.raymap
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 200000)) --quiet --shard-dir disk
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 100000)) --quiet --shard-dir disk
 mv disk/shard-* apart.raymap
 same apart.raymap 'shards on other disks'
 
