@@ -9,7 +9,7 @@ import sys
 
 folder = pathlib.Path(os.environ["SOURCE_DIR"]) / "tests" / "physics"
 failed = []
-for name in ("fresnel", "lambert", "media", "radiometry", "curved_poses"):
+for name in ("fresnel", "lambert", "media", "radiometry", "scatter", "curved_poses"):
     done = subprocess.run([sys.executable, "-B", folder / f"test_{name}.py"], check=False,
                           env=dict(os.environ, RAYMAP_TEST_SCALE="25"))
     print(f"{name}: status {done.returncode}", flush=True)
