@@ -62,12 +62,29 @@ static struct rmap_strip steps_of(const struct seen *seen, enum rmap_steps_of of
     return part;
 }
 
+/* By objects and events alone: a ray has fewer rows than loops over columns are worth calling for.
+ */
+static uint32_t count_plain(const struct rmap_segment_columns *segment,
+                            const struct rmap_step_test *test, const struct rmap_strip *part)
+{
+    const bool of_event = (test->events | test->events_not) != 0;
+    uint32_t sum = 0;
+    for (size_t row = part->first; row < part->first + part->n; row++) {
+        const uint32_t event = of_event ? segment->event[row] : 0;
+        sum += (!test->of_object || rmap_index_set_has(&test->object, segment->object[row])) &&
+               (!test->events || (event & test->events)) && !(event & test->events_not);
+    }
+    return sum;
+}
+
 static uint32_t count_steps(const struct seen *seen, const struct rmap_step_test *test)
 {
     enum { N = 256 };
     uint8_t flag[N];
     uint32_t sum = 0;
     struct rmap_strip part = steps_of(seen, test->of);
+    if (!test->of_medium && test->part == RMAP_PART_ALL && !test->side && test->n_limit == 0)
+        return count_plain(&seen->portion->segment, test, &part);
     for (const size_t end = part.first + part.n; part.first < end; part.first += N) {
         part.n = end - part.first < N ? end - part.first : N;
         rmap_steps_mark(seen->criterion, test, seen->portion, &part, flag);
