@@ -137,7 +137,8 @@ enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_ta
         bool wanted = start ? grow : (columns & RMAP_COLUMN_BIT(c)) != 0;
         if (rmap_column_info(c)->table != table || !wanted)
             continue;
-        void *grown = rmap_realloc(start, cap, rmap_portion_row_nbytes(portion, c));
+        const size_t nbytes = rmap_portion_row_nbytes(portion, c);
+        void *grown = start ? rmap_realloc(start, cap, nbytes) : rmap_alloc_unset(cap, nbytes);
         if (!grown)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rows of %s", cap,
                                   rmap_column_info(c)->path);
@@ -193,15 +194,16 @@ enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct
     if (dst->n_row[RMAP_TABLE_RAY] == 0)
         dst->timed = src->timed;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        if (dst->n_row[t] == 0 || n[t] > dst->cap[t] - dst->n_row[t])
+        if (dst->n_row[RMAP_TABLE_RAY] == 0 || n[t] > dst->cap[t] - dst->n_row[t])
             RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;
-        size_t row = rmap_portion_row_nbytes(src, c);
-        if (n[t] > 0 && (rmap_columns_of_run(dst->timed) & RMAP_COLUMN_BIT(c)))
-            memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
-                   (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
+        if (n[t] == 0 || !(rmap_columns_of_run(dst->timed) & RMAP_COLUMN_BIT(c)))
+            continue;
+        const size_t row = rmap_portion_row_nbytes(src, c);
+        memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
+               (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
     }
     uint64_t id = src->ray.id[first[RMAP_TABLE_RAY]];
     if (dst->n_row[RMAP_TABLE_RAY] == 0 || id < dst->first_ray)
