@@ -28,7 +28,6 @@ void rmap_held_describe(const struct rmap_portion *portion, int rank,
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         info->n_row[t] = portion->n_row[t];
     info->last_ray = info->first_ray + info->n_row[RMAP_TABLE_RAY] - 1;
-    info->digest = rmap_portion_digest(portion);
     rmap_portion_summarise(portion, &info->summary);
 }
 

@@ -18,7 +18,7 @@ struct rmap_held {
 };
 void rmap_held_fini(struct rmap_held *held);
 
-/* A portion's row, of rank `rank`. */
+/* A portion's row, of rank `rank`; without its digest, which is for those who ask. */
 void rmap_held_describe(const struct rmap_portion *portion, int rank,
                         struct rmap_portion_info *info);
 

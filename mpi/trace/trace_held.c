@@ -29,6 +29,7 @@ struct tracing {
     _Atomic size_t nbytes;             /* of all portions so far */
     struct rmap_reuse_reader **reader; /* [n_thread] of an older map, or NULL */
     _Atomic uint64_t n_reused;
+    bool digests; /* somebody may ask for the map's */
 };
 
 /* *n_ret: so many rays from there on, which the older map has. */
@@ -75,6 +76,8 @@ static enum rmap_status trace_portion(struct tracing *self, int thread, size_t i
     if (history.status != RMAP_OK || recorder.status != RMAP_OK)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the histories of rays"));
     rmap_held_describe(*portion, self->context->rank, &self->held.info[index]);
+    if (self->digests)
+        self->held.info[index].digest = rmap_portion_digest(*portion);
     if (atomic_fetch_add(&self->nbytes, rmap_held_nbytes(*portion)) > RMAP_HELD_NBYTES_MAX)
         st = rmap_error_set(
             err, RMAP_USAGE,
@@ -149,52 +152,62 @@ out:
     return st;
 }
 
+/* Collective. The map grows; self: context, tracer, end, digests. */
+static enum rmap_status grow(struct tracing *self, const struct rmap_reuse *reuse,
+                             struct rmap_map *map, double *seconds_ret, uint64_t *reused_ret,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = self->context;
+    const size_t n_before = rmap_map_n_portion(map);
+    const size_t n_all = (size_t)((self->end + PORTION_RAYS - 1) / PORTION_RAYS);
+    const size_t n = n_all > n_before ? n_all - n_before : 0;
+    self->n_before = n_before;
+    self->held = (struct rmap_held){.n = n,
+                                    .info = rmap_alloc(n + 1, sizeof *self->held.info),
+                                    .portion = rmap_alloc(n + 1, sizeof *self->held.portion),
+                                    .n_rank = context->size,
+                                    .seed = self->tracer.seed};
+    self->tally = rmap_alloc((size_t)context->n_thread, sizeof *self->tally);
+    self->nbytes = rmap_map_held_nbytes(map);
+    if (!self->held.info || !self->held.portion || !self->tally)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
+    RMAP_TRY(rmap_agree(context, st, err));
+    const double begun = rmap_clock_seconds();
+    if (reuse->n > 0)
+        st = create_readers(self, reuse, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = trace_share(self, err);
+    *reused_ret += atomic_load(&self->n_reused);
+    *seconds_ret += rmap_clock_seconds() - begun;
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->size > 1)
+        RMAP_TRY(share_rows(self, err));
+    st = rmap_agree(context, rmap_map_hold_more(map, &self->held, self->tally[0], err), err);
+out:
+    for (int i = 0; self->reader && i < context->n_thread; i++)
+        rmap_reuse_reader_destroy(self->reader[i]);
+    rmap_free(self->reader);
+    for (int i = 0; self->tally && i < context->n_thread; i++)
+        rmap_tally_destroy(self->tally[i]);
+    rmap_free(self->tally);
+    rmap_held_fini(&self->held);
+    return st;
+}
+
 enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
                                       const struct rmap_accel *accel,
                                       const struct rmap_reuse *reuse, uint64_t end,
                                       struct rmap_map *map, double *seconds_ret,
                                       uint64_t *reused_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
-    const size_t n_before = rmap_map_n_portion(map);
-    const size_t n_all = (size_t)((end + PORTION_RAYS - 1) / PORTION_RAYS);
-    const size_t n = n_all > n_before ? n_all - n_before : 0;
     struct tracing self = {.context = context,
                            .tracer = {rmap_map_scene(map), accel, summary.seed},
                            .end = end,
-                           .n_before = n_before,
-                           .held = {.n = n,
-                                    .info = rmap_alloc(n + 1, sizeof *self.held.info),
-                                    .portion = rmap_alloc(n + 1, sizeof *self.held.portion),
-                                    .n_rank = context->size,
-                                    .seed = summary.seed},
-                           .tally = rmap_alloc((size_t)context->n_thread, sizeof *self.tally),
-                           .nbytes = rmap_map_held_nbytes(map)};
-    if (!self.held.info || !self.held.portion || !self.tally)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
-    RMAP_TRY(rmap_agree(context, st, err));
-    const double begun = rmap_clock_seconds();
-    if (reuse->n > 0)
-        st = create_readers(&self, reuse, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    st = trace_share(&self, err);
-    *reused_ret += atomic_load(&self.n_reused);
-    *seconds_ret += rmap_clock_seconds() - begun;
-    RMAP_TRY(rmap_agree(context, st, err));
-    if (context->size > 1)
-        RMAP_TRY(share_rows(&self, err));
-    st = rmap_agree(context, rmap_map_hold_more(map, &self.held, self.tally[0], err), err);
-out:
-    for (int i = 0; self.reader && i < context->n_thread; i++)
-        rmap_reuse_reader_destroy(self.reader[i]);
-    rmap_free(self.reader);
-    for (int i = 0; self.tally && i < context->n_thread; i++)
-        rmap_tally_destroy(self.tally[i]);
-    rmap_free(self.tally);
-    rmap_held_fini(&self.held);
-    return st;
+                           .digests = true};
+    return grow(&self, reuse, map, seconds_ret, reused_ret, err);
 }
 
 enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_trace_held *trace,
@@ -215,8 +228,10 @@ enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap
     if (trace->from)
         st = rmap_reuse_init(&reuse, trace->from, 0, rmap_map_scene(map), err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_trace_held_more(context, accel, &reuse, trace->n_ray, map, &trace->seconds,
-                                  &trace->n_reused, err));
+    struct tracing self = {.context = context,
+                           .tracer = {rmap_map_scene(map), accel, trace->seed},
+                           .end = trace->n_ray};
+    RMAP_TRY(grow(&self, &reuse, map, &trace->seconds, &trace->n_reused, err));
     *map_ret = map;
     map = NULL;
     if (trace->accel) {

@@ -26,13 +26,13 @@ struct rmap_trace_held {
     uint64_t n_reused;         /* and by this rank's rays that were taken over */
 };
 
-/* Collective. Rays [0, n_ray). RMAP_USAGE where they take too much memory. */
+/* Collective. Rays [0, n_ray), without a digest. RMAP_USAGE where they take too much memory. */
 enum rmap_status rmap_trace_held(const struct rmap_context *context, struct rmap_trace_held *trace,
                                  struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective. The same of a map that has whole blocks of its first rays: it grows to rays [0, end),
- * of which those in `reuse` are taken over. seconds_ret, reused_ret: grow, as above. On failure it
- * is as it was, but where memory is short. */
+/* Collective. The same, with a digest, of a map that has whole blocks of its first rays: it grows
+ * to rays [0, end), of which those in `reuse` are taken over. seconds_ret, reused_ret: grow, as
+ * above. On failure it is as it was, but where memory is short. */
 enum rmap_status rmap_trace_held_more(const struct rmap_context *context,
                                       const struct rmap_accel *accel,
                                       const struct rmap_reuse *reuse, uint64_t end,
