@@ -33,6 +33,8 @@ struct rmap_scene_options {
     size_t n_only, n_without, n_set;
     bool allows_plugins; /* of any path; a map does not keep this, nor the next */
     char *allowing;      /* the command line that would allow them, for messages; NULL: unknown */
+    const char *surface; /* borrowed, of who reads the scene to ask for this one alone, and traces
+                            nothing: others have no scatter models. NULL: a scene as ever */
     char *cache;         /* a folder of meshes that were read before (mesh_cache.h) */
     rmap_map_rays_reader *read_map; /* scenes are read below maps and criteria: of who can. NULL:
                                        no source may be a map */

@@ -148,6 +148,7 @@ static void name_bundled(struct rmap_reader *reader)
 /* What only the whole scene shows goes to the diagnostics as well. */
 static void finish(struct rmap_reader *reader)
 {
+    reader->scene->totals_on_demand = reader->bundle->options.surface != NULL;
     enum rmap_status st = rmap_scene_finish(reader->scene, &reader->failure);
     if (st == RMAP_INPUT)
         rmap_reader_error(reader, NULL, "%s", reader->failure.text);

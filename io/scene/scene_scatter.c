@@ -5,6 +5,7 @@
 #include "io/scene/scene_scatter.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
@@ -41,7 +42,8 @@ static void check_amount(struct rmap_reader *reader, const struct rmap_surface *
 {
     const struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_scatter *its = read->its;
-    if (rmap_scatter_is_facets(its) || its->model == RMAP_SCATTER_CONTAMINATION ||
+    if (reader->bundle->options.surface || rmap_scatter_is_facets(its) ||
+        its->model == RMAP_SCATTER_CONTAMINATION ||
         (its->by_roughness && its->model == RMAP_SCATTER_HARVEY))
         return;
     double worst = 0.0, angle = 0.0;
@@ -248,7 +250,10 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
                               struct rmap_surface *surface)
 {
     const size_t before = reader->diagnostics->n_error;
+    const char *asked = reader->bundle->options.surface;
     int frame = 0;
+    if (asked && strcmp(asked, surface->name) != 0)
+        return;
     (void)rmap_reader_choice(reader, node, "frame", RMAP_OPTIONAL, "object uv", &frame);
     surface->frame_uv = frame == 1;
     if (surface->type != RMAP_SURFACE_SCATTER) {
@@ -263,7 +268,7 @@ void rmap_reader_read_scatter(struct rmap_reader *reader, const struct rmap_yaml
     }
     read_way(reader, node, false, surface);
     read_way(reader, node, true, surface);
-    if (reader->diagnostics->n_error == before)
+    if (!asked && reader->diagnostics->n_error == before)
         check_sum(reader, node, surface);
     read_contamination(reader, node, surface);
 }

@@ -32,7 +32,8 @@ static void write_list(const double *nm, int n, char *list)
 }
 
 /* With one more --set; NULL: it is no scene so, or with more warnings. */
-static struct rmap_scene *read_at(const struct rmap_bundle *bundle, char *list, size_t n_warning)
+static struct rmap_scene *read_at(const struct rmap_bundle *bundle, const char *surface, char *list,
+                                  size_t n_warning)
 {
     struct rmap_bundle with = *bundle; /* complete: nothing is added to it */
     struct rmap_scene_options *options = &with.options;
@@ -48,6 +49,7 @@ static struct rmap_scene *read_at(const struct rmap_bundle *bundle, char *list, 
     set[n] = list;
     options->set = set;
     options->n_set = n + 1;
+    options->surface = surface;
     rmap_diagnostics_init(&diagnostics, bundle->path);
     if (rmap_scene_read(&with, &scene, &diagnostics, &err) == RMAP_OK &&
         diagnostics.n + diagnostics.n_dropped > n_warning) {
@@ -60,29 +62,31 @@ static struct rmap_scene *read_at(const struct rmap_bundle *bundle, char *list, 
 }
 
 /* On either side of the one wavelength, where data cover it. */
-static struct rmap_scene *read_around(const struct rmap_bundle *bundle, double nm, size_t n_warning)
+static struct rmap_scene *read_around(const struct rmap_bundle *bundle, const char *surface,
+                                      double nm, size_t n_warning)
 {
     static const double part[] = {0.3, 0.1};
     char list[LIST_NBYTES];
     struct rmap_scene *scene = NULL;
     for (size_t k = 0; k < sizeof part / sizeof *part && !scene; k++) {
         write_list((const double[]){nm * (1.0 - part[k]), nm, nm * (1.0 + part[k])}, 3, list);
-        scene = read_at(bundle, list, n_warning);
+        scene = read_at(bundle, surface, list, n_warning);
     }
     return scene;
 }
 
 struct rmap_scene *rmap_scene_between(const struct rmap_bundle *bundle,
-                                      const struct rmap_scene *scene, size_t n_warning)
+                                      const struct rmap_scene *scene, const char *surface,
+                                      size_t n_warning)
 {
     const struct rmap_channels *channels = &scene->channels;
     char list[LIST_NBYTES];
     if (channels->mode != RMAP_COLOUR_SPECTRAL || !bundle->meshes_complete)
         return NULL;
     if (channels->n == 1)
-        return read_around(bundle, channels->wavelength_nm[0], n_warning);
+        return read_around(bundle, surface, channels->wavelength_nm[0], n_warning);
     if (parts_of(channels->n) < 2)
         return NULL;
     write_list(channels->wavelength_nm, channels->n, list);
-    return read_at(bundle, list, n_warning);
+    return read_at(bundle, surface, list, n_warning);
 }

@@ -8,11 +8,13 @@
 
 #include "io/mesh/bundle.h"
 
-/* Not collective. bundle: complete, of which the scene was read, with so many warnings. The
- * wavelengths of the scene are among the new ones; beside a single one, so many on either side as
- * its data cover, within 30 %. The caller destroys what comes back; NULL: a scene in rgb, one with
- * many wavelengths, or one that cannot be read at others. */
+/* Not collective. bundle: complete, of which the scene was read, with so many warnings. surface:
+ * the one that is asked for; others come without their scatter models. The wavelengths of the scene
+ * are among the new ones; beside a single one, so many on either side as its data cover, within 30
+ * %. The caller destroys what comes back; NULL: a scene in rgb, one with many wavelengths, or one
+ * that cannot be read at others. */
 struct rmap_scene *rmap_scene_between(const struct rmap_bundle *bundle,
-                                      const struct rmap_scene *scene, size_t n_warning);
+                                      const struct rmap_scene *scene, const char *surface,
+                                      size_t n_warning);
 
 #endif

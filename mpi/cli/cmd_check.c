@@ -103,7 +103,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
 static enum rmap_status draw(const struct checked *checked, size_t n_warning,
                              const struct rmap_surface_question *asked, struct rmap_error *err)
 {
-    struct rmap_scene *between = rmap_scene_between(checked->bundle, checked->scene, n_warning);
+    struct rmap_scene *between =
+        rmap_scene_between(checked->bundle, checked->scene, checked->surface, n_warning);
     enum rmap_status st = rmap_surface_draw(asked, between, checked->plot, err);
     rmap_scene_destroy(between);
     return st;

@@ -11,15 +11,13 @@
  * number draws from cumulative shares, and never one without a share of its own. */
 static inline size_t rmap_first_above(const double *ascending, size_t n, double value)
 {
-    size_t low = 0, high = n - 1;
-    while (low < high) {
-        const size_t middle = low + (high - low) / 2;
-        if (ascending[middle] > value)
-            high = middle;
-        else
-            low = middle + 1;
+    const double *from = ascending;
+    while (n > 1) { /* without a branch, which would be guessed wrongly half of the times */
+        const size_t half = n / 2;
+        from += half & -(size_t) !(from[half - 1] > value);
+        n -= half;
     }
-    return low;
+    return (size_t)(from - ascending);
 }
 
 #endif

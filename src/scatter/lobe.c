@@ -3,51 +3,22 @@
  * Lobes about the specular direction (RETRO: about the way back), or about the normal (LAMBERT,
  * OREN_NAYAR).
  */
-#include <math.h>
-#include <string.h>
+#include "scatter/lobe.h"
 
-#include "base/alloc.h"
 #include "base/portable.h"
 #include "formula/azimuth.h"
 #include "scatter/dust.h"
-#include "scatter/scatter.h"
 #include "scatter/table.h"
-
-static double shape_of(const struct rmap_scattering *at, int k)
-{
-    return at->scatter->shape[k][at->channel];
-}
 
 static double derived_of(const struct rmap_scattering *at, int k)
 {
     return at->scatter->derived[k][at->channel];
 }
 
-/* beta0, shortened to the horizon. */
-static struct rmap_vec3 centre_of(const struct rmap_scattering *at)
-{
-    double scale = at->scatter->model == RMAP_SCATTER_RETRO ? -1.0
-                   : at->passes                             ? at->n1 / at->n2
-                                                            : 1.0;
-    struct rmap_vec3 beta = {scale * at->in.x, scale * at->in.y, 0.0};
-    double square = beta.x * beta.x + beta.y * beta.y;
-    return square < 1.0 ? beta : rmap_scale(beta, 1.0 / sqrt(square));
-}
-
-static double side_of(const struct rmap_scattering *at)
-{
-    return at->passes ? -1.0 : 1.0;
-}
-
-static double lift(double square)
-{
-    return square < 1.0 ? sqrt(1.0 - square) : 0.0;
-}
-
 /* By roughness, l is that of the medium the light is in. */
 static double width_of(const struct rmap_scattering *at)
 {
-    double l = shape_of(at, RMAP_SHAPE_L);
+    double l = rmap_lobe_number(at, RMAP_SHAPE_L);
     return at->scatter->by_roughness ? l / (at->passes ? at->n2 : at->n1) : l;
 }
 
@@ -55,26 +26,26 @@ static double width_of(const struct rmap_scattering *at)
 
 static double power_of(const struct rmap_scattering *at)
 {
-    double s = shape_of(at, RMAP_SHAPE_S);
+    double s = rmap_lobe_number(at, RMAP_SHAPE_S);
     return at->scatter->model == RMAP_SCATTER_HARVEY ? s : -s;
 }
 
-/* What directions and their totals depend on is portable; a BSDF need not be, and is cheaper. */
 static double raised(double x, double exponent, bool portable)
 {
     return portable ? rmap_portable_power(x, exponent) : pow(x, exponent);
 }
 
-static double radial(const struct rmap_scattering *at, double x, bool portable)
+double rmap_lobe_radial(const struct rmap_scattering *at, double x, bool portable)
 {
     double y;
     switch (at->scatter->model) {
     case RMAP_SCATTER_GAUSSIAN:
     case RMAP_SCATTER_RETRO:
-        y = x / shape_of(at, RMAP_SHAPE_SIGMA);
+        y = x / rmap_lobe_number(at, RMAP_SHAPE_SIGMA);
         return rmap_portable_exp(-0.5 * y * y);
     case RMAP_SCATTER_ABG:
-        return 1.0 / (shape_of(at, RMAP_SHAPE_B) + raised(x, shape_of(at, RMAP_SHAPE_G), portable));
+        return 1.0 / (rmap_lobe_number(at, RMAP_SHAPE_B) +
+                      raised(x, rmap_lobe_number(at, RMAP_SHAPE_G), portable));
     case RMAP_SCATTER_HARVEY:
     case RMAP_SCATTER_K_CORRELATION:
         y = x / width_of(at);
@@ -95,22 +66,9 @@ static double radial(const struct rmap_scattering *at, double x, bool portable)
     return 0.0;
 }
 
-/* Rayleigh and Rice's obliquity of reflected light. */
-static bool is_oblique(const struct rmap_scattering *at)
-{
-    return at->scatter->model == RMAP_SCATTER_K_CORRELATION && !at->passes;
-}
-
 static bool is_radial(enum rmap_scatter_model model)
 {
     return model != RMAP_SCATTER_LAMBERT && model != RMAP_SCATTER_COSINE;
-}
-
-/* The specular direction on the side that the lobe is on. */
-static struct rmap_vec3 axis_of(const struct rmap_scattering *at)
-{
-    struct rmap_vec3 c = centre_of(at);
-    return rmap_vec3(c.x, c.y, side_of(at) * lift(c.x * c.x + c.y * c.y));
 }
 
 /* ---- rough diffuse surfaces: EON over albedo x A_F / pi ---- */
@@ -130,7 +88,7 @@ void rmap_rough_diffuse(double r, double albedo, double *amount_ret, double *sev
 /* (1 - E_F) / (r A_F): what goes on to other facets. */
 static double goes_on(double cosine)
 {
-    const double sine = lift(cosine * cosine), angle = rmap_portable_angle(cosine, sine);
+    const double sine = rmap_lift(cosine * cosine), angle = rmap_portable_angle(cosine, sine);
     const double far = cosine * (1.0 + sine + sine * sine) / (1.0 + sine);
     return at_horizon - sine * (angle - sine * cosine + 2.0 / 3.0 * (far - 1.0)) / RMAP_PI;
 }
@@ -139,27 +97,27 @@ static double goes_on(double cosine)
  * passes a thin sheet goes on: its relief has the same facets on both sides. */
 static double backwards(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
-    return -side_of(at) * (at->in.x * out.x + at->in.y * out.y);
+    return -rmap_lobe_side(at) * (at->in.x * out.x + at->in.y * out.y);
 }
 
 static double rough_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
-    const double cos_1 = -at->in.z, cos_2 = side_of(at) * out.z, s = backwards(at, out);
+    const double cos_1 = -at->in.z, cos_2 = rmap_lobe_side(at) * out.z, s = backwards(at, out);
     const double t = !(s > 0.0) ? 1.0 : cos_1 > cos_2 ? cos_1 : cos_2;
-    return 1.0 + shape_of(at, RMAP_SHAPE_R) * s / t +
-           shape_of(at, RMAP_SHAPE_SEVERAL) * (goes_on(cos_1) * goes_on(cos_2));
+    return 1.0 + rmap_lobe_number(at, RMAP_SHAPE_R) * s / t +
+           rmap_lobe_number(at, RMAP_SHAPE_SEVERAL) * (goes_on(cos_1) * goes_on(cos_2));
 }
 
 static double rough_total(const struct rmap_scattering *at)
 {
     const double on = goes_on(-at->in.z);
-    return RMAP_PI * (1.0 + shape_of(at, RMAP_SHAPE_R) * (at_horizon - on) +
-                      shape_of(at, RMAP_SHAPE_SEVERAL) * (at_horizon - all_around) * on);
+    return RMAP_PI * (1.0 + rmap_lobe_number(at, RMAP_SHAPE_R) * (at_horizon - on) +
+                      rmap_lobe_number(at, RMAP_SHAPE_SEVERAL) * (at_horizon - all_around) * on);
 }
 
 double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
-    if (!(side_of(at) * out.z > 0.0))
+    if (!(rmap_lobe_side(at) * out.z > 0.0))
         return 0.0;
     if (at->scatter->model == RMAP_SCATTER_LAMBERT)
         return 1.0;
@@ -170,13 +128,13 @@ double rmap_lobe_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
     if (at->scatter->model == RMAP_SCATTER_OREN_NAYAR)
         return rough_shape(at, out);
     if (at->scatter->model == RMAP_SCATTER_COSINE) {
-        double cosine = rmap_dot(axis_of(at), out);
-        return cosine > 0.0 ? pow(cosine, shape_of(at, RMAP_SHAPE_POWER)) : 0.0;
+        double cosine = rmap_dot(rmap_lobe_axis(at), out);
+        return cosine > 0.0 ? pow(cosine, rmap_lobe_number(at, RMAP_SHAPE_POWER)) : 0.0;
     }
-    struct rmap_vec3 c = centre_of(at);
+    struct rmap_vec3 c = rmap_lobe_centre(at);
     double dx = out.x - c.x, dy = out.y - c.y;
-    double value = radial(at, sqrt(dx * dx + dy * dy), false);
-    return is_oblique(at) ? value * side_of(at) * out.z : value;
+    double value = rmap_lobe_radial(at, sqrt(dx * dx + dy * dy), false);
+    return rmap_lobe_is_oblique(at) ? value * rmap_lobe_side(at) * out.z : value;
 }
 
 /* ---- draws ---- */
@@ -218,10 +176,10 @@ static void set_abg(const struct rmap_scattering *at, struct radius *its)
 {
     const double tail = derived_of(at, RMAP_DERIVED_TAIL);
     its->knee = derived_of(at, RMAP_DERIVED_KNEE);
-    its->power = 2.0 - shape_of(at, RMAP_SHAPE_G);
+    its->power = 2.0 - rmap_lobe_number(at, RMAP_SHAPE_G);
     if (!(its->knee < its->most))
         return;
-    its->inner = 0.5 * its->knee * its->knee / shape_of(at, RMAP_SHAPE_B);
+    its->inner = 0.5 * its->knee * its->knee / rmap_lobe_number(at, RMAP_SHAPE_B);
     its->log_y = rmap_portable_log(its->most / its->knee);
     its->span = its->power * its->log_y;
     its->grown = rmap_portable_exp(its->span) - 1.0;
@@ -252,7 +210,7 @@ static struct radius radius_of(const struct rmap_scattering *at, double most)
         set_abg(at, &its);
         break;
     default:
-        its.sigma = shape_of(at, RMAP_SHAPE_SIGMA);
+        its.sigma = rmap_lobe_number(at, RMAP_SHAPE_SIGMA);
         its.reach = most / its.sigma;
         its.reach = 1.0 - rmap_portable_exp(-0.5 * its.reach * its.reach);
     }
@@ -277,8 +235,8 @@ static double kept(const struct rmap_scattering *at, double x)
 {
     if (at->scatter->model != RMAP_SCATTER_ABG)
         return 1.0;
-    double b = shape_of(at, RMAP_SHAPE_B);
-    double power = rmap_portable_power(x, shape_of(at, RMAP_SHAPE_G));
+    double b = rmap_lobe_number(at, RMAP_SHAPE_B);
+    double power = rmap_portable_power(x, rmap_lobe_number(at, RMAP_SHAPE_G));
     return (power > b ? power : b) / (b + power);
 }
 
@@ -289,7 +247,7 @@ static void draw_numbers(const struct rmap_draw *draw, int k, double u[4])
 
 static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
-    struct rmap_vec3 c = centre_of(at);
+    struct rmap_vec3 c = rmap_lobe_centre(at);
     double u[4], cosine, sine;
     const struct radius radius = radius_of(at, 1.0 + sqrt(c.x * c.x + c.y * c.y));
     for (int k = 0; k < RMAP_TRIES_MAX; k++) {
@@ -300,11 +258,11 @@ static struct rmap_vec3 draw_radial(const struct rmap_scattering *at, const stru
         if (!(square < 1.0))
             continue;
         double z = sqrt(1.0 - square);
-        if ((is_oblique(at) && !(u[3] < z)) || !(u[2] < kept(at, x)))
+        if ((rmap_lobe_is_oblique(at) && !(u[3] < z)) || !(u[2] < kept(at, x)))
             continue;
-        return rmap_vec3(bx, by, side_of(at) * z);
+        return rmap_vec3(bx, by, rmap_lobe_side(at) * z);
     }
-    return axis_of(at);
+    return rmap_lobe_axis(at);
 }
 
 void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel)
@@ -319,23 +277,24 @@ void rmap_scatter_derive(struct rmap_scatter *scatter, int n_channel)
         } else if (scatter->model == RMAP_SCATTER_COSINE) {
             const double power = scatter->shape[RMAP_SHAPE_POWER][i];
             const double far = rmap_portable_exp(-30.0 / (power + 1.0));
-            derived[RMAP_DERIVED_FARTHEST][i] = lift(far * far);
+            derived[RMAP_DERIVED_FARTHEST][i] = rmap_lift(far * far);
         }
 }
 
 static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
-    struct rmap_vec3 axis = axis_of(at), x, y;
-    double power = shape_of(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
+    struct rmap_vec3 axis = rmap_lobe_axis(at), x, y;
+    double power = rmap_lobe_number(at, RMAP_SHAPE_POWER), u[4], cosine, sine;
     double most = fabs(axis.z) + derived_of(at, RMAP_DERIVED_FARTHEST);
     rmap_basis(axis, &x, &y);
     for (int k = 0; k < RMAP_TRIES_MAX; k++) {
         draw_numbers(draw, k, u);
-        double along = rmap_portable_power(u[0], 1.0 / (power + 1.0)), away = lift(along * along);
+        double along = rmap_portable_power(u[0], 1.0 / (power + 1.0)),
+               away = rmap_lift(along * along);
         rmap_azimuth(u[1], &cosine, &sine);
         struct rmap_vec3 out =
             rmap_axpy(along, axis, rmap_axpy(away * cosine, x, rmap_scale(y, away * sine)));
-        if (u[2] * (most < 1.0 ? most : 1.0) < side_of(at) * out.z)
+        if (u[2] * (most < 1.0 ? most : 1.0) < rmap_lobe_side(at) * out.z)
             return out;
     }
     return axis;
@@ -345,8 +304,9 @@ static struct rmap_vec3 draw_cosine(const struct rmap_scattering *at, const stru
  * s / t is at most s / cos2. */
 static struct rmap_vec3 draw_rough(const struct rmap_scattering *at, const struct rmap_draw *draw)
 {
-    const double side = side_of(at), cos_1 = -at->in.z, r = shape_of(at, RMAP_SHAPE_R);
-    const double several = shape_of(at, RMAP_SHAPE_SEVERAL) * goes_on(cos_1);
+    const double side = rmap_lobe_side(at), cos_1 = -at->in.z,
+                 r = rmap_lobe_number(at, RMAP_SHAPE_R);
+    const double several = rmap_lobe_number(at, RMAP_SHAPE_SEVERAL) * goes_on(cos_1);
     const double even = 1.0 + several * at_horizon,
                  sine_1 = sqrt(at->in.x * at->in.x + at->in.y * at->in.y);
     const struct rmap_vec3 back =
@@ -367,7 +327,7 @@ static struct rmap_vec3 draw_rough(const struct rmap_scattering *at, const struc
                              along * back.y + away * cosine * back.x, side * away * fabs(sine));
         }
     }
-    return axis_of(at);
+    return rmap_lobe_axis(at);
 }
 
 struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct rmap_draw *draw)
@@ -385,106 +345,7 @@ struct rmap_vec3 rmap_lobe_draw(const struct rmap_scattering *at, const struct r
         return draw_radial(at, draw);
     draw_numbers(draw, 0, u);
     rmap_azimuth(u[1], &cosine, &sine);
-    return rmap_vec3(sqrt(u[0]) * cosine, sqrt(u[0]) * sine, side_of(at) * sqrt(1.0 - u[0]));
-}
-
-/* ---- totals ---- */
-
-/* Gauss and Legendre, 8 points of (-1, 1). */
-enum { POINTS = 8, PANELS = 40, TURNS = 3 };
-static const double node[POINTS / 2] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267,
-                                        0.9602898564975363};
-static const double weight[POINTS / 2] = {0.3626837833783620, 0.3137066458778873,
-                                          0.2223810344533745, 0.1012285362903763};
-
-/* Point i of the panel [from, to], and its weight. */
-static double point(double from, double to, int i, double *w)
-{
-    int k = i / 2;
-    *w = 0.5 * (to - from) * weight[k];
-    return 0.5 * (from + to) + 0.5 * (to - from) * (i % 2 ? node[k] : -node[k]);
-}
-
-/* Cosine over the part of the circle about beta0 that lies above the horizon: its half from the
- * edge, at `arc`, to the far side. The square root at the edge wants a square. */
-static double arc_cosine(double b, double x, double arc)
-{
-    double sum = 0.0, w, c, s;
-    double far = arc > 0.0 ? sqrt(arc) : 0.0;
-    for (int p = 0; p < TURNS; p++)
-        for (int i = 0; i < POINTS; i++) {
-            double v = point(far * p / TURNS, far * (p + 1) / TURNS, i, &w);
-            double back = arc - v * v; /* from the far side, where light is steepest */
-            rmap_azimuth(back / (2.0 * RMAP_PI), &c, &s);
-            sum += w * 2.0 * v * lift(b * b + x * x - 2.0 * b * x * c);
-        }
-    return 2.0 * sum;
-}
-
-/* Azimuth of the circle that is above the horizon, or the integral of the cosine over it. */
-static double around(const struct rmap_scattering *at, double b, double x)
-{
-    double arc = RMAP_PI;
-    if (b * x > 0.0 && b + x > 1.0) {
-        double c = (b * b + x * x - 1.0) / (2.0 * b * x);
-        arc = c < 1.0 ? rmap_portable_angle(c, lift(c * c)) : 0.0;
-    }
-    return is_oblique(at) ? arc_cosine(b, x, arc) : 2.0 * arc;
-}
-
-/* Panels crowd towards 0, where the lobe is. */
-static double panel(double to, int k)
-{
-    double part = (double)k / PANELS;
-    return to * (part * part) * (part * part) * part;
-}
-
-static double radial_total(const struct rmap_scattering *at)
-{
-    struct rmap_vec3 c = centre_of(at);
-    double b = sqrt(c.x * c.x + c.y * c.y), sum = 0.0, w, cosine, sine;
-    if (b < 1e-12)
-        b = 0.0;
-    for (int p = 0; p < PANELS; p++)
-        for (int i = 0; i < POINTS; i++) {
-            double g = point(panel(1.0, p), panel(1.0, p + 1), i, &w);
-            double x = (1.0 - b) * g * (2.0 - g); /* a square root at the horizon, where b is 0 */
-            sum += w * 2.0 * (1.0 - b) * (1.0 - g) * x * radial(at, x, true) * around(at, b, x);
-            if (b == 0.0)
-                continue;
-            /* from 1 - b to 1 + b by angle: square roots at both ends */
-            double angle = point(panel(RMAP_PI, p), panel(RMAP_PI, p + 1), i, &w);
-            rmap_azimuth(angle / (2.0 * RMAP_PI), &cosine, &sine);
-            double half, other;
-            rmap_azimuth(angle / (4.0 * RMAP_PI), &other, &half);
-            x = (1.0 - b) + 2.0 * b * half * half;
-            sum += w * b * sine * x * radial(at, x, true) * around(at, b, x);
-        }
-    return sum;
-}
-
-/* By the angle from the axis; around it, the positive part of a cosine in closed form. */
-static double cosine_total(const struct rmap_scattering *at)
-{
-    struct rmap_vec3 axis = axis_of(at);
-    double power = shape_of(at, RMAP_SHAPE_POWER), sum = 0.0, w, c, s;
-    double up = fabs(axis.z), out = lift(up * up);
-    double horizon = rmap_portable_angle(out, up); /* from the axis to the nearest point of it */
-    for (int half = 0; half < 2; half++)
-        for (int p = 0; p < PANELS; p++)
-            for (int i = 0; i < POINTS; i++) {
-                double span = half ? 0.5 * RMAP_PI - horizon : horizon;
-                double angle =
-                    (half ? horizon : 0.0) + point(panel(span, p), panel(span, p + 1), i, &w);
-                rmap_azimuth(angle / (2.0 * RMAP_PI), &c, &s);
-                double level = c * up, swing = s * out, ring = 2.0 * RMAP_PI * level;
-                if (swing > level) {
-                    double t = -level / swing, arc = rmap_portable_angle(t, lift(t * t));
-                    ring = 2.0 * (level * arc + swing * lift(t * t));
-                }
-                sum += w * rmap_portable_power(c > 0.0 ? c : 0.0, power) * s * ring;
-            }
-    return sum;
+    return rmap_vec3(sqrt(u[0]) * cosine, sqrt(u[0]) * sine, rmap_lobe_side(at) * sqrt(1.0 - u[0]));
 }
 
 double rmap_lobe_total(const struct rmap_scattering *at)
@@ -502,91 +363,8 @@ double rmap_lobe_total(const struct rmap_scattering *at)
         return RMAP_PI;
     if (at->scatter->model == RMAP_SCATTER_OREN_NAYAR)
         return rough_total(at);
-    return at->scatter->model == RMAP_SCATTER_COSINE ? cosine_total(at) : radial_total(at);
-}
-
-enum rmap_status rmap_scatter_tabulate(struct rmap_scatter *scatter, int n_channel, int32_t near,
-                                       int32_t far, const double *n1, const double *n2,
-                                       struct rmap_error *err)
-{
-    if ((rmap_scatter_is_facets(scatter) && scatter->model != RMAP_SCATTER_UNIFIED) ||
-        scatter->model == RMAP_SCATTER_CONTAMINATION || rmap_scatter_is_table(scatter))
-        return RMAP_OK;
-    if (!rmap_scatter_uses_index(scatter))
-        near = far = -1;
-    for (size_t i = 0; i < scatter->n_totals; i++)
-        if (scatter->totals[i].near == near && scatter->totals[i].far == far)
-            return RMAP_OK;
-    const size_t n = RMAP_TOTAL_STEPS + 1, n_way = scatter->refracts ? 2 : 1;
-    struct rmap_scatter_totals *more =
-        rmap_realloc(scatter->totals, scatter->n_totals + 1, sizeof *more);
-    if (!more)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scatter model");
-    scatter->totals = more;
-    struct rmap_scatter_totals *its = &more[scatter->n_totals];
-    *its = (struct rmap_scatter_totals){near, far, n_channel, NULL};
-    its->at = rmap_alloc(n_way * (size_t)n_channel * n, sizeof *its->at);
-    if (!its->at)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scatter model");
-    scatter->n_totals++;
-    for (size_t way = 0; way < n_way; way++)
-        for (int c = 0; c < n_channel; c++) {
-            double *total = its->at + (way * (size_t)n_channel + (size_t)c) * n;
-            bool again =
-                c > 0 && !scatter->by_wavelength && n1[c] == n1[c - 1] && n2[c] == n2[c - 1];
-            struct rmap_scattering at = {
-                .scatter = scatter, .channel = c, .passes = way == 1, .n1 = n1[c], .n2 = n2[c]};
-            struct rmap_vec3 in[RMAP_TOTAL_STEPS + 1];
-            for (size_t k = 0; k < n; k++) {
-                double v = (double)k / RMAP_TOTAL_STEPS, cosine = v * v;
-                in[k] = rmap_vec3(lift(cosine * cosine), 0.0, -cosine);
-            }
-            if (again)
-                memcpy(total, total - n, n * sizeof *total);
-            else if (scatter->model == RMAP_SCATTER_UNIFIED)
-                rmap_facet_fit(&at, n, in, total);
-            else
-                for (size_t k = 0; k < n; k++) {
-                    at.in = in[k];
-                    total[k] = rmap_lobe_total(&at);
-                }
-        }
-    return RMAP_OK;
-}
-
-/* The cubic through four neighbours. */
-static double interpolate(const double *value, double where)
-{
-    int k = (int)where;
-    k = k < 1 ? 1 : k > RMAP_TOTAL_STEPS - 2 ? RMAP_TOTAL_STEPS - 2 : k;
-    double t = where - k, a = value[k - 1], b = value[k], c = value[k + 1], d = value[k + 2];
-    return b + t * ((c - a / 3.0 - b / 2.0 - d / 6.0) +
-                    t * ((a + c) / 2.0 - b + t * ((b - c) / 2.0 + (d - a) / 6.0)));
-}
-
-double rmap_scatter_total(const struct rmap_scattering *at, int32_t near, int32_t far)
-{
-    const struct rmap_scatter *scatter = at->scatter;
-    if (!rmap_scatter_uses_index(scatter))
-        near = far = -1;
-    for (size_t i = 0; i < scatter->n_totals; i++)
-        if (scatter->totals[i].near == near && scatter->totals[i].far == far) {
-            const size_t row =
-                (size_t)at->channel + (at->passes ? (size_t)scatter->totals[i].n_channel : 0);
-            return interpolate(scatter->totals[i].at + row * (RMAP_TOTAL_STEPS + 1),
-                               RMAP_TOTAL_STEPS * sqrt(at->in.z < 0.0 ? -at->in.z : 0.0));
-        }
-    return rmap_lobe_total(at);
-}
-
-void rmap_scatter_fini(struct rmap_scatter *scatter)
-{
-    for (size_t i = 0; i < scatter->n_totals; i++)
-        rmap_free(scatter->totals[i].at);
-    rmap_free(scatter->totals);
-    rmap_scatter_table_destroy(scatter->table);
-    rmap_scatter_dust_destroy(scatter->dust);
-    *scatter = (struct rmap_scatter){.totals = NULL};
+    return at->scatter->model == RMAP_SCATTER_COSINE ? rmap_cosine_total(at)
+                                                     : rmap_radial_total(at);
 }
 
 double rmap_rough_share(double roughness, bool passes, double n1, double cos_1, double n2,

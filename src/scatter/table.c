@@ -26,42 +26,42 @@ static double area_of(const struct rmap_scatter_table *table, size_t ring)
            (patches->sin2[ring + 1] - patches->sin2[ring]) / (double)n_phi_of(patches, ring);
 }
 
-/* In turns, 0 to 1. */
-static double azimuth_of(double x, double y)
+/* Of (x, y) with the x axis, y >= 0. Draws and totals are portable; a BSDF need not be, and is
+ * cheaper. */
+static double angle_of(double x, double y, bool portable)
 {
-    double half = rmap_portable_angle(x, y < 0.0 ? -y : y) / (2.0 * RMAP_PI);
+    return portable ? rmap_portable_angle(x, y) : atan2(y, x);
+}
+
+/* In turns, 0 to 1. */
+static double azimuth_of(double x, double y, bool portable)
+{
+    double half = angle_of(x, y < 0.0 ? -y : y, portable) / (2.0 * RMAP_PI);
     return y < 0.0 && half > 0.0 ? 1.0 - half : half;
 }
 
 /* Its ring; n_ring beyond the last. */
 static size_t ring_of(const struct rmap_patches *patches, double sin2)
 {
-    size_t low = 0, high = patches->n_ring;
-    if (!(sin2 < patches->sin2[patches->n_ring]))
-        return patches->n_ring;
-    while (low + 1 < high) {
-        size_t middle = low + (high - low) / 2;
-        if (sin2 < patches->sin2[middle])
-            high = middle;
-        else
-            low = middle;
-    }
-    return low;
+    return sin2 < patches->sin2[patches->n_ring]
+               ? rmap_first_above(patches->sin2 + 1, patches->n_ring, sin2)
+               : patches->n_ring;
 }
 
 /* At an azimuth of (x, y); patches->n: beyond the last ring. */
-static size_t patch_in(const struct rmap_patches *patches, double sin2, double x, double y)
+static size_t patch_in(const struct rmap_patches *patches, double sin2, double x, double y,
+                       bool portable)
 {
     size_t ring = ring_of(patches, sin2);
     if (ring == patches->n_ring)
         return patches->n;
-    size_t n = n_phi_of(patches, ring), k = (size_t)(azimuth_of(x, y) * (double)n + 0.5);
+    size_t n = n_phi_of(patches, ring), k = (size_t)(azimuth_of(x, y, portable) * (double)n + 0.5);
     return patches->first[ring] + (k < n ? k : 0);
 }
 
-static size_t patch_of(const struct rmap_patches *patches, double x, double y)
+static size_t patch_of(const struct rmap_patches *patches, double x, double y, bool portable)
 {
-    return patch_in(patches, x * x + y * y, x, y);
+    return patch_in(patches, x * x + y * y, x, y, portable);
 }
 
 /* A point of a patch, 0 < u, v < 1. */
@@ -70,10 +70,8 @@ struct spot {
 };
 static struct spot spot_of(const struct rmap_patches *patches, size_t patch, double u, double v)
 {
-    size_t ring = 0;
+    const size_t ring = patches->ring[patch];
     struct spot spot;
-    while (ring + 1 < patches->n_ring && patch >= patches->first[ring + 1])
-        ring++;
     const double n = (double)n_phi_of(patches, ring),
                  turn = ((double)(patch - patches->first[ring]) - 0.5 + v) / n;
     spot.sin2 = patches->sin2[ring] + u * (patches->sin2[ring + 1] - patches->sin2[ring]);
@@ -100,7 +98,7 @@ static size_t patch_about(const struct rmap_patches *patches, const struct axes 
                           struct rmap_vec3 out)
 {
     return patch_in(patches, 0.5 * (1.0 - rmap_dot(out, axes->along)), rmap_dot(out, axes->up),
-                    rmap_dot(out, axes->across));
+                    rmap_dot(out, axes->across), false);
 }
 
 static struct rmap_vec3 direction_about(const struct axes *axes, const struct spot *spot)
@@ -135,7 +133,7 @@ static const struct rmap_scatter_table *table_of(const struct rmap_scattering *a
     return at->scatter->table;
 }
 
-static struct incidence incidence_of(const struct rmap_scattering *at)
+static struct incidence incidence_of(const struct rmap_scattering *at, bool portable)
 {
     const struct rmap_scatter_table *table = table_of(at);
     struct incidence its = {.cosine = 1.0, .sine = 0.0};
@@ -143,7 +141,7 @@ static struct incidence incidence_of(const struct rmap_scattering *at)
     its.specular = table->about_specular && at->passes ? sine * at->n1 / at->n2 : sine;
     its.specular = its.specular < 1.0 ? its.specular : 1.0;
     if (table->by_patch) {
-        const size_t row = patch_of(&table->out, x, y);
+        const size_t row = patch_of(&table->out, x, y, portable);
         if (row < table->n_in)
             add(&its, row, 1.0);
         return its;
@@ -151,11 +149,10 @@ static struct incidence incidence_of(const struct rmap_scattering *at)
     const double z = table->about_specular ? sqrt(1.0 - its.specular * its.specular)
                      : at->in.z < 0.0      ? -at->in.z
                                            : 0.0,
-                 theta = rmap_portable_angle(z, table->about_specular ? its.specular : sine);
+                 theta = angle_of(z, table->about_specular ? its.specular : sine, portable);
     its.theta = theta;
-    size_t k = 0;
-    while (k + 1 < table->n_theta && theta >= table->theta[k + 1])
-        k++;
+    size_t k = rmap_first_above(table->theta, table->n_theta, theta);
+    k -= k > 0 && table->theta[k] > theta;
     double t = 0.0;
     if (k + 1 < table->n_theta && theta > table->theta[k])
         t = (theta - table->theta[k]) / (table->theta[k + 1] - table->theta[k]);
@@ -169,7 +166,7 @@ static struct incidence incidence_of(const struct rmap_scattering *at)
         add(&its, next, t);
         return its;
     }
-    const double from_first = (sine > 0.0 ? azimuth_of(x, y) : 0.0) - table->first_turn,
+    const double from_first = (sine > 0.0 ? azimuth_of(x, y, portable) : 0.0) - table->first_turn,
                  turn = (from_first < 0.0 ? from_first + 1.0 : from_first) * (double)table->n_turn;
     size_t a = (size_t)turn;
     const double s = turn - (double)a;
@@ -217,7 +214,7 @@ double rmap_table_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
 {
     const struct rmap_scatter_table *table = table_of(at);
     const struct rmap_scatter_block *block = block_of(at);
-    const struct incidence its = incidence_of(at);
+    const struct incidence its = incidence_of(at, false);
     const struct rmap_vec3 turned = {out.x * its.cosine + out.y * its.sine,
                                      out.y * its.cosine - out.x * its.sine, out.z};
     if (!block->value)
@@ -227,7 +224,7 @@ double rmap_table_shape(const struct rmap_scattering *at, struct rmap_vec3 out)
         const struct axes axes = axes_of(its.specular, at->passes ? -1.0 : 1.0);
         patch = patch_about(&table->out, &axes, turned);
     } else {
-        patch = patch_of(&table->out, turned.x, turned.y);
+        patch = patch_of(&table->out, turned.x, turned.y, false);
     }
     double sum = 0.0;
     for (size_t i = 0; patch < table->out.n && i < its.n; i++)
@@ -255,7 +252,7 @@ static double total_of(const struct rmap_scattering *at, const struct incidence 
 
 double rmap_table_total(const struct rmap_scattering *at)
 {
-    const struct incidence its = incidence_of(at);
+    const struct incidence its = incidence_of(at, true);
     return total_of(at, &its);
 }
 
@@ -283,7 +280,7 @@ struct rmap_vec3 rmap_table_draw(const struct rmap_scattering *at, const struct 
     const struct rmap_scatter_table *table = table_of(at);
     const struct rmap_scatter_block *block = block_of(at);
     const struct rmap_patches *patches = &table->out;
-    const struct incidence its = incidence_of(at);
+    const struct incidence its = incidence_of(at, true);
     const double side = at->passes ? -1.0 : 1.0;
     double u[4];
     rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_LOBE, u);
@@ -358,6 +355,7 @@ void rmap_scatter_table_destroy(struct rmap_scatter_table *table)
     }
     rmap_free(table->out.sin2);
     rmap_free(table->out.first);
+    rmap_free(table->out.ring);
     rmap_free(table->theta);
     rmap_free(table);
 }
@@ -391,6 +389,14 @@ enum rmap_status rmap_scatter_table_create(const struct rmap_scatter_table_shape
         table->out.first[i + 1] =
             table->out.first[i] + (shape->n_phi ? shape->n_phi[i] : shape->n_phi_each);
     table->out.n = table->out.first[shape->n_ring];
+    table->out.ring = rmap_alloc(table->out.n, sizeof *table->out.ring);
+    if (!table->out.ring) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table");
+        goto out;
+    }
+    for (size_t i = 0; i < shape->n_ring; i++)
+        for (size_t k = table->out.first[i]; k < table->out.first[i + 1]; k++)
+            table->out.ring[k] = i;
     table->about_specular = shape->about_specular;
     table->by_patch = shape->n_theta == 0;
     table->n_theta = shape->n_theta;
@@ -498,9 +504,7 @@ double rmap_scatter_table_finish(struct rmap_scatter_table *table, bool passes,
             most = block->total[row];
             const size_t in = row % table->n_in;
             if (table->by_patch) {
-                size_t ring = 0;
-                while (in >= table->out.first[ring + 1])
-                    ring++;
+                const size_t ring = table->out.ring[in];
                 *theta_deg_ret =
                     asin(sqrt(0.5 * (table->out.sin2[ring] + table->out.sin2[ring + 1]))) *
                     (180.0 / RMAP_PI);

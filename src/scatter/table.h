@@ -17,6 +17,7 @@ struct rmap_patches {
     double *sin2;  /* [n_ring + 1] edges: squares of sines, of half the angle from the specular
                       direction, ascending; the first is 0 */
     size_t *first; /* [n_ring + 1] patch */
+    size_t *ring;  /* [n] of each patch */
 };
 
 /* One side of the surface: BSDF of every incidence and outgoing patch. */

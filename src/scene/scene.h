@@ -237,6 +237,7 @@ struct rmap_scene {
     enum rmap_accounting accounting;
     uint64_t limit_steps;
     double limit_weight;
+    bool totals_on_demand; /* of scatter models: none are tabulated, since no ray is traced */
     bool timed; /* rays have group paths and delays: the run was asked for them (`time: on`) */
 
     size_t n_gradient;

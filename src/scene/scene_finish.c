@@ -111,7 +111,8 @@ out:
 static enum rmap_status tabulate_scatter(struct rmap_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; scene->n_scatter > 0 && i < scene->n_object; i++) {
+    for (size_t i = 0; scene->n_scatter > 0 && !scene->totals_on_demand && i < scene->n_object;
+         i++) {
         RMAP_TRY(tabulate_side(scene, &scene->object[i], true, err));
         RMAP_TRY(tabulate_side(scene, &scene->object[i], false, err));
     }
