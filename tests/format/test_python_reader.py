@@ -6,6 +6,7 @@ equals that of a plain one, bit for bit; examples/python has the same bits throu
 examples lack."""
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -270,9 +271,22 @@ def check_lanes():
             check((~right == np.isin(np.arange(n), index)).all(), f"lane {kind} {mode}: verdict")
 
 
+def check_features():
+    """The package knows what maps may ask a reader to know, and has the columns of times."""
+    with open(os.path.join(SOURCE, "docs", "map.md"), encoding="utf-8") as page:
+        told = re.search(r"\| feature \| says \|\n(.*?)\n\n", page.read(), re.S).group(1)
+    names = set(re.findall(r"^\| `(\w+)` \|", told, re.M))
+    check(names == raymap.reader.FEATURES, f"features: {names ^ raymap.reader.FEATURES}")
+    run("trace", "zoo.yaml", "-o", "timed.raymap", "-n", "100", "--time", "on", "--quiet")
+    lens = raymap.open("timed.raymap")
+    ray = lens.ray(17)
+    check(ray["delay"] >= 0 and len(lens.columns("registration/group_path")["registration/group_path"]) == lens.n_registrations, "times")
+
+
 check_lanes()
 with open("zoo.yaml", "w", encoding="utf-8") as scene_file:
     scene_file.write(ZOO)
+check_features()
 examples = os.path.join(SOURCE, "examples")
 for label, scene_path, more in (("double-gauss", f"{examples}/double-gauss/scene.yaml", ()),
                                 ("room", f"{examples}/room/scene.yaml", ()),

@@ -40,8 +40,12 @@ COLUMNS = (
     ("segment/colour", "<u2", 0),
     # Points between the ends of curved legs; only maps whose scene has gradient media have them.
     ("curve/ray", "<u8", 1), ("curve/segment", "<u4", 1), ("curve/position", "<f4", 3),
+    # Of maps that were traced with times.
+    ("ray/group_path", "<f8", 1), ("ray/delay", "<f8", 1),
+    ("registration/group_path", "<f8", 1), ("registration/delay", "<f8", 1),
 )
-COLUMN_NAMES = tuple(name for name, _, _ in COLUMNS if not name.startswith("curve/"))
+TIME_NAMES = tuple(name for name, _, _ in COLUMNS if name.endswith(("/group_path", "/delay")))
+COLUMN_NAMES = tuple(name for name, _, _ in COLUMNS if not name.startswith("curve/") and name not in TIME_NAMES)
 CURVE_NAMES = tuple(name for name, _, _ in COLUMNS if name.startswith("curve/"))
 
 EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_diffuse",
@@ -50,6 +54,8 @@ EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_
 STOPS = ("absorbed", "left", "limit", "error")
 MODES = ("spectral", "rgb")
 PLAIN = 0
+# What of docs/map.md, Versions, a map may ask a reader to know.
+FEATURES = {"curves", "times", "gaps", "places", "classes", "codes", "lengths", "scatter", "metals", "turbid", "surfaces", "uv"}
 
 
 def event_words(bits):
@@ -61,7 +67,7 @@ class Ray:
     """One ray: its row of /ray by name; `segments` and `registrations` hold its rows of those."""
 
     def __init__(self, portion, row):
-        self._row = {name[4:]: portion[name][row] for name in COLUMN_NAMES
+        self._row = {name[4:]: portion[name][row] for name in COLUMN_NAMES + TIME_NAMES
                      if name.startswith("ray/") and name in portion.columns}
         self.segments = portion.rows_of("segment", row)
         self.registrations = portion.rows_of("registration", row)
@@ -176,12 +182,14 @@ class Map:
         if major not in (2, 3, 4, 5):
             raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 5.x")
         features = _text(index.attrs["features"]).split() if major == 5 else []
-        unknown = set(features) - {"curves", "gaps", "places", "classes", "codes", "lengths", "scatter", "turbid", "uv"}
+        unknown = set(features) - FEATURES
         if unknown:
             raise MapError(f"{self.path} needs {', '.join(sorted(unknown))}, which this does not know")
-        self.is_curved = major == 4 or "curves" in features
-        self.column_names = COLUMN_NAMES + (CURVE_NAMES if self.is_curved else ())
-        self.n_curve_points = int(index.attrs["curve_points"]) if self.is_curved else 0
+        counts_curves = major == 4 or "curves" in features
+        self.n_curve_points = int(index.attrs["curve_points"]) if counts_curves else 0
+        self.is_timed = "times" in features  # whose maps count points of curves, too, where no medium has a gradient
+        self.is_curved = counts_curves and (self.n_curve_points > 0 or not self.is_timed)
+        self.column_names = COLUMN_NAMES + (CURVE_NAMES if self.is_curved else ()) + (TIME_NAMES if self.is_timed else ())
         self.n_rays, self.n_segments, self.n_registrations = (
             int(index.attrs[name]) for name in ("rays", "segments", "registrations"))
         self.complete = bool(index.attrs["complete"])
