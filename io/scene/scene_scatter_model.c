@@ -328,8 +328,11 @@ static bool read_file(struct lobe *lobe)
     const double most = rmap_scatter_table_finish(lobe->its->table, lobe->passes, &theta);
     if (!(most > 1.0 + 1e-3))
         return true;
-    rmap_reader_error(reader, at, "%.100s scatters %.6g of the light at %g degrees: more than 1",
-                      at->text, most, theta);
+    rmap_reader_error(
+        reader, at,
+        "%.100s scatters %.6g of the light at %g degrees: more than 1; its values are "
+        "to be 1/sr (a radiance factor is pi times that)",
+        at->text, most, theta);
     return false;
 }
 
