@@ -95,8 +95,11 @@ static enum rmap_status serve_one(struct rmap_serve *self, const char *text, str
 {
     enum rmap_status st = RMAP_OK;
     self->again = strcmp(text, slice_text) == 0;
-    if (!self->again)
+    if (!self->again) {
+        rmap_serve_cancel_begin(self->cancel);
         st = rmap_serve_answer_one(self, text, err);
+        rmap_serve_cancel_end(self->cancel);
+    }
     if (st != RMAP_OK || !self->again || self->state != RMAP_SERVE_RUNNING)
         return st;
     rmap_interrupt_forget(); /* that was for the request, not for the trace */
@@ -204,6 +207,7 @@ enum rmap_status rmap_serve_run(const struct rmap_context *context, const char *
     self.at_hand.context = &self;
     RMAP_TRY(rmap_common_isa(context, &self.isa_level, err));
     RMAP_TRY(rmap_serve_open(&self, path, err));
+    RMAP_TRY(rmap_serve_cancel_start(context, &self.cancel, err));
     if (context->rank == 0)
         st = open_doors(&self, ways, &doors, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -219,6 +223,7 @@ out:
         rmap_free(text);
     }
     json_decref(self.details);
+    rmap_serve_cancel_finish(self.cancel);
     if (context->rank == 0)
         close_doors(&self, &doors);
     rmap_serve_picture_fini(&self);

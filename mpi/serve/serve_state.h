@@ -11,6 +11,7 @@
 #include "accel/accel.h"
 #include "mpi/command/command.h"
 #include "mpi/parallel/at_hand.h"
+#include "mpi/serve/serve_cancel.h"
 #include "mpi/serve/serve_queue.h"
 #include "mpi/trace/trace_reuse.h"
 
@@ -46,6 +47,8 @@ struct rmap_serve {
     double seconds;                /* of tracing */
     uint64_t n_reused;             /* rays that were taken over */
     char why[RMAP_ERROR_TEXT_LEN]; /* it failed */
+
+    struct rmap_serve_cancel *cancel;
 
     /* Of rank 0. */
     struct rmap_serve_queue *queue;

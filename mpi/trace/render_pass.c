@@ -68,17 +68,19 @@ static void fill_queue(struct run *run)
                               (struct rmap_work_item){.work = RMAP_WORK_TRACE, .number = tile});
 }
 
-/* For all ranks no tile follows those in hand, and these are left when their time is over. */
+/* For all ranks no tile follows those in hand, and these are left when their time is over, or at
+ * once where nobody wants the picture any longer. */
 static void check_stop(struct run *run)
 {
     const struct rmap_render_pass *pass = run->pass;
     double now = rmap_clock_seconds();
     bool late = pass->deadline > 0.0 && now > pass->deadline;
-    if (!late && !rmap_interrupt_caught())
+    const bool dropped = rmap_interrupt_stops_question();
+    if (!late && !dropped && !rmap_interrupt_caught())
         return;
     if (!(run->stop_by > 0.0))
         run->stop_by = now + GRACE_S;
-    if (now > run->stop_by) {
+    if (dropped || now > run->stop_by) {
         atomic_store(&run->stop, true);
         rmap_block_queue_discard(&run->queue);
     }

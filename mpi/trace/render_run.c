@@ -37,6 +37,7 @@ struct tidings {
     uint64_t n_tile;
     bool late; /* by rank 0's clock */
     int interrupt;
+    bool dropped; /* nobody wants the picture any longer */
 };
 
 static enum rmap_status tell(const struct rmap_context *context, struct rmap_render_pass *pass,
@@ -46,11 +47,12 @@ static enum rmap_status tell(const struct rmap_context *context, struct rmap_ren
     enum rmap_status st = RMAP_OK;
     struct rmap_render_counts *c = &pass->counts;
     uint64_t sum[6] = {c->n_path, c->n_segment, c->n_look, c->n_limit, c->n_error, pass->n_tile};
-    int stop[2] = {rmap_interrupt_caught(), context->rank == 0 && tidings->late};
+    int stop[3] = {rmap_interrupt_caught(), context->rank == 0 && tidings->late,
+                   rmap_interrupt_stops_question()};
     RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPI_UINT64_T, MPI_SUM, context->comm)));
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, stop, 2, MPI_INT, MPI_MAX, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, stop, 3, MPI_INT, MPI_MAX, context->comm)));
     *c = (struct rmap_render_counts){sum[0], sum[1], sum[2], sum[3], sum[4]};
-    *tidings = (struct tidings){sum[5], stop[1] != 0, stop[0]};
+    *tidings = (struct tidings){sum[5], stop[1] != 0, stop[0], stop[2] != 0};
     outcome->interrupt = stop[0];
 out:
     return st;
@@ -73,9 +75,11 @@ static enum rmap_status run_passes(const struct rmap_context *context,
         pass->n = pass_samples(done, plan->n_sample);
         pass->deadline = done > 0 ? end : 0.0;
         RMAP_TRY(rmap_render_pass_run(pass, err));
-        RMAP_TRY(gather(context, pass->film, err));
         tidings.late = end > 0.0 && rmap_clock_seconds() > end;
         RMAP_TRY(tell(context, pass, outcome, &tidings, err));
+        if (tidings.dropped)
+            RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "stopped"));
+        RMAP_TRY(gather(context, pass->film, err));
         if (tidings.n_tile < rmap_film_n_tile(pass->film))
             break; /* half a pass is none */
         rmap_render_counts_add(&outcome->counts, &pass->counts);

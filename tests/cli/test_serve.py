@@ -4,6 +4,7 @@
 saving, HTTP for who has the token, ranks that share the work."""
 import http.client
 import json
+import math
 import os
 import random
 import shutil
@@ -381,6 +382,59 @@ def check_ranks():
         assert lens.trace(RAYS)["rays_taken_over"] > 0
         assert lens.status()["digest"] == run("info", "moved.raymap", "--json")["digest"]
         assert lens.query("all")["rays"]["total"] == RAYS
+        check_cancel(lens, ranks_of(lens._process))
+
+
+PLAIN = """raymap: 1
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {wall: {type: rectangle, size: [9, 9]}}
+objects: [{name: wall, geometry: wall, at: [0, 0, 5], surface: black, outside: air}]
+sources: [{name: lamp, type: point, at: [0, 0, 0], medium: air, cone: 20}]
+detectors: [{name: plane, type: plane, at: [0, 0, 4], size: [9, 9], cells: [9, 9]}]
+cameras: [{name: eye, at: [0, 0, -9], look_at: [0, 0, 0], fov: 60, resolution: [32, 32], medium: air}]
+"""
+
+
+def check_cancel(server, ranks):
+    """What takes seconds stops on all ranks as soon as on the first."""
+    with open("plain.yaml", "w") as file:
+        file.write(PLAIN)
+    server.load(file="plain.yaml")
+    server.trace(131072)
+    turn = [2 * math.pi * k / 100000 for k in range(100000)]
+    ring = ", ".join(f"{1.2 * math.cos(a):.5f}, {1.2 * math.sin(a):.5f}" for a in turn)
+    before = processor_seconds(ranks)
+    try:
+        server.query(f"registered(plane, polygon({ring}))", timeout=0.2)
+        raise AssertionError("so soon")
+    except TimeoutError:
+        server.status()
+    spent = [now - b for now, b in zip(processor_seconds(ranks), before)]
+    assert max(spent) < 2 * spent[0] + 0.5, spent
+    before, until = sum(processor_seconds(ranks)), []
+
+    def cancel(event):
+        if event.get("samples") == 256:
+            until.append(sum(processor_seconds(ranks)) - before)
+            server._send({"command": "cancel", "of": event["id"]})  # of this thread ask() would wait for itself
+
+    refused(server.render, camera="eye", samples=100000, told=cancel, status=6)
+    spent = sum(processor_seconds(ranks)) - before
+    assert spent < 2 * until[0] + 0.1, (spent, until)  # four times as much without
+
+
+def processor_seconds(processes):
+    spent = []
+    for process in processes:
+        with open(f"/proc/{process}/stat") as file:
+            spent.append(sum(map(int, file.read().rsplit(")", 1)[1].split()[11:13])) / os.sysconf("SC_CLK_TCK"))
+    return spent
+
+
+def ranks_of(mpirun):
+    ranks = subprocess.run(["pgrep", "-P", str(mpirun.pid), "raymap"], capture_output=True, text=True)
+    return ranks.stdout.split()
 
 
 def check_lost_rank():
@@ -389,7 +443,7 @@ def check_lost_rank():
                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     lens = raymap.serve.Server(server.stdout, server.stdin, server)
     assert lens.status()["ranks"] == 2
-    ranks = subprocess.run(["pgrep", "-P", str(server.pid), "raymap"], capture_output=True, text=True).stdout.split()
+    ranks = ranks_of(server)
     assert len(ranks) == 2, ranks
     os.kill(int(ranks[1]), signal.SIGKILL)
     try:
