@@ -44,8 +44,9 @@ static void region_extent(const struct rmap_registration_test *test, int axis, d
         extent[0] = fmin(b[axis], b[axis + 2]);
         extent[1] = fmax(b[axis], b[axis + 2]);
     } else if (test->region == RMAP_REGION_ELLIPSE) {
-        extent[0] = b[axis] - b[axis + 2];
-        extent[1] = b[axis] + b[axis + 2];
+        const double own = b[axis + 2] * test->cosine, other = b[3 - axis] * test->sine;
+        extent[0] = b[axis] - hypot(own, other);
+        extent[1] = b[axis] + hypot(own, other);
     }
 }
 

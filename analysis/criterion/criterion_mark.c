@@ -283,7 +283,8 @@ static bool region_has(const struct rmap_registration_test *test,
     double y = rmap_detector_coordinate(detector, relative[1], 1, test->relative);
     if (test->region == RMAP_REGION_POLYGON)
         return polygon_has((const double(*)[2])test->corner, test->n_corner, x, y);
-    double u = (x - b[0]) / b[2], v = (y - b[1]) / b[3];
+    const double c = test->cosine, s = test->sine, across = x - b[0], up = y - b[1];
+    double u = (across * c + up * s) / b[2], v = (up * c - across * s) / b[3];
     return u * u + v * v <= 1.0;
 }
 

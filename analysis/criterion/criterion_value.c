@@ -10,6 +10,7 @@
 #include "analysis/criterion/criterion_parser.h"
 #include "analysis/criterion/criterion_value.h"
 #include "base/alloc.h"
+#include "base/vec.h"
 
 /* A value in the written unit times `times`, over `over`, is in the map's. Two factors, so that
  * powers of ten stay exact: 120 um are 120 / 1000 mm. */
@@ -249,14 +250,18 @@ static enum rmap_status parse_world(struct rmap_parser *parser, const struct rma
     return rmap_parser_advance(parser);
 }
 
+/* Lengths or angles on the detector; the fifth number of an ellipse is the angle it is turned by.
+ */
 static enum rmap_status parse_coordinates(struct rmap_parser *parser,
-                                          const struct rmap_index_set *detector,
+                                          const struct rmap_registration_test *test,
                                           struct coordinates *list)
 {
     enum rmap_status st = RMAP_OK;
-    const enum rmap_dimension dimension =
-        rmap_detector_dimension(parser->criterion->scene, detector);
+    const struct rmap_index_set *detector = &test->detector;
+    const enum rmap_dimension places = rmap_detector_dimension(parser->criterion->scene, detector);
     for (;;) {
+        const bool turn = test->region == RMAP_REGION_ELLIPSE && list->n == 4;
+        const enum rmap_dimension dimension = turn ? RMAP_DIMENSION_ANGLE : places;
         if (list->n > 0 && rmap_parser_at_word(parser, "rel")) {
             list->relative = true;
             RMAP_TRY(rmap_parser_advance(parser));
@@ -350,10 +355,11 @@ static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap
 {
     double *b = test->bound;
     bool rect = test->region == RMAP_REGION_RECT;
-    if (list->n != 4)
+    double turn = 0.0;
+    if (list->n != 4 && (rect || list->n != 5))
         return RMAP_PARSER_FAIL(parser, word, "%s, not %zu%s",
                                 rect ? "rect wants four numbers x0, y0, x1, y1"
-                                     : "ellipse wants four numbers cx, cy, rx, ry",
+                                     : "ellipse wants four numbers cx, cy, rx, ry (and an angle)",
                                 list->n, list->n == 8 ? " (decimals have a point)" : "");
     for (size_t i = 0; i < 4; i++)
         b[i] =
@@ -362,6 +368,14 @@ static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap
         return set_rect(parser, test);
     if (!(b[2] > 0 && b[3] > 0))
         return RMAP_PARSER_FAIL(parser, word, "the half-axes of an ellipse must be > 0");
+    if (list->n == 5 && list->relative)
+        return RMAP_PARSER_FAIL(parser, word,
+                                "an ellipse in relative coordinates cannot be turned: leave out "
+                                "the angle, or 'rel'");
+    if (list->n == 5)
+        turn = value_in(&list->value[4], &list->value[4].factor) * RMAP_PI / 180.0;
+    test->cosine = cos(turn);
+    test->sine = sin(turn);
     return RMAP_OK;
 }
 
@@ -416,7 +430,7 @@ enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_regis
         RMAP_TRY(parse_cells(parser, test));
         goto out;
     }
-    RMAP_TRY(parse_coordinates(parser, &test->detector, &list));
+    RMAP_TRY(parse_coordinates(parser, test, &list));
     test->relative = list.relative;
     for (size_t i = 0; i < list.n; i++)
         if (list.relative && list.value[i].has_unit) {

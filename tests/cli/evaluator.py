@@ -532,7 +532,7 @@ class Evaluator:
                                           for k, (first, last) in enumerate(ranges)])
         units, values, relative = self._place_units(pattern), [], False
         while not relative and self._kind() == "number":
-            value, unit = self._number(units)
+            value, unit = self._number(UNITS["angle"] if shape == "ellipse" and len(values) == 4 else units)
             values.append(value * (unit or 1.0))
             if self._accept(","):
                 relative = self._accept("rel") is not None
@@ -546,6 +546,7 @@ class Evaluator:
             (x0, x1), (y0, y1) = sorted(values[0::2]), sorted(values[1::2])
             return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
         if shape == "ellipse":
-            cx, cy, rx, ry = values
-            return ((x - cx) / rx) ** 2 + ((y - cy) / ry) ** 2 <= 1
+            cx, cy, rx, ry, *turn = values
+            c, s = np.cos(np.radians(sum(turn))), np.sin(np.radians(sum(turn)))
+            return (((x - cx) * c + (y - cy) * s) / rx) ** 2 + (((y - cy) * c - (x - cx) * s) / ry) ** 2 <= 1
         return in_polygon(x, y, list(zip(values[0::2], values[1::2])))

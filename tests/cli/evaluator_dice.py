@@ -268,6 +268,8 @@ class Dice:
         elif shape == "ellipse":
             numbers = [*place(), self.random.uniform(0.05, 0.6) * np.ptp(x) / scale + 1e-3,
                        self.random.uniform(0.05, 0.6) * np.ptp(y) / scale + 1e-3]
+            if not relative and self.chance(0.5):
+                tail = f", {self.random.uniform(-200, 200):.4g}" + self.one_of("", " deg")
         else:
             numbers = [v for _ in range(self.random.randrange(3, 7)) for v in place()]
         return f"{shape}({', '.join(f'{v:.5g}{unit}' for v in numbers)}{tail})"

@@ -258,6 +258,9 @@ static const struct {
     {"registered(sensor, ellipse(0, 0, 0.001, 2))", RAY(0)},
     {"registered(sensor, ellipse(17, -12, 1, 5))", RAY(1)}, /* on its rim */
     {"registered(sensor, ellipse(16.9, -12, 1, 5))", 0},
+    {"registered(sensor, ellipse(17, -11, 0.5, 1.5))", 0},
+    {"registered(sensor, ellipse(17, -11, 0.5, 1.5, 45))", RAY(1)}, /* counterclockwise */
+    {"registered(sensor, ellipse(17, -11, 0.5, 1.5, -45 deg))", 0},
     {"registered(sensor, polygon(-1,-1, 1,-1, 0,1))", RAY(0)},
     {"registered(sensor, polygon(18,-12, 18,0, 10,-12))", RAY(1)}, /* its corner */
     {"registered(sensor, polygon(17,0, 18,-12, 10,-12, rel))", 0},
