@@ -112,8 +112,8 @@ static void tell_sparse(const struct rmap_context *context,
                 answer->crowd);
 }
 
-/* "polygon(...)" of a part that is turned; rmap_free, NULL when memory is short. */
-static char *turned_part(const struct rmap_detector_bins *bins)
+/* Of a part that is turned; rmap_free, NULL when memory is short. */
+static char *turned_part(const struct rmap_detector_bins *bins, const char *name)
 {
     double at[8];
     for (int i = 0; i < 4; i++) {
@@ -122,34 +122,49 @@ static char *turned_part(const struct rmap_detector_bins *bins)
         at[2 * i] = u * bins->cosine - v * bins->sine;
         at[2 * i + 1] = u * bins->sine + v * bins->cosine;
     }
-    return rmap_path_format("polygon(%.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g)",
-                            at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7]);
+    return rmap_path_format(
+        "registered(%s, polygon(%.12g, %.12g, %.12g, %.12g, %.12g, %.12g, %.12g, "
+        "%.12g))",
+        name, at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7]);
+}
+
+/* Of directions: phi is told from 0 to 360 degrees, as criteria have it. */
+static char *angles_part(const struct rmap_detector_bins *bins, const char *name)
+{
+    const double degree = 180.0 / RMAP_PI, least = bins->low[0] * degree,
+                 most = bins->high[0] * degree, across = (bins->high[1] - bins->low[1]) * degree;
+    const double turned = (bins->low[1] + bins->rotate_rad) * degree;
+    const double tiny = 1e-9; /* of the way to radians and back */
+    const double from = across < 360.0 - tiny ? turned - 360.0 * floor(turned / 360.0) : 0.0;
+    if (from + across < 360.0 + tiny)
+        return rmap_path_format("registered(%s, rect(%.12g, %.12g, %.12g, %.12g))", name, least,
+                                from, most, from + across);
+    return rmap_path_format("registered(%s, rect(%.12g, %.12g, %.12g, 360)) or "
+                            "registered(%s, rect(%.12g, 0, %.12g, %.12g))",
+                            name, least, from, most, name, least, most, from + across - 360.0);
 }
 
 /* What is registered in the image's part of the detector, as a criterion, beside that part. Of
- * directions on a plane, or turned ones, there is none. */
+ * directions on a plane there is none. */
 static enum rmap_status put_criterion(const struct rmap_detector_image *image, json_t *document,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_detector_bins *bins = &image->bins;
-    const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
     json_t *region = json_object_get(document, "region");
-    const bool turned = bins->rotate_rad != 0.0;
-    char *name = NULL, *part = NULL;
-    if (!region || (turned && bins->directions) ||
-        bins->directions != (image->detector->type == RMAP_DETECTOR_INTENSITY))
+    char *name = NULL, *criterion = NULL;
+    if (!region || bins->directions != (image->detector->type == RMAP_DETECTOR_INTENSITY))
         return RMAP_OK;
     RMAP_TRY(rmap_path_quote(image->detector->name, &name, err));
-    part = turned
-               ? turned_part(bins)
-               : rmap_path_format("rect(%.12g, %.12g, %.12g, %.12g)", bins->low[0] * unit,
-                                  bins->low[1] * unit, bins->high[0] * unit, bins->high[1] * unit);
-    (void)json_object_set_new(region, "criterion",
-                              json_sprintf("registered(%s, %s)", name, part ? part : ""));
+    criterion = bins->directions ? angles_part(bins, name)
+                : bins->rotate_rad != 0.0
+                    ? turned_part(bins, name)
+                    : rmap_path_format("registered(%s, rect(%.12g, %.12g, %.12g, %.12g))", name,
+                                       bins->low[0], bins->low[1], bins->high[0], bins->high[1]);
+    (void)json_object_set_new(region, "criterion", json_string(criterion ? criterion : ""));
 out:
     rmap_free(name);
-    rmap_free(part);
+    rmap_free(criterion);
     return st;
 }
 

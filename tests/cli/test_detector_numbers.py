@@ -72,6 +72,10 @@ run("detector", "even.raymap", "d", "--cells", "automatic", status=2)
 run("detector", "even.raymap", "far", "-o", "far.svg")
 with open("far.svg", encoding="utf-8") as file:
     check(">40</text>" in (far := file.read()) and ">50</text>" not in far, "theta from 0 to 40 degrees")
+for region, words in (("0,40,20,90", ["--rotate", "30"]), ("0,300,20,350", ["--rotate", "40"]), ("10,-30,30,20", []), ("10,0,30,360", ["--rotate", "10"])):
+    part = json.loads(run("detector", "even.raymap", "far", "--region", region, *words, "--json"))
+    place = json.loads(run("query", "even.raymap", part["region"]["criterion"], "--json"))
+    check(part["registrations"] > 100 and abs(place["rays"]["matched"] - part["registrations"]) <= 2, f"{part['region']}: {place['rays']}")
 with open("wall.yaml", "w", encoding="utf-8") as file:
     file.write("raymap: 1\nmedia: {air: {index: 1}}\nsurfaces: {black: {type: absorber}}\ngeometries: {wall: {type: rectangle, size: [4, 2]}}\n"
                "objects: [{name: wall, geometry: wall, at: [10, 0, 5], surface: black}]\n"
