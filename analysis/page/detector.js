@@ -7,8 +7,8 @@ const paint = image.getContext("2d");
 const scaleBytes = unpack(data.detectors.scale);
 const FRAME = { left: 46, right: 10, top: 8, bottom: 22, bar: 52 }; // CSS pixels about the picture
 
-/* index: of the detector, -1 before the first; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null */
-const sensor = { index: -1, kind: "rect", region: null, area: null, picture: null, pictures: new Map() };
+/* index: of the detector, -1 before the first; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null; turn: degrees about its centre, counterclockwise */
+const sensor = { index: -1, kind: "rect", region: null, turn: 0, area: null, picture: null, pictures: new Map() };
 const current = () => detectors[sensor.index];
 
 /* Axis of the detector that runs to the right: x of a plane, phi of an intensity grid. */
@@ -39,7 +39,7 @@ function imageFlux(detector) {
       for (let k = 0; own > 0 && k < POINTS * POINTS; k++) {
         const [u, v] = [(k % POINTS + 0.5) / POINTS, (Math.floor(k / POINTS) + 0.5) / POINTS];
         const [x, y] = [edge(0, i) + u * (edge(0, i + 1) - edge(0, i)), edge(1, j) + v * (edge(1, j + 1) - edge(1, j))];
-        if (regionHas(sensor.kind, sensor.region, x, y)) inside += own / (POINTS * POINTS);
+        if (regionHas(x, y)) inside += own / (POINTS * POINTS);
       }
     }
   return all > 0 ? (flux * inside) / all : 0;
@@ -103,10 +103,10 @@ function hangPicture(picture) {
   redraw();
 }
 
-/* Detector coordinates of a place on the canvas, and back; [right, up]. */
-function toCoordinates(x, y) {
+/* Detector coordinates of a place on the canvas, beyond the detector if `beyond`, and back; [right, up]. */
+function toCoordinates(x, y, beyond = false) {
   const { left, top, width, height, u, v } = sensor.area;
-  const clamp = (t) => Math.min(Math.max(t, 0), 1);
+  const clamp = (t) => (beyond ? t : Math.min(Math.max(t, 0), 1));
   return [u[0] + clamp((x - left) / width) * (u[1] - u[0]), v[0] + clamp(1 - (y - top) / height) * (v[1] - v[0])];
 }
 function toCanvas(a, b) {
@@ -236,7 +236,7 @@ function describeDetector() {
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;
   byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
-  image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays; arrow keys move what is drawn, with Shift they resize it.`);
+  image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays; arrow keys move what is drawn, with Shift they resize it, < and > turn it.`);
 }
 
 /* The value of the cell under the pointer. */

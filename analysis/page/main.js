@@ -90,7 +90,8 @@ byId("provenance").textContent = `Written by ${data.program}.`;
 const listKeys = (more = []) => byId("keys").replaceChildren(
   ...[["drag", "turn"], ["right drag, two fingers", "shift"], ["wheel, pinch", "zoom"],
     ["point at a ray", "what happened on that leg"], ["click a ray", "its whole report"],
-    ["drag on an image", "draw a region, move it, or resize it by its edges; with Shift a new one"],
+    ["drag on an image", "draw a region, move it, resize it by its edges, or turn it by the ring beside it; with Shift a new one"],
+    ["arrows, < >", "on an image: move the region, with Shift resize it; turn it"],
     ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3)), ...more].flatMap(([name, text]) =>
     [element("dt", { textContent: name }), element("dd", { textContent: text })]));
 listKeys();
@@ -157,6 +158,7 @@ window.raymap = {
     showBodyTip(index, 50, 90);
     return byId("tip").textContent;
   },
+  knob: knobOnCanvas,
   bodyAt: (x, y) => { const k = bodyAt(x, y); return k < 0 ? null : scene.objects[k].name; },
   /* Where the middle of a ray's leg is on the canvas. */
   middle: (id, step) => {

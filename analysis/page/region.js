@@ -4,11 +4,14 @@
 // that are registered in it stand out. It is moved, resized, typed, and steps of that are undone.
 
 const GRIP = 7; // pixels about an edge that take hold of it
+const KNOB = 18; // pixels from an edge to what turns the region
+const TURN = ["turn"];
 
 /* hold: what the pointer has of the region (see gripAt), null while it draws a new one. before: the state to undo to. */
 const drag = { from: null, hold: null, before: null };
 const steps = { past: [], undone: [] };
-const state = () => ({ index: sensor.index, kind: sensor.kind, region: sensor.region });
+const state = () => ({ index: sensor.index, kind: sensor.kind, region: sensor.region, turn: sensor.turn });
+const canTurn = (detector) => detector.type !== "intensity";
 
 /* Bounds [u0, v0, u1, v1] of the region on the picture, the lesser first. */
 function regionBounds(detector, kind, region) {
@@ -18,22 +21,57 @@ function regionBounds(detector, kind, region) {
   return right === 0 ? [a0, b0, a1, b1] : [b0, a0, b1, a1];
 }
 
+/* [right, up] */
+function centreOf(region) {
+  const [u0, v0, u1, v1] = regionBounds(current(), sensor.kind, region);
+  return [(u0 + u1) / 2, (v0 + v1) / 2];
+}
+
+/* A place [right, up] turned as the region is: on planes alone, whose axes are lengths. */
+function turned([u, v], by = sensor.turn, [p, q] = centreOf(sensor.region)) {
+  const angle = by * Math.PI / 180, c = Math.cos(angle), s = Math.sin(angle);
+  return by === 0 ? [u, v] : [p + (u - p) * c - (v - q) * s, q + (u - p) * s + (v - q) * c];
+}
+
+/* Where its parts lie on the canvas: u, v from 0 to 1 between its edges. */
+function partOnCanvas(u, v) {
+  const [u0, v0, u1, v1] = regionBounds(current(), sensor.kind, sensor.region);
+  return toCanvas(...turned([u0 + u * (u1 - u0), v0 + v * (v1 - v0)]));
+}
+
+/* What turns it: above it, or below it where there is no room. */
+function knobOnCanvas() {
+  const { left, top, width, height } = sensor.area, [x, y] = partOnCanvas(0.5, 0.5);
+  const [above, below] = [1, 0].map((v) => {
+    const [a, b] = partOnCanvas(0.5, v), length = Math.max(Math.hypot(a - x, b - y), 1e-9);
+    return [a + (a - x) / length * KNOB, b + (b - y) / length * KNOB];
+  });
+  const free = ([a, b]) => a > left && a < left + width && b > top && b < top + height;
+  return !free(above) && free(below) ? below : above;
+}
+
+const ROUND = Array.from({ length: 73 }, (_, k) => [0.5 + 0.5 * Math.cos(k * Math.PI / 36), 0.5 + 0.5 * Math.sin(k * Math.PI / 36)]);
+const CORNERS = [[0, 0], [1, 0], [1, 1], [0, 1]], MIDDLES = [[0, 0.5], [1, 0.5], [0.5, 0], [0.5, 1]];
+
 function drawRegion(detector) {
   if (!sensor.region) return;
-  const [u0, v0, u1, v1] = regionBounds(detector, sensor.kind, sensor.region);
-  const [x0, y0] = toCanvas(u0, v0), [x1, y1] = toCanvas(u1, v1);
+  const outline = (sensor.kind === "rect" ? CORNERS : ROUND).map((at) => partOnCanvas(...at));
+  const knob = canTurn(detector) ? knobOnCanvas() : null;
   for (const [ink, width] of [["#000000", 3.5], ["#ffd24d", 1.8]]) {
     paint.strokeStyle = ink;
     paint.lineWidth = width;
     paint.beginPath();
-    if (sensor.kind === "rect") paint.rect(x0, y1, x1 - x0, y0 - y1);
-    else paint.ellipse((x0 + x1) / 2, (y0 + y1) / 2, Math.abs(x1 - x0) / 2, Math.abs(y1 - y0) / 2, 0, 0, 2 * Math.PI);
+    outline.forEach(([x, y], k) => (k ? paint.lineTo(x, y) : paint.moveTo(x, y)));
+    paint.closePath();
+    if (knob) {
+      paint.moveTo(knob[0] + 4.5, knob[1]);
+      paint.arc(...knob, 4.5, 0, 2 * Math.PI);
+    }
     paint.stroke();
   }
   paint.lineWidth = 1;
-  for (const [u, v] of [[0, 0], [0, 1], [1, 0], [1, 1], [0, 0.5], [1, 0.5], [0.5, 0], [0.5, 1]]) {
-    if (sensor.kind === "ellipse" && u !== 0.5 && v !== 0.5) continue; // its corners lie outside of it
-    const [x, y] = [x0 + u * (x1 - x0), y0 + v * (y1 - y0)];
+  for (const at of sensor.kind === "rect" ? [...CORNERS, ...MIDDLES] : MIDDLES) { // corners lie outside of an ellipse
+    const [x, y] = partOnCanvas(...at);
     paint.fillStyle = "#000000";
     paint.fillRect(x - 3.5, y - 3.5, 7, 7);
     paint.fillStyle = "#ffd24d";
@@ -42,11 +80,14 @@ function drawRegion(detector) {
 }
 
 /* What of the region lies there: its edges [across, up], each 0 for the least, 1 for the greatest, null
- * for neither; [null, null] is its inside. null: nothing of it. */
+ * for neither; [null, null] is its inside; TURN what turns it. null: nothing of it. */
 function gripAt(x, y) {
   if (!sensor.region) return null;
+  const knob = knobOnCanvas();
+  if (canTurn(current()) && Math.hypot(x - knob[0], y - knob[1]) <= GRIP) return TURN;
   const [u0, v0, u1, v1] = regionBounds(current(), sensor.kind, sensor.region);
   const [x0, y0] = toCanvas(u0, v0), [x1, y1] = toCanvas(u1, v1);
+  [x, y] = toCanvas(...turned(toCoordinates(x, y, true), -sensor.turn));
   const side = (t, a, b) => {
     const inwards = Math.min(GRIP, Math.abs(b - a) / 4), along = (t - a) * Math.sign(b - a), length = Math.abs(b - a);
     return along < -GRIP || along > length + GRIP ? undefined : along < inwards ? 0 : along > length - inwards ? 1 : null;
@@ -56,18 +97,24 @@ function gripAt(x, y) {
 }
 
 const CURSORS = { "null null": "move", "null 0": "ns-resize", "null 1": "ns-resize", "0 null": "ew-resize", "1 null": "ew-resize",
-  "0 0": "nesw-resize", "1 1": "nesw-resize", "0 1": "nwse-resize", "1 0": "nwse-resize" };
+  "turn": "grab", "0 0": "nesw-resize", "1 1": "nesw-resize", "0 1": "nwse-resize", "1 0": "nwse-resize" };
 
 /* As the criterion is evaluated: closed, in the detector's own units, corners in any order. */
-function regionHas(kind, region, x, y) {
-  const between = (v, a, b) => v >= Math.min(a, b) && v <= Math.max(a, b);
+function regionHas(x, y) {
+  const { kind, region } = sensor, between = (v, a, b) => v >= Math.min(a, b) && v <= Math.max(a, b);
+  [x, y] = turned([x, y], -sensor.turn);
   if (kind === "rect") return between(x, region[0], region[2]) && between(y, region[1], region[3]);
   const u = (x - region[0]) / region[2], v = (y - region[1]) / region[3];
   return u * u + v * v <= 1;
 }
 
 function regionText(detector) {
-  return sensor.region ? `registered(${detector.word}, ${sensor.kind}(${sensor.region.join(", ")}))` : null;
+  const { kind, region, turn } = sensor;
+  if (!region) return null;
+  const [u0, v0, u1, v1] = regionBounds(detector, kind, region);
+  const corners = CORNERS.flatMap(([u, v]) => turned([u0 + u * (u1 - u0), v0 + v * (v1 - v0)])).map((value) => Number(value.toPrecision(12)));
+  const part = turn === 0 ? `${kind}(${region.join(", ")})` : kind === "rect" ? `polygon(${corners.join(", ")})` : `ellipse(${region.join(", ")}, ${turn} deg)`;
+  return `registered(${detector.word}, ${part})`;
 }
 
 /* After a change of region, detector, class or criteria. */
@@ -83,7 +130,7 @@ function refreshRegion() {
     shown.region = new Uint8Array(ray.count);
     for (const [i, r] of registrationsOn(sensor.index)) {
       const place = [0, 1].map((axis) => detectorPlace(detector, registration.relative[2 * i + axis], axis));
-      if (!regionHas(sensor.kind, sensor.region, ...place)) continue;
+      if (!regionHas(...place)) continue;
       shown.region[r] = 1;
       inside.push(r);
     }
@@ -97,7 +144,7 @@ function refreshRegion() {
     ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` +
       (imageHolds(detector) ? `; of the whole image about ${figure(imageFlux(detector), 4)} ${scene.flux_unit}` : "") : "";
   const fields = [...byId("region").querySelectorAll("input")];
-  fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
+  fields.forEach((field, k) => (field.value = sensor.region ? String([...sensor.region, sensor.turn][k]) : ""));
   drawImage();
 }
 
@@ -138,11 +185,23 @@ function movedBy(region, by) {
   return region.map((value, k) => Number((value + add[k]).toPrecision(12)));
 }
 
-/* Those of its edges that are held go to [right, up]. */
+/* Those of its edges that are held go to [right, up] of the region before it is turned, whose centre is the old one. */
 function resizedTo(region, hold, to) {
   const bounds = regionBounds(current(), sensor.kind, region);
   hold.forEach((edge, axis) => edge !== null && (bounds[2 * edge + axis] = to[axis]));
-  return regionBetween(bounds.slice(0, 2), bounds.slice(2));
+  const resized = regionBetween(bounds.slice(0, 2), bounds.slice(2));
+  if (!resized || sensor.turn === 0) return resized;
+  const centre = centreOf(resized);
+  return movedBy(resized, turned(centre, sensor.turn, centreOf(region)).map((value, k) => value - centre[k]));
+}
+
+/* Degrees, from -180 to 180. */
+const turnedBy = (turn, by) => Number((((turn + by + 180) % 360 + 360) % 360 - 180).toPrecision(12));
+
+/* By which a pointer went round the region's centre, in whole degrees. */
+function angleBetween(from, to) {
+  const centre = centreOf(sensor.region), [a, b] = [from, to].map(([u, v]) => Math.atan2(v - centre[1], u - centre[0]));
+  return Math.round((b - a) * 180 / Math.PI);
 }
 
 /* A step: some of `index`, `kind`, `region`. */
@@ -157,6 +216,7 @@ function takeStep(next, before = state()) {
 function showState(next) {
   const { index } = sensor;
   Object.assign(sensor, next);
+  if (!sensor.region) sensor.turn = 0;
   byId("draw-rect").setAttribute("aria-pressed", String(sensor.kind === "rect"));
   byId("draw-ellipse").setAttribute("aria-pressed", String(sensor.kind === "ellipse"));
   byId("undo").disabled = !steps.past.length;
@@ -179,30 +239,33 @@ function nameFields() {
   if (!current()) return;
   const [a, b] = axisNames(current());
   const names = sensor.kind === "rect" ? [`${a}0`, `${b}0`, `${a}1`, `${b}1`] : [a, b, `r${a[0]}`, `r${b[0]}`];
-  byId("region").querySelectorAll("label span").forEach((label, k) => (label.textContent = names[k]));
+  byId("region").querySelectorAll("label span").forEach((label, k) => (label.textContent = [...names, "turned"][k]));
+  byId("region-turn").hidden = !canTurn(current());
 }
 
 image.addEventListener("pointerdown", (event) => {
   const [x, y] = placeOn(image, event);
-  Object.assign(drag, { from: toCoordinates(x, y), hold: event.shiftKey ? null : gripAt(x, y), before: state() });
+  const hold = event.shiftKey ? null : gripAt(x, y);
+  Object.assign(drag, { from: toCoordinates(x, y, hold === TURN), hold, before: state() });
   image.setPointerCapture(event.pointerId);
 });
 image.addEventListener("pointermove", (event) => {
   const [x, y] = placeOn(image, event);
   if (!drag.from) image.style.cursor = (!event.shiftKey && CURSORS[(gripAt(x, y) || []).map(String).join(" ")]) || "crosshair";
   if (!drag.from) return;
-  const to = toCoordinates(x, y), { region } = drag.before;
-  if (!drag.hold) sensor.region = regionBetween(drag.from, to);
-  else if (drag.hold.some((edge) => edge !== null)) sensor.region = resizedTo(region, drag.hold, to);
+  const to = toCoordinates(x, y), { region, turn } = drag.before;
+  if (!drag.hold) Object.assign(sensor, { region: regionBetween(drag.from, to), turn: 0 });
+  else if (drag.hold === TURN) sensor.turn = turnedBy(turn, angleBetween(drag.from, toCoordinates(x, y, true)));
+  else if (drag.hold.some((edge) => edge !== null)) sensor.region = resizedTo(region, drag.hold, turned(to, -turn, centreOf(region)));
   else sensor.region = movedBy(region, to.map((value, k) => value - drag.from[k]));
   drawImage();
 });
 /* A press that has not moved is a step only where it takes a region away. */
 image.addEventListener("pointerup", () => {
   if (!drag.from) return;
-  const { before, hold } = drag, region = sensor.region === before.region && !hold ? null : sensor.region;
+  const { before, hold } = drag, { turn } = sensor, region = sensor.region === before.region && !hold ? null : sensor.region;
   drag.from = null;
-  if (region !== before.region) takeStep({ region }, before);
+  if (region !== before.region || turn !== before.turn) takeStep({ region, turn }, before);
 });
 /* The pointer was taken away, or Esc pressed. */
 function dropDrag() {
@@ -213,12 +276,14 @@ function dropDrag() {
 }
 image.addEventListener("pointercancel", dropDrag);
 
-/* Arrows move the region by a hundredth of the picture; with Shift its right and its upper edge. */
+/* Arrows move the region by a hundredth of the picture; with Shift its right and its upper edge; < and > turn it by a degree. */
 image.addEventListener("keydown", (event) => {
   const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-  if (!way || !sensor.region || event.ctrlKey || event.altKey || event.metaKey) return;
+  const turn = { "<": 1, ">": -1 }[event.key];
+  if (!(way || turn) || !sensor.region || event.ctrlKey || event.altKey || event.metaKey) return;
   event.preventDefault();
   event.stopPropagation(); // or the scene turns, too
+  if (turn) return void (canTurn(current()) && takeStep({ turn: turnedBy(sensor.turn, turn) }));
   const { u, v } = sensor.area, [, , u1, v1] = regionBounds(current(), sensor.kind, sensor.region);
   const by = [way[0] * (u[1] - u[0]) / 100, way[1] * (v[1] - v[0]) / 100];
   const region = event.shiftKey ? resizedTo(sensor.region, way.map((k) => (k ? 1 : null)), [u1 + by[0], v1 + by[1]])
@@ -232,7 +297,7 @@ byId("redo").addEventListener("click", redo);
 byId("detector").addEventListener("change", (event) => takeStep({ index: Number(event.target.value), region: null }));
 byId("region").addEventListener("submit", (event) => {
   event.preventDefault();
-  const typed = [...byId("region").querySelectorAll("input")].map((field) => field.value.trim().replace(",", ".").replace(MINUS, "-"));
+  const typed = [...byId("region").querySelectorAll("input")].map((field, k) => field.value.trim().replace(",", ".").replace(MINUS, "-") || (k === 4 ? "0" : ""));
   const numbers = typed.map((text) => (/^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(text) : NaN));
   const wrong = numbers.findIndex((value) => !Number.isFinite(value));
   const refused = wrong >= 0 ? `"${typed[wrong]}" is no number` :
@@ -241,6 +306,6 @@ byId("region").addEventListener("submit", (event) => {
     byId("region-count").textContent = `Refused: ${refused}.`;
     return;
   }
-  takeStep({ region: numbers });
+  takeStep({ region: numbers.slice(0, 4), turn: canTurn(current()) ? turnedBy(numbers[4], 0) : 0 });
 });
 copyButton(byId("region-criterion"));

@@ -230,8 +230,28 @@ async function movesRegions(page) {
     await page.keyboard.press("Escape");
     await page.mouse.up();
     check(near(await numbersOf(page), keyed, 0), "Esc drops what the pointer does");
+    await turnsRegion(page, kind);
     await page.locator("#draw-none").click();
   }
+}
+
+/* By its knob, by keys and in numbers; it is then resized along its own axes. What lies in it is what its criterion finds. */
+async function turnsRegion(page, kind) {
+  const box = await page.locator("#image").boundingBox(), [x, y] = await page.evaluate(() => raymap.knob());
+  await drag(page, "#image", [x / box.width, y / box.height], [x / box.width + 0.2, y / box.height + 0.1]);
+  const angle = Number(await page.locator("#region-turn input").inputValue());
+  check(angle < -20 && angle > -90, `the knob turns a ${kind} clockwise: ${angle}`);
+  await page.keyboard.press("<");
+  check(Number(await page.locator("#region-turn input").inputValue()) === angle + 1, "a key turns it back by a degree");
+  await page.locator("#region-turn input").fill("30");
+  await page.locator("#region button").click();
+  await page.locator("#image").focus();
+  await page.keyboard.press("Shift+ArrowRight");
+  const criterion = await page.textContent("#region-criterion code"), last = await page.evaluate(() => raymap.lastRay());
+  check(kind === "rect" ? /polygon\(/.test(criterion) : /, 30 deg\)/.test(criterion), `a turned ${kind}: ${criterion}`);
+  const told = Number.parseInt((await page.textContent("#region-count")).replace(/,/g, ""), 10), found = counted("a.raymap", `(${criterion}) and ray <= ${last}`);
+  check(told === found && told > 0, `${criterion}: the page says ${told}, query ${found}`);
+  await picture(page, `turned-${kind}.png`);
 }
 
 /* Rays in the table of classes, by the number of the row. */
