@@ -262,15 +262,13 @@ static enum rmap_status refuse(const char *path, const char *rest, struct rmap_e
 }
 
 /* value NULL: what the path leads to goes. */
-static enum rmap_status write_one(FILE *out, const char *text, const char *path,
-                                  const json_t *value, struct rmap_error *err)
+static enum rmap_status write_one(FILE *out, const char *text, const struct rmap_yaml_node *root,
+                                  const char *path, const json_t *value, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_yaml_node *root = NULL;
     const char *rest = path;
     const struct rmap_yaml_item *item = NULL;
     struct span span = {0};
-    RMAP_TRY(parse(text, &root, err));
     const struct rmap_yaml_node *node = rmap_yaml_find(root, path, &rest, &item);
     const bool scalar = node->kind == RMAP_YAML_SCALAR,
                adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
@@ -293,20 +291,19 @@ static enum rmap_status write_one(FILE *out, const char *text, const char *path,
             put_changed(out, text, &span, rest, value);
     }
 out:
-    rmap_yaml_destroy(root);
     return st;
 }
 
-/* *text becomes the changed one, or is as it was. */
-static enum rmap_status change_one(char **text, const char *path, const json_t *value,
-                                   struct rmap_error *err)
+/* *text, whose tree is root, becomes the changed one, or is as it was. */
+static enum rmap_status change_parsed(char **text, const struct rmap_yaml_node *root,
+                                      const char *path, const json_t *value, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_SYSTEM;
     char *written = NULL, *copy = NULL;
     size_t n = 0;
     FILE *out = open_memstream(&written, &n);
     if (out)
-        st = write_one(out, *text, path, value, err);
+        st = write_one(out, *text, root, path, value, err);
     if (out && fclose(out) == 0 && st == RMAP_OK)
         copy = rmap_strdup(written);
     free(written);
@@ -317,6 +314,17 @@ static enum rmap_status change_one(char **text, const char *path, const json_t *
     rmap_free(*text);
     *text = copy;
     return RMAP_OK;
+}
+
+static enum rmap_status change_one(char **text, const char *path, const json_t *value,
+                                   struct rmap_error *err)
+{
+    struct rmap_yaml_node *root = NULL;
+    enum rmap_status st = parse(*text, &root, err);
+    if (st == RMAP_OK)
+        st = change_parsed(text, root, path, value, err);
+    rmap_yaml_destroy(root);
+    return st;
 }
 
 enum rmap_status rmap_scene_text_change(const char *text, const json_t *remove,
@@ -387,8 +395,8 @@ enum rmap_status rmap_scene_text_move(const char *text, const char *name, const 
     struct rmap_yaml_node *root = NULL;
     const struct rmap_yaml_node *node = NULL;
     double place[3] = {0.0, 0.0, 0.0};
-    char path[512];
-    json_t *values = NULL;
+    char path[512], *moved = NULL;
+    json_t *at = NULL;
     bool right = json_array_size(by) == 3;
     for (size_t i = 0; i < 3 && right; i++)
         right = json_is_number(json_array_get(by, i));
@@ -405,10 +413,16 @@ enum rmap_status rmap_scene_text_move(const char *text, const char *name, const 
     for (size_t i = 0; i < 3; i++)
         place[i] += json_number_value(json_array_get(by, i));
     (void)strcat(path, ".at");
-    values = json_pack("{s:[f, f, f]}", path, place[0], place[1], place[2]);
-    st = rmap_scene_text_change(text, NULL, values, text_ret, err);
+    at = json_pack("[f, f, f]", place[0], place[1], place[2]);
+    moved = rmap_strdup(text);
+    if (!moved)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text"));
+    RMAP_TRY(change_parsed(&moved, root, path, at, err));
+    *text_ret = moved;
+    moved = NULL;
 out:
-    json_decref(values);
+    rmap_free(moved);
+    json_decref(at);
     rmap_yaml_destroy(root);
     return st;
 }
