@@ -92,7 +92,7 @@ canvas.addEventListener("pointermove", (event) => {
   if (!press.wanted)
     requestAnimationFrame(() => {
       press.wanted = false;
-      const l = legAt(...press.last);
+      const l = controls.enabled ? legAt(...press.last) : -1; // off: an object is dragged
       markLeg(l);
       if (l < 0 && !byId("tip").classList.contains("body")) hideTip();
       else if (l < 0) return;

@@ -44,6 +44,7 @@ struct rmap_ray_parts {
     const struct rmap_map *map;
     const struct rmap_pick *pick;
     const struct rmap_deal *deal;
+    uint64_t limit;
     int rank, n_thread;
     size_t n_part, n_slot;
     struct slot *slot; /* [n_slot], part k in slot k modulo n_slot */
@@ -97,6 +98,17 @@ static size_t rays_nbytes(const struct rmap_map *map, size_t portion, size_t n)
     return n_ray > 0 ? nbytes / n_ray * n + 1 : 0;
 }
 
+/* Of a portion no more are handed out than of all; how many. */
+static size_t keep_first(uint8_t *match, size_t n_ray, size_t most)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        match[i] = match[i] && kept < most;
+        kept += match[i];
+    }
+    return kept;
+}
+
 static enum rmap_status mark_part(struct rmap_ray_parts *self, struct rmap_picker *picker,
                                   const size_t *portion, size_t n, struct marks *marks,
                                   size_t *nbytes, struct rmap_error *err)
@@ -112,6 +124,8 @@ static enum rmap_status mark_part(struct rmap_ray_parts *self, struct rmap_picke
         st = RMAP_RESERVE(marks->match, marks->cap_match, used + n_ray, err);
         RMAP_TRY(st);
         memcpy(marks->match + used, match, n_ray);
+        if (marks->n[i] > self->limit)
+            marks->n[i] = keep_first(marks->match + used, n_ray, (size_t)self->limit);
         marks->first[i] = used;
         used += n_ray;
         *nbytes += rays_nbytes(self->map, portion[i], marks->n[i]);
@@ -216,8 +230,9 @@ static void work(void *context, int thread)
 }
 
 enum rmap_status rmap_ray_parts_start(const struct rmap_map *map, const struct rmap_pick *pick,
-                                      const struct rmap_deal *deal, int rank, int n_thread,
-                                      struct rmap_ray_parts **parts_ret, struct rmap_error *err)
+                                      const struct rmap_deal *deal, uint64_t limit, int rank,
+                                      int n_thread, struct rmap_ray_parts **parts_ret,
+                                      struct rmap_error *err)
 {
     struct rmap_ray_parts *self = rmap_alloc(1, sizeof *self);
     if (!self)
@@ -226,6 +241,7 @@ enum rmap_status rmap_ray_parts_start(const struct rmap_map *map, const struct r
     self->map = map;
     self->pick = pick;
     self->deal = deal;
+    self->limit = limit;
     self->rank = rank;
     self->n_part = rmap_deal_n_part(deal, rank);
     self->n_slot = (size_t)n_thread * AHEAD;

@@ -24,10 +24,10 @@ void rmap_sheaves_fini(struct rmap_sheaves *sheaves); /* zeroed: fine */
 
 struct rmap_ray_parts;
 
-/* Starts the threads. All but err is borrowed. */
+/* Starts the threads. limit: rays of one portion, its first. All but err is borrowed. */
 enum rmap_status rmap_ray_parts_start(const struct rmap_map *map, const struct rmap_pick *pick,
-                                      const struct rmap_deal *deal, int rank, int n_thread,
-                                      struct rmap_ray_parts **parts_ret,
+                                      const struct rmap_deal *deal, uint64_t limit, int rank,
+                                      int n_thread, struct rmap_ray_parts **parts_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* The next part when it is finished (*done_ret), else nothing: never waits. The caller has what is

@@ -323,8 +323,8 @@ enum rmap_status rmap_ray_stream(const struct rmap_context *context, const struc
     else
         st = rmap_deal_init(map, deal, context->size, &self.deal, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = rmap_ray_parts_start(map, pick, &self.deal, context->rank, context->n_thread, &self.parts,
-                              err);
+    st = rmap_ray_parts_start(map, pick, &self.deal, limit, context->rank, context->n_thread,
+                              &self.parts, err);
     st = context->rank == 0 ? collect(&self, st, err) : serve(&self, st, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     *n_ret = self.order.n;

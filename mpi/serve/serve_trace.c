@@ -14,7 +14,8 @@
 #include "mpi/serve/serve_scene.h"
 #include "mpi/trace/trace_held.h"
 
-static const double slice_s = 0.15; /* what a question waits for at most, about */
+/* What a question waits for at most, about; less at first, when who traces asks for a picture. */
+static const double slice_s = 0.15, first_slice_s = 0.03, first_s = 0.15;
 
 static const char *const state_name[] = {"none", "running", "paused", "done", "stopped", "failed"};
 
@@ -142,7 +143,8 @@ static enum rmap_status next_end(const struct rmap_serve *self, uint64_t *end_re
 {
     const uint64_t done = n_traced(self), block = RMAP_BLOCK_RAYS;
     const uint64_t threads = (uint64_t)self->context.size * (uint64_t)self->context.n_thread;
-    uint64_t n = (uint64_t)(self->pace * slice_s) / block * block;
+    const double length = self->seconds < first_s ? first_slice_s : slice_s;
+    uint64_t n = (uint64_t)(self->pace * length) / block * block;
     if (n < block * threads)
         n = block * (self->pace > 0.0 ? threads : 1);
     *end_ret = done + n < self->n_ray ? done + n : self->n_ray;

@@ -313,6 +313,8 @@ async function dragsObjects(page) {
   await page.mouse.down();
   await page.mouse.move(box.x + at[0], box.y + at[1] - 40, { steps: 4 });
   check(/by 0, [\d.]+, /.test(await page.textContent("#move-place")), `it says how far: ${await page.textContent("#move-place")}`);
+  await settle(page);
+  check(await page.locator("#tip").isHidden(), "no ray's tip covers what is dragged");
   await picture(page, "dragging.png");
   await page.mouse.up();
   await until(page, "the lens' place in the text", () => /name: lens[^\n]*at: \[0(\.0)?, [\d.]+/.test(document.querySelector("#text .CodeMirror").CodeMirror.getValue()));
