@@ -133,7 +133,7 @@ enum rmap_status rmap_serve_picture_take(const char *path, const char *type, con
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an answer");
     if (json_is_object(printed) && strcmp(type, "application/json") != 0)
         (void)json_object_update_missing(document, (json_t *)(uintptr_t)printed);
-    (void)json_object_del(document, "path"); /* of a file that is gone */
+    (void)json_object_del(document, "output"); /* a file that is gone */
     *result_ret = document;
     return RMAP_OK;
 }

@@ -67,7 +67,8 @@ def check_answers():
             expected = run(*command, "--json")
             assert without_cost(answer) == without_cost(expected), (command, answer, expected)
         assert len(lens.sample("registered(sensor)", 3)) == 3
-        assert lens.draw(limit=5)["text"].startswith("<?xml")
+        drawn = lens.draw(limit=5)
+        assert drawn["text"].startswith("<?xml") and "output" not in drawn, drawn.keys()
         assert lens.draw(limit=5, format="png")["base64"].startswith("iVBOR")
         names = lens.names()
         assert "sensor" in names["detectors"] and "hit" in names["words"]
@@ -267,6 +268,7 @@ def check_clients():
         except TimeoutError:
             pass
         assert one.ask("trace", action="stop")["state"] == "stopped"
+        assert all("event" in event for event in events), events
         for i, client in enumerate(clients):  # some in the middle of a word
             if i % 2:
                 client._out.write('{"id": 1, "command": "paths"}\n{"id')

@@ -58,7 +58,7 @@ class Server:
             answer = json.loads(line)
             waiting = self._waiting.get(answer.get("id"))
             if waiting is None:
-                if self.on_event:
+                if self.on_event and "id" not in answer:  # no late word about a request given up
                     self.on_event(answer)
             elif "ok" not in answer:
                 if waiting.told:
