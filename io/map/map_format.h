@@ -41,6 +41,7 @@
 
 #define RMAP_FEATURE_METALS                                                                        \
     "metals" /* and those of metals, and of facets of boundaries, with models */
+#define RMAP_FEATURE_FILMS "films" /* and those at thin films */
 #define RMAP_FEATURE_TURBID                                                                        \
     "turbid" /* compact portions may leave out what follows from scattering and luminescence */
 

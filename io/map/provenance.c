@@ -132,12 +132,13 @@ static enum rmap_status put_features(struct rmap_h5 *h5, const struct rmap_run *
                                      struct rmap_error *err)
 {
     char text[160];
-    (void)snprintf(text, sizeof text, "%s%s%s%s%s%s%s%s%s",
+    (void)snprintf(text, sizeof text, "%s%s%s%s%s%s%s%s%s%s",
                    rmap_scene_keeps_curves(run->scene) ? RMAP_FEATURE_CURVES " " : "",
                    run->scene->timed ? RMAP_FEATURE_TIMES " " : "",
                    run->selection ? RMAP_FEATURE_GAPS " " : "",
                    run->scene->n_scatter > 0 ? RMAP_FEATURE_SCATTER " " : "",
                    rmap_scene_has_rough_metals(run->scene) ? RMAP_FEATURE_METALS " " : "",
+                   rmap_scene_has_tinting_films(run->scene) ? RMAP_FEATURE_FILMS " " : "",
                    rmap_scene_is_turbid(run->scene) ? RMAP_FEATURE_TURBID " " : "",
                    rmap_scene_has_surfaces(run->scene) ? RMAP_FEATURE_SURFACES " " : "",
                    rmap_scene_has_uv(run->scene) ? RMAP_FEATURE_UV " " : "",
@@ -220,8 +221,8 @@ static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *er
     static const char known[] =
         RMAP_FEATURE_CURVES " " RMAP_FEATURE_TIMES " " RMAP_FEATURE_GAPS " " RMAP_FEATURE_PLACES
                             " " RMAP_FEATURE_CLASSES " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS
-                            " " RMAP_FEATURE_SCATTER " " RMAP_FEATURE_METALS " " RMAP_FEATURE_TURBID
-                            " " RMAP_FEATURE_SURFACES " " RMAP_FEATURE_UV;
+                            " " RMAP_FEATURE_SCATTER " " RMAP_FEATURE_METALS " " RMAP_FEATURE_FILMS
+                            " " RMAP_FEATURE_TURBID " " RMAP_FEATURE_SURFACES " " RMAP_FEATURE_UV;
     char features[FEATURES_NBYTES];
     enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
     char *rest = features, *name;

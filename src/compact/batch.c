@@ -33,7 +33,10 @@ static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_su
     if (rmap_surface_scatters(surface))
         return n == 1 ? UINT32_MAX : 0;
     if (surface->type == RMAP_SURFACE_FRESNEL)
-        return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ? 0 : UINT32_MAX;
+        return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ||
+                       surface->coat == RMAP_COAT_FILM
+                   ? 0
+                   : UINT32_MAX;
     if (!(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal) &&
         alike(surface->reflect_specular, n))
         grey |= RMAP_EVENT_REFLECT_SPECULAR;

@@ -134,6 +134,7 @@ static struct rmap_lane_header header_of(const struct rmap_compact_encoder *enco
                                      .n_lane = rmap_lane_count(encoder->model->scene->timed),
                                      .weighed = encoder->model->scene->n_scatter > 0,
                                      .metals = rmap_scene_has_rough_metals(encoder->model->scene),
+                                     .films = rmap_scene_has_tinting_films(encoder->model->scene),
                                      .turbid = encoder->model->turbid};
 }
 

@@ -16,6 +16,7 @@
 #define WEIGHED        UINT64_C(16)
 #define TURBID         UINT64_C(32)
 #define METALS         UINT64_C(64)
+#define FILMS          UINT64_C(128)
 #define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_UNTIMED))
 
@@ -36,7 +37,7 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
 {
     row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
                      (header->weighed ? WEIGHED : 0) | (header->turbid ? TURBID : 0) |
-                     (header->metals ? METALS : 0) |
+                     (header->metals ? METALS : 0) | (header->films ? FILMS : 0) |
                      (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
     row[ROW_SEED] = header->seed;
     row[ROW_FIRST] = header->first_ray;
@@ -62,8 +63,8 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     const uint64_t n_lane = n > ROW_LANES ? row[ROW_LANES] : 0;
     if (n <= ROW_LANES || n - ROW_LANES - 1 < n_lane)
         return rmap_portion_damaged("its header is cut off", err);
-    if ((flags &
-         ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | METALS | CODES)) ||
+    if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | METALS |
+                   FILMS | CODES)) ||
         ((flags & CODES) && !(flags & CLASSED)) ||
         (n_lane != RMAP_LANE_UNTIMED && n_lane != RMAP_LANE_COUNT))
         return rmap_portion_damaged("its header has unknown lanes", err);
@@ -74,6 +75,7 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     header->weighed = flags & WEIGHED;
     header->turbid = flags & TURBID;
     header->metals = flags & METALS;
+    header->films = flags & FILMS;
     header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
     header->n_lane = (int)n_lane;
     *n_used_ret = rmap_lane_header_rows(header->n_lane);

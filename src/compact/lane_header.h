@@ -79,6 +79,7 @@ struct rmap_lane_header {
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     bool weighed;    /* colours beside scatter models are predicted */
     bool metals;     /* and those of metals, and of facets, with models */
+    bool films;      /* and those at films */
     bool turbid;     /* what happens inside media is predicted */
     bool measured;   /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
     int n_lane;      /* rmap_lane_count; of others, nothing is stored */

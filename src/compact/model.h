@@ -121,7 +121,7 @@ struct rmap_encounter {
     int32_t object;
     bool front;
     const struct rmap_surface *surface;
-    bool weighed, metals; /* as struct rmap_retrace has them */
+    bool weighed, metals, films; /* as struct rmap_retrace has them */
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1]; at the facet, where that is predicted */
     uint32_t event;
@@ -168,6 +168,7 @@ struct rmap_retrace {
     bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
     bool weighed; /* colours beside scatter models are predicted */
     bool metals;  /* and those of metals and of facets that have models */
+    bool films;   /* and those at films */
     bool turbid;  /* so is what happens inside media */
     bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
                      absorbs */

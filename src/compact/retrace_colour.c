@@ -69,18 +69,34 @@ static void weigh(struct rmap_compact_light *light, const double *p)
     light->changed |= rmap_colour_weigh(&light->colour, p);
 }
 
+static void meet_film(const struct rmap_encounter *e, struct rmap_compact_light *light)
+{
+    double p[RMAP_CHANNEL_MAX];
+    for (int i = light->colour.begin; i < light->colour.end && e->films; i++) {
+        const struct rmap_coat_shares its =
+            rmap_thin_film_coat(e->scene, &e->scene->object[e->object], e->front, i, e->near->n[i],
+                                e->far->n[i], e->cosine);
+        p[i] = e->event == RMAP_EVENT_TRANSMIT_SPECULAR ? its.passed : its.reflected;
+    }
+    if (e->films)
+        weigh(light, p);
+}
+
 static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_light *light)
 {
     bool dispersive = e->near->dispersive || e->far->dispersive, all_total = true;
+    const bool film = e->surface->coat == RMAP_COAT_FILM;
     double r[RMAP_CHANNEL_MAX];
-    if (!dispersive && e->surface->coat != RMAP_COAT_REFLECTANCE)
+    if (!dispersive && !film && e->surface->coat != RMAP_COAT_REFLECTANCE)
         return;
     if (e->event == RMAP_EVENT_TRANSMIT_SPECULAR && dispersive && e->channel >= 0) {
         collapse(light, e->channel);
         return;
     }
-    if (e->surface->coat == RMAP_COAT_FILM) /* of a library's sines: the tracer marks its colours */
+    if (film) {
+        meet_film(e, light);
         return;
+    }
     for (int i = light->colour.begin; i < light->colour.end; i++) {
         bool total;
         r[i] =
@@ -106,8 +122,10 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
             return;
         }
         for (int i = light->colour.begin; i < light->colour.end; i++)
-            p[i] = rmap_fresnel_metal_portable(e->near->n[i], surface->metal_n[i],
-                                               surface->metal_k[i], e->cosine);
+            p[i] = e->films && surface->coat == RMAP_COAT_FILM
+                       ? rmap_metal_coat(e->scene, surface, i, e->near->n[i], e->cosine)
+                       : rmap_fresnel_metal_portable(e->near->n[i], surface->metal_n[i],
+                                                     surface->metal_k[i], e->cosine);
         weigh(light, p);
         return;
     case RMAP_EVENT_REFLECT_DIFFUSE:
@@ -156,7 +174,8 @@ static void weigh_share(const struct rmap_encounter *e, bool facets,
                                      .near = (int32_t)(e->near - e->scene->medium),
                                      .far = (int32_t)(e->far - e->scene->medium)};
     double p[RMAP_CHANNEL_MAX];
-    if (!e->weighed || !rmap_scatter_shares_follow(&side, passes))
+    if (!e->weighed || (e->surface->coat == RMAP_COAT_FILM && !e->films) ||
+        !rmap_scatter_shares_follow(&side, passes))
         return;
     for (int i = light->colour.begin; i < light->colour.end; i++) {
         side.channel = i;

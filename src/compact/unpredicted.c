@@ -52,6 +52,7 @@ bool rmap_unpredicted_list(const struct rmap_compact_model *model, const struct 
     bool known = header->placed && !header->one_by_one &&
                  header->weighed == (model->scene->n_scatter > 0) &&
                  header->metals == rmap_scene_has_rough_metals(model->scene) &&
+                 header->films == rmap_scene_has_tinting_films(model->scene) &&
                  header->turbid == model->turbid;
     list->seed = header->seed;
     list->n = 0;

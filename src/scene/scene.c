@@ -360,3 +360,11 @@ bool rmap_scene_has_rough_metals(const struct rmap_scene *scene)
     }
     return any;
 }
+
+bool rmap_scene_has_tinting_films(const struct rmap_scene *scene)
+{
+    bool any = false;
+    for (size_t i = 0; i < scene->n_surface && scene->channels.n > 1; i++)
+        any = any || scene->surface[i].coat == RMAP_COAT_FILM;
+    return any;
+}

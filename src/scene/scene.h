@@ -364,6 +364,9 @@ static inline bool rmap_surface_scatters(const struct rmap_surface *surface)
  * depend on the angle, maybe at a facet. */
 bool rmap_scene_has_rough_metals(const struct rmap_scene *scene);
 
+/* Are there films that several channels meet? */
+bool rmap_scene_has_tinting_films(const struct rmap_scene *scene);
+
 /* Sends rays that are somebody's, one by one, from no lamp. */
 static inline bool rmap_source_is_of_rays(const struct rmap_source *source)
 {

@@ -144,7 +144,6 @@ static void decide_film(const struct rmap_scene *scene, const struct rmap_ray *r
     }
     draw_numbers(draw, u);
     const double reflected = rmap_colour_sum(colour, share);
-    decision->predicted = decision->predicted && rmap_colour_single(colour);
     decision->weigh = rmap_colour_single(colour) ? NULL : share;
     if (u[0] < reflected) {
         turn(decision, all_total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
@@ -428,7 +427,8 @@ static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray 
     const struct rmap_surface *surface = side->surface;
     struct outcome outcome[] = {{RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular}, {0}};
     if (surface->is_metal) {
-        decision->predicted = decision->predicted && rmap_colour_single(colour);
+        decision->predicted =
+            decision->predicted && (rmap_colour_single(colour) || surface->coat == RMAP_COAT_FILM);
         for (int i = colour->begin; i < colour->end; i++)
             decision->scratch[i] = rmap_metal_coat(scene, surface, i, side->n1[i], side->cos_i);
         outcome[0].p = decision->scratch;

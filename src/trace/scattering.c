@@ -27,9 +27,10 @@ struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side,
         its.passed = 1.0 - its.reflected;
     } else if (surface->is_metal) {
         const int i = side->channel;
-        its.reflected = side->portable ? rmap_fresnel_metal_portable(side->n1, surface->metal_n[i],
-                                                                     surface->metal_k[i], cos_i)
-                                       : rmap_metal_coat(side->scene, surface, i, side->n1, cos_i);
+        its.reflected = side->portable && surface->coat != RMAP_COAT_FILM
+                            ? rmap_fresnel_metal_portable(side->n1, surface->metal_n[i],
+                                                          surface->metal_k[i], cos_i)
+                            : rmap_metal_coat(side->scene, surface, i, side->n1, cos_i);
     }
     return its;
 }
@@ -307,8 +308,8 @@ bool rmap_scatter_by_facet(const struct rmap_scatter_side *side)
 bool rmap_scatter_shares_follow(const struct rmap_scatter_side *side, bool passes)
 {
     const struct rmap_surface *surface = side->surface;
-    if (surface->coat == RMAP_COAT_FILM ||
-        (!side->portable && (surface->is_metal || rmap_scatter_by_facet(side))))
+    const bool bare_metal = surface->is_metal && surface->coat != RMAP_COAT_FILM;
+    if (!side->portable && (bare_metal || rmap_scatter_by_facet(side)))
         return false;
     for (const struct rmap_scatter *its = rmap_surface_scatter(side->scene, surface, passes); its;
          its = another(side, its))

@@ -18,7 +18,7 @@ struct rmap_scatter_side {
     struct rmap_vec3 position; /* in the world, and triangle: where u grows */
     int32_t primitive;
     const struct rmap_surface *surface;
-    bool portable;     /* metals of numbers that are the same bits on every machine */
+    bool portable;     /* bare metals of numbers that are the same bits on every machine */
     int32_t near, far; /* media */
     int channel;
     double n1, n2;                 /* on it */
@@ -35,8 +35,8 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
                                                struct rmap_vec3 in);
 
 /* The numbers of what is reflected, or passes, are the same bits on every machine and follow from
- * the angle of incidence, at a facet where it is of facets: no film, no table, no particles beyond
- * a boundary; metals and facets of a boundary only of a portable side, since the tracer asks
+ * the angle of incidence, at a facet where it is of facets: no table, no particles beyond a
+ * boundary; bare metals and facets of a boundary only of a portable side, since the tracer asks
  * others. What the decoder of compact maps weighs colours with. */
 bool rmap_scatter_shares_follow(const struct rmap_scatter_side *side, bool passes);
 

@@ -33,10 +33,15 @@ media:
   air: {index: 1}
   bk7: {glass: N-BK7, absorption: 0.002}
   ink: {table: {wavelength: [400, 700], n: [1.3, 1.4], k: [1.0e-6, 4.0e-6]}}
+films:
+  dark: {layers: [{n: 2.4, k: 1.3, thickness: 20 nm}, {n: 1.38, thickness: 90 nm}, {n: 2.1, thickness: 400 nm}]}
+  sheet: {substrate: front, layers: [{n: 1.9, k: 0.05, thickness: 300 nm}, {n: 1.4, thickness: 120 nm}]}
 surfaces:
-  clear: {type: fresnel}
   coated: {type: fresnel, coat: {reflectance: {wavelength: [400, 700], value: [0, 0.4]}}}
   metal: {type: mirror, metal: {n: 0.2, k: 3}}
+  silvered: {type: mirror, metal: Ag, coat: {film: dark}}
+  bloomed: {type: fresnel, coat: {film: dark}}
+  pellicle: {type: fresnel, coat: {film: sheet}}
   white: {type: lambert, reflectance: {wavelength: [400, 700], value: [0.9, 0.5]}}
   milk: {type: mixture, reflect_diffuse: 0.4, transmit_diffuse: 0.4}
   black: {type: absorber}
@@ -47,14 +52,15 @@ geometries:
   dish: {type: conic, radius: 40, conic: -1, asphere: {4: 1.0e-6}, aperture: 14, inner: 1}
   ring: {type: disc, radius: 14, inner: 6}
 objects:
-  - {name: drop, geometry: ball, at: [0, 0, 2], surface: clear, inside: bk7, outside: air}
+  - {name: drop, geometry: ball, at: [0, 0, 2], surface: bloomed, inside: bk7, outside: air}
   - {name: bead, geometry: ball, at: [7, 3, -6], rotate: [10, 20, 30], scale: [0.5, 0.4, 0.6],
      surface: coated, inside: ink, outside: air}
   - {name: tube, geometry: pipe, at: [0, 0, 5], surface: metal, front: air, back: air}
   - {name: screen, geometry: plate, at: [0, 0, 30], rotate: [0, 5, 0], surface: white, front: air,
      back: air}
+  - {name: pane, geometry: plate, at: [0, 0, 15], rotate: [0, -8, 0], surface: pellicle, front: air, back: air}
   - {name: veil, geometry: plate, at: [0, 0, 40], surface: milk, front: air, back: air}
-  - {name: mirror, geometry: dish, at: [0, 0, 55], rotate: [180, 0, 0], surface: metal, front: air,
+  - {name: mirror, geometry: dish, at: [0, 0, 55], rotate: [180, 0, 0], surface: silvered, front: air,
      back: air}
   - {name: stop, geometry: ring, at: [0, 0, -10], surface: black, front: air, back: air}
 sources:

@@ -231,20 +231,25 @@ def check_bytes():
     box = """raymap: 1
 units: mm
 spectrum: {wavelengths: [550]}
-media: {air: {index: 1}}
+media: {air: {index: 1}, glass: {index: 1.52}}
+films:
+  ar: {reference: 550, layers: [{n: 1.38, quarter: 1}]}
+  five: {reference: 550, layers: [{n: 1.38, quarter: 1}, {n: 2.3, quarter: 1}, {n: 1.46, quarter: 1.5}, {n: 2.1, quarter: 1}, {n: 1.7, quarter: 1}]}
+  dark: {layers: [{n: 2.4, k: 3.3, thickness: 8 nm}, {n: 1.46, thickness: 85 nm}]}
 surfaces:
   face: %s
+  wall: WALL
 geometries: {ball: {type: sphere, radius: 20}, wall: {type: mesh, file: cube.obj}}
 objects:
-  - {name: ball, geometry: ball, surface: face, inside: air, outside: air}
-  - {name: cube, geometry: wall, surface: face, inside: air, outside: air}
+  - {name: ball, geometry: ball, surface: face, inside: INSIDE, outside: air}
+  - {name: cube, geometry: wall, surface: wall, inside: air, outside: air}
 sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
 """
     with open("cube.obj", "w", encoding="utf-8") as file:
         file.write("".join(f"v {x} {y} {z}\n" for x in (-60, 60) for y in (-60, 60) for z in (-60, 60)))
         file.write("f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
-    def nbytes_of(surface, wavelengths="[550]"):
-        scene = (box % surface).replace("[550]", wavelengths)
+    def nbytes_of(surface, wavelengths="[550]", wall=None, inside="air"):
+        scene = (box % surface).replace("[550]", wavelengths).replace("WALL", wall or surface).replace("INSIDE", inside)
         run("trace", write_scene("bytes", scene), "-o", "bytes.raymap", "-n", 10000, "--quiet", "--force")
         run("verify", "bytes.raymap")
         return sum(os.path.getsize(os.path.join(folder, file)) for folder, _, files in os.walk("bytes.raymap")
@@ -280,6 +285,15 @@ sources: [{name: s, type: point, at: [40, 0, 0], flux: 1 W}]
         nbytes = nbytes_of(f"{{{kind}}}", several)
         checks.true(f"seven wavelengths, {kind}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.1 * plain)
         found.append(f"gold {nbytes / plain:.2f}")
+    # So is what films reflect, and let pass.
+    white = f"{{type: lambert, reflectance: {colour}}}"
+    plain = nbytes_of(white, several)
+    for kind, inside in (("type: fresnel, coat: {film: ar}", "glass"), ("type: fresnel, coat: {film: five}", "glass"),
+                         ("type: fresnel, coat: {film: dark}", "glass"), ("type: mirror, metal: Al, coat: {film: five}", "air"),
+                         ("type: fresnel, coat: {film: five}, scatter: {model: ggx, alpha: 0.2}", "glass")):
+        nbytes = nbytes_of(f"{{{kind}}}", several, white, inside)
+        checks.true(f"seven wavelengths, {kind}: {nbytes} bytes, of Lambert's law {plain}", nbytes < 1.1 * plain)
+        found.append(f"film {nbytes / plain:.2f}")
     drop("bytes.raymap")
     print("bytes over those of Lambert's law of the same reflectance:", ", ".join(found))
 

@@ -95,7 +95,7 @@ def _bits(numbers):
     return np.ascontiguousarray(numbers).view(f"<u{numbers.dtype.itemsize}").astype(np.uint64)
 
 
-TABLE, PLACES, CLASSES, LENGTHS = 1 << 63, 2, 4, 8  # flags
+TABLE, PLACES, CLASSES, LENGTHS, FILMS = 1 << 63, 2, 4, 8, 128  # flags
 CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are
 
 
@@ -364,6 +364,8 @@ class _Retrace:
     def __init__(self, model, rows, lanes, seed, columns, placed):
         self.model, self.lanes, self.seed, self.columns = model, lanes, seed, columns
         self.placed = placed
+        flags = int(rows["pool64/value"][0])
+        self.films = flags & TABLE != 0 and flags & FILMS != 0
         self.id = lanes["ray/id"].out
         self.count = columns["ray/segment_count"].astype(np.int64)
         self.begin = np.cumsum(self.count) - self.count
@@ -530,4 +532,5 @@ class _Retrace:
         far = np.where(front, o["medium_back"][objects], o["medium_front"][objects])
         far = np.where(far >= 0, far, near)
         size = np.minimum(np.where(cosine < 0.0, -cosine, cosine), 1.0)
-        self.light.meet(ray[go], surface[go], near[go], far[go], size[go], event[go], channel[go])
+        self.light.meet(ray[go], surface[go], near[go], far[go], size[go], event[go], channel[go], front[go],
+                        self.films)

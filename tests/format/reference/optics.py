@@ -7,6 +7,7 @@ order given there.
 import struct
 
 import numpy as np
+import yaml
 
 f8, f4 = np.float64, np.float32
 PI = 3.14159265358979323846
@@ -77,6 +78,21 @@ def one_minus_exp(x):
     e = (total + 1.0) * r
     scale = np.ldexp(1.0, -n)
     return np.where(small, np.where(n == 0, -e, 1.0 - scale * (1.0 + e)), 1.0)
+
+
+def portable_exp(x):
+    """exp(x) for -700 < x <= 0; 0 below."""
+    small = x > -700.0
+    x = np.where(small, x, 0.0)
+    n = np.trunc(x * 1.44269504088896340736 - 0.5)
+    n = np.where(x < 0.0, n, 0.0)
+    r = (x - n * 0.693147180369123816490) - n * 1.90821492927058770002e-10
+    y = r * r
+    even, odd = 1.0 / 87178291200.0, 1.0 / 6227020800.0
+    for a, b in ((479001600.0, 39916800.0), (3628800.0, 362880.0), (40320.0, 5040.0), (720.0, 120.0), (24.0, 6.0)):
+        even, odd = even * y + 1.0 / a, odd * y + 1.0 / b
+    even = even * y + 0.5
+    return np.where(small, np.ldexp(1.0, n.astype(np.int64)) * (1.0 + (r + y * (even + r * odd))), 0.0)
 
 
 def angle(x, y):
@@ -209,13 +225,28 @@ class Model:
                     table[key] = value[:, None]
         self.radius, self.centre = self.sphere["radius"][0], self.sphere["centre"][0]
         self.epsilon = 1e-12 * self.radius
-        meshes = _meshes(index["scene/bundle"][:].tobytes())
+        text, meshes = _bundle(index["scene/bundle"][:].tobytes())
         names = [name.decode() for name in index["name/geometry"][:]]
         self.mesh = [meshes.get(name) for name in names]
+        if "film" in group:
+            self._films(yaml.safe_load(text), [name.decode() for name in index["name/surface"][:]])
         self.source_colour = quantise_colour(self.source["colour"])
         self.quota = np.bincount(self.schedule["source"], minlength=len(self.source["type"]))
         self._shapes()
         self._expected()
+
+    def _films(self, scene, surfaces):
+        """The layers of each film, [channel][layer], from the outside on; the film of each surface."""
+        names, at = list(scene["films"]), 0
+        self.layers, self.on_front = [], []
+        for film in scene["films"].values():
+            n = len(film.get("layers", []))  # measured ones are not read here
+            own = np.arange(at, at + self.n_channel * n).reshape(self.n_channel, n)
+            self.layers.append([self.film[name][own] for name in ("n", "k", "thickness")])
+            self.on_front.append(film.get("substrate") == "front")  # or, but for lenses, on the back
+            at += own.size
+        self.film_of = [names.index(coat["film"]) if isinstance(coat, dict) and "film" in coat else -1
+                        for coat in (scene["surfaces"][name].get("coat") for name in surfaces)]
 
     def _shapes(self):
         g = {k.split(".")[-1]: v for k, v in self.geometry.items()}
@@ -259,8 +290,8 @@ class Model:
         self.inside = np.append(nowhere, np.where(closed, o["medium_back"], nowhere))
 
 
-def _meshes(blob):
-    """{geometry: (vertices, triangles)} of a packed scene."""
+def _bundle(blob):
+    """Of a packed scene its text and {geometry: (vertices, triangles)}."""
     at = 8
 
     def number(form):
@@ -281,7 +312,9 @@ def _meshes(blob):
         at += data.nbytes
         return data
 
-    for _ in range(4):  # path, text, simulation, colour
+    text()
+    scene = text()
+    for _ in range(2):  # simulation, colour
         text()
     for _ in range(3):  # only, without, set
         for _ in range(number("<Q")):
@@ -297,7 +330,7 @@ def _meshes(blob):
         for _ in range(n_face):
             text()
         meshes[name] = (vertex, triangle)
-    return meshes
+    return scene, meshes
 
 
 # ---- where a ray starts ----
@@ -671,13 +704,17 @@ class Light:
         self.changed[i] = True
         self.trim(i)
 
-    def meet(self, i, surface, near, far, cosine, event, channel):
-        """The light of rays i from before a surface to after it."""
+    def meet(self, i, surface, near, far, cosine, event, channel, front, films):
+        """The light of rays i from before a surface to after it. films: those are predicted."""
         go = ~self.single(i)
-        i, surface, near, far, cosine, event, channel = (
-            x[go] for x in (i, surface, near, far, cosine, event, channel))
+        i, surface, near, far, cosine, event, channel, front = (
+            x[go] for x in (i, surface, near, far, cosine, event, channel, front))
         kind = self.model.surface["type"][surface]
-        for rays, how in ((kind == 0, self._meet_fresnel), (kind != 0, self._meet_shares)):
+        coated = self.model.surface["coat"][surface] == 3
+        if coated.any():
+            self._meet_film(*(x[coated] for x in (i, surface, near, far, cosine, event, channel, front)), films)
+            kind = np.where(coated & (films | (kind == 0)), -1, kind)
+        for rays, how in ((kind == 0, self._meet_fresnel), (kind > 0, self._meet_shares)):
             if rays.any():
                 how(*(x[rays] for x in (i, surface, near, far, cosine, event, channel)))
 
@@ -687,7 +724,7 @@ class Light:
         dispersive = (m["dispersive"][near] | m["dispersive"][far]) != 0
         one = (event == TRANSMIT_SPECULAR) & dispersive & (channel >= 0)
         self.collapse(i[one], channel[one])
-        go = (dispersive | (coat == 1)) & ~one & (coat != 3)  # of films nothing is predicted
+        go = (dispersive | (coat == 1)) & ~one
         i, surface, near, far, cosine, event, coat = (
             x[go] for x in (i, surface, near, far, cosine, event, coat))
         if not len(i):
@@ -710,6 +747,21 @@ class Light:
         go = ~(total | ~(self.share[i] > 0.0) | ~live).all(axis=1)
         r = np.where((event == REFLECT_SPECULAR)[:, None], r, 1.0 - r)
         self.weigh(i[go], r[go])
+
+    def _meet_film(self, i, surface, near, far, cosine, event, channel, front, films):
+        m, s = self.model.medium, self.model.surface
+        metal = s["type"][surface] == 1
+        one = ((event == TRANSMIT_SPECULAR) & ~metal & (channel >= 0)
+               & ((m["dispersive"][near] | m["dispersive"][far]) != 0))
+        self.collapse(i[one], channel[one])
+        for which, side in {(which, side) for which in surface for side in (False, True)} if films else ():
+            k = np.flatnonzero(~one & (surface == which) & (front == side))
+            is_metal, film = s["type"][which] == 1, self.model.film_of[which]
+            n2 = s["metal_n"][[which]] if is_metal else m["n"][far[k]]
+            k2 = s["metal_k"][[which]] if is_metal else np.zeros((1, self.model.n_channel))
+            reflected, passed = _film(self.model.layers[film], not is_metal and side == self.model.on_front[film],
+                                      m["n"][near[k]], n2, k2, cosine[k][:, None])
+            self.weigh(i[k], np.where((event[k] == TRANSMIT_SPECULAR)[:, None], passed, reflected))
 
     def _meet_shares(self, i, surface, near, far, cosine, event, channel):
         m, s = self.model.medium, self.model.surface
@@ -758,6 +810,65 @@ class Light:
             running = np.where(live, running + self.share[i, k], running)
             done |= live & (u * total < running)
         return last
+
+
+# Complex numbers are pairs (re, im).
+
+def _times(a, b):
+    return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
+
+
+def _place(n, k, sine):
+    """Square of the index, index times cosine."""
+    re, im = (n - k) * (n + k), 2.0 * n * k
+    left = re - sine * sine
+    size = np.where(k == 0.0, np.abs(left), np.sqrt(left * left + im * im))
+    large = np.sqrt(0.5 * (size + np.abs(left)))
+    small = np.where(large > 0.0, 0.5 * im / np.where(large > 0.0, large, 1.0), 0.0)
+    return (re, im), (np.where(left < 0.0, small, large), np.where(left < 0.0, large, small))
+
+
+def _go_on(near, far, phase, r, t):
+    echo = _times(_times(r, phase), phase)
+    total, less = (tuple(x + y for x, y in zip(near, far)), tuple(x - y for x, y in zip(near, far)))
+    back, on = _times(less, echo), _times(total, echo)
+    under = (total[0] + back[0], total[1] + back[1])
+    none = (under[0] == 0.0) & (under[1] == 0.0)
+    power = np.where(none, 1.0, under[0] * under[0] + under[1] * under[1])
+    inverse = (under[0] / power, -under[1] / power)
+    new_t = _times(_times(_times((2.0 * near[0], 2.0 * near[1]), t), phase), inverse)
+    new_r = _times((less[0] + on[0], less[1] + on[1]), inverse)
+    return (tuple(np.where(none, x, y) for x, y in zip(r, new_r)),
+            tuple(np.where(none, x, y) for x, y in zip(t, new_t)))
+
+
+def _film(layers, backwards, n1, n2, k2, cosine):
+    """Shares, [rays, channels], that a film reflects and lets pass."""
+    zero, one = np.zeros_like(n1), np.ones_like(n1)
+    sine = n1 * np.sqrt(1.0 - cosine * cosine)
+    total = (k2 == 0.0) & (sine >= n2) & (n1 != n2)
+    first = ((n1 * n1, zero), (n1 * cosine, zero))
+    last = behind = _place(n2, k2, sine)
+    phase = (one, zero)
+    across, within = ((zero, zero), (one, zero)), ((zero, zero), (one, zero))
+    order = range(layers[0].shape[1]) if backwards else reversed(range(layers[0].shape[1]))
+    for k in [*order, None]:
+        here = first if k is None else _place(layers[0][:, k], layers[1][:, k], sine)
+        across = _go_on(here[1], behind[1], phase, *across)
+        within = _go_on(_times(behind[0], here[1]), _times(here[0], behind[1]), phase, *within)
+        if k is not None:
+            turns, lost = layers[2][:, k] * here[1][0], layers[2][:, k] * here[1][1]
+            decay = np.where(lost > 0.0, portable_exp(-2.0 * PI * lost), 1.0)
+            x, y = azimuth(turns - np.floor(turns))
+            phase = (decay * x, decay * y)
+        behind = here
+    (rs, ts), (rp, tp) = ((tuple(x[0] * x[0] + x[1] * x[1] for x in both)) for both in (across, within))
+    square, along = last
+    ts = ts * along[0] / (n1 * cosine)
+    tp = (tp * (along[0] * square[0] + along[1] * square[1]) * n1
+          / ((square[0] * square[0] + square[1] * square[1]) * cosine))
+    grazing = cosine <= 0.0
+    return np.where(grazing, 1.0, 0.5 * (rs + rp)), np.where(grazing | total, 0.0, 0.5 * (ts + tp))
 
 
 def _metal(n1, n, k, c):
