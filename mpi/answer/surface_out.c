@@ -131,6 +131,14 @@ static const char *model_name(const struct rmap_surface_question *self, bool pas
                            : rmap_scatter_name[its->model].name;
 }
 
+static void name_models(const struct rmap_surface_question *self, char *text, size_t cap)
+{
+    const char *reflect = model_name(self, false), *transmit = model_name(self, true);
+    const bool differ = reflect && transmit && strcmp(reflect, transmit) != 0;
+    (void)snprintf(text, cap, "scatters by %s%s%s", reflect ? reflect : transmit,
+                   differ ? " and, passing, by " : "", differ ? transmit : "");
+}
+
 /* Whether all of its models are. */
 static bool is_reciprocal(const struct rmap_surface_question *self)
 {
@@ -155,16 +163,14 @@ static double asymmetry(const struct rmap_surface_question *self, bool passes)
 
 static void print_scattering(const struct rmap_surface_question *self, FILE *out)
 {
-    const char *reflect = model_name(self, false), *transmit = model_name(self, true);
     const struct rmap_scatter *its = rmap_surface_scatter(self->scene, self->surface, false);
     const bool facets = its && rmap_scatter_is_facets(its);
     for (const struct rmap_scatter *one = its; one; one = next_to(self, one))
         if (one->dust)
             fprintf(out, "  particles cover %.4g %% of it\n", 100.0 * one->dust->coverage);
-    fprintf(out, "  scatters by %s%s%s, %s\n", reflect ? reflect : transmit,
-            reflect && transmit && strcmp(reflect, transmit) != 0 ? " and, passing, by " : "",
-            reflect && transmit && strcmp(reflect, transmit) != 0 ? transmit : "",
-            is_reciprocal(self) ? "reciprocal" : "not reciprocal");
+    char by[200];
+    name_models(self, by, sizeof by);
+    fprintf(out, "  %s, %s\n", by, is_reciprocal(self) ? "reciprocal" : "not reciprocal");
     for (int way = 0; way < 2; way++)
         if (!isnan(asymmetry(self, way == 1)))
             fprintf(out, "  asymmetry %.3g %% of its %s light: mean |f(a, b) - f(b, a)| over f\n",
@@ -282,14 +288,17 @@ enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self,
 {
     struct rmap_svg *svg = NULL;
     struct rmap_surface_question more;
-    char title[400];
+    char text[400], by[200] = "", title[sizeof text + sizeof by];
     struct rmap_surface_picture its = {.scene = self->scene,
                                        .side = self->side,
                                        .n = self->n_side,
                                        .channel = self->channel,
                                        .title = title};
     enum rmap_status st = RMAP_OK;
-    describe(self, title, sizeof title);
+    describe(self, text, sizeof text);
+    if (rmap_surface_scatters(self->surface))
+        name_models(self, by, sizeof by);
+    (void)snprintf(title, sizeof title, "%s%s%s", text, *by ? ", " : "", by);
     if (between) {
         RMAP_TRY(rmap_surface_ask(between, self->surface->name, &more, err));
         its.between = between;
