@@ -109,4 +109,4 @@ byId("ray-limit").addEventListener("change", (event) => {
   event.target.value = asking.limit;
   if (own) want("rays");
 });
-byId("criterion-said").before(byId("where"));
+byId("criteria-box").append(byId("where")); // below the buttons, which stay where they are while it grows

@@ -84,7 +84,8 @@ async function change(command, words) {
     showScene(await ask(command, words));
     showMistakes([]);
     await renew();
-    if (live.wished > 0 && live.traced === 0 && live.state !== "running") await ask("trace", { action: "start", rays: live.wished });
+    const { trace: told } = await ask("status"); // events of the trace before may still come in
+    if (live.wished > 0 && told.rays === 0 && told.state === "none") await ask("trace", { action: "start", rays: live.wished });
     return true;
   } catch (refused) {
     say(refused.message);
