@@ -8,9 +8,11 @@
 #include <string.h>
 
 #include "analysis/figure/figure_detector.h"
+#include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "io/export/raster.h"
+#include "io/file/diagnostics.h"
 #include "scatter/dust.h"
 #include "scatter/table.h"
 
@@ -53,6 +55,21 @@ static bool ask(const struct rmap_scene *scene, const struct rmap_surface *surfa
     return question->n_side > 0;
 }
 
+static enum rmap_status tell_unknown(const struct rmap_scene *scene, const char *name,
+                                     struct rmap_error *err)
+{
+    const char **known = rmap_alloc(scene->n_surface, sizeof *known), *near = NULL;
+    for (size_t i = 0; known && i < scene->n_surface; i++)
+        known[i] = scene->surface[i].name;
+    if (known)
+        near = rmap_nearest_word(name, known, scene->n_surface);
+    rmap_free(known);
+    return rmap_error_set(
+        err, RMAP_INPUT,
+        "--surface %s: the scene has no such surface%s%s%s: raymap check lists them", name,
+        near ? " (did you mean '" : "", near ? near : "", near ? "'?)" : "");
+}
+
 enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *name,
                                   struct rmap_surface_question *question, struct rmap_error *err)
 {
@@ -61,9 +78,7 @@ enum rmap_status rmap_surface_ask(const struct rmap_scene *scene, const char *na
         if (strcmp(scene->surface[i].name, name) == 0)
             surface = &scene->surface[i];
     if (!surface)
-        return rmap_error_set(
-            err, RMAP_INPUT, "--surface %s: the scene has no such surface: raymap check lists them",
-            name);
+        return tell_unknown(scene, name, err);
     return ask(scene, surface, question)
                ? RMAP_OK
                : rmap_error_set(err, RMAP_INPUT,

@@ -42,8 +42,9 @@ enum rmap_status rmap_output_check(const char *path, const char *const *suffix, 
         (void)snprintf(list + at, sizeof list - at, "%s%s", between, suffix[i]);
     }
     if (!known)
-        return rmap_error_set(err, RMAP_USAGE, "cannot write '%s': -o takes a name that ends in %s",
-                              path, list);
+        return rmap_error_set(err, RMAP_USAGE,
+                              "cannot write '%s': the output takes a name that ends in %s", path,
+                              list);
     return rmap_output_free(path, force, err);
 }
 
