@@ -16,8 +16,7 @@
 #include "base/alloc.h"
 #include "scene/scene.h"
 
-/* Objects with their tolerances and joints. Bounds of a mesh are found once for all that have it.
- */
+/* Objects with their tolerances and joints. A mesh has its bounds found once. */
 static enum rmap_status begin(const struct rmap_scene *scene, struct rmap_accel *accel,
                               struct rmap_error *err)
 {

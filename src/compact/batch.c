@@ -219,7 +219,7 @@ static void set_off(struct rmap_batch_ray *ray, struct rmap_vec3 position,
 static double met_cosine(const struct rmap_retrace *r, const struct rmap_turning *turning,
                          double cosine, struct rmap_vec3 direction, struct rmap_vec3 normal)
 {
-    if (!r->metals || !(cosine == cosine))
+    if (!r->predicted.metals || !(cosine == cosine))
         return cosine;
     const double met = rmap_step_facet_cosine(turning, fabs(cosine), direction, normal);
     return cosine < 0.0 ? -met : met;
@@ -239,7 +239,7 @@ static void batch_advance_alone(struct rmap_batch_run *run, struct rmap_batch_ra
                                 direction, &facing);
     if (!met) {
         const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-        if (medium && (r->event[row] & rmap_step_inside(r->turbid)))
+        if (medium && (r->event[row] & rmap_step_inside(r->predicted.turbid)))
             run->batch->careful[ray->index] = 1;
         facing.t = rmap_step_distance_out(r->model->scene, position, direction);
         facing.position = rmap_axpy(facing.t, direction, position);

@@ -40,9 +40,7 @@ static void weigh_segment(const struct sum *sum, size_t row,
         .object = (int32_t)object,
         .front = cosine < 0.0,
         .surface = cosine < 0.0 ? o->front : o->back,
-        .weighed = r->weighed,
-        .metals = r->metals,
-        .films = r->films,
+        .predicted = &r->predicted,
         .near = near,
         .far = rmap_medium_beyond(r->model, (int32_t)object, cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,
@@ -92,7 +90,7 @@ static void sum_segment(struct sum *sum, size_t row, struct rmap_compact_light *
     if (medium && rmap_medium_participates(medium) && segment->way.length > 0.0 &&
         !rmap_colour_single(&light->colour))
         (void)rmap_light_travel(&(struct rmap_inside){.medium = medium,
-                                                      .turbid = r->turbid,
+                                                      .turbid = r->predicted.turbid,
                                                       .length = segment->way.length},
                                 light);
     if (light->changed)

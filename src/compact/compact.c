@@ -132,10 +132,7 @@ static struct rmap_lane_header header_of(const struct rmap_compact_encoder *enco
                                      .first_ray = encoder->first_ray,
                                      .placed = true,
                                      .n_lane = rmap_lane_count(encoder->model->scene->timed),
-                                     .weighed = encoder->model->scene->n_scatter > 0,
-                                     .metals = rmap_scene_has_rough_metals(encoder->model->scene),
-                                     .films = rmap_scene_has_tinting_films(encoder->model->scene),
-                                     .turbid = encoder->model->turbid};
+                                     .predicted = encoder->model->predicted};
 }
 
 /* What was recorded against what is predicted: of all rays, or of those that need it.

@@ -35,10 +35,11 @@ _Static_assert(ROW_LANES + 1 + RMAP_LANE_COUNT == RMAP_LANE_HEADER_ROWS, "rows o
 void rmap_lane_header_write(const struct rmap_lane_header *header,
                             uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
-    row[ROW_FLAGS] = TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
-                     (header->weighed ? WEIGHED : 0) | (header->turbid ? TURBID : 0) |
-                     (header->metals ? METALS : 0) | (header->films ? FILMS : 0) |
-                     (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
+    row[ROW_FLAGS] =
+        TABLE | (header->one_by_one ? ONE_BY_ONE : 0) | (header->placed ? PLACED : 0) |
+        (header->predicted.weighed ? WEIGHED : 0) | (header->predicted.turbid ? TURBID : 0) |
+        (header->predicted.metals ? METALS : 0) | (header->predicted.films ? FILMS : 0) |
+        (header->classed ? CLASSED | (uint64_t)header->n_code << CODES_AT : 0);
     row[ROW_SEED] = header->seed;
     row[ROW_FIRST] = header->first_ray;
     row[ROW_LANES] = (uint64_t)header->n_lane;
@@ -72,10 +73,10 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
     header->measured = flags & MEASURED;
-    header->weighed = flags & WEIGHED;
-    header->turbid = flags & TURBID;
-    header->metals = flags & METALS;
-    header->films = flags & FILMS;
+    header->predicted.weighed = flags & WEIGHED;
+    header->predicted.turbid = flags & TURBID;
+    header->predicted.metals = flags & METALS;
+    header->predicted.films = flags & FILMS;
     header->n_code = (uint8_t)((flags & CODES) >> CODES_AT);
     header->n_lane = (int)n_lane;
     *n_used_ret = rmap_lane_header_rows(header->n_lane);

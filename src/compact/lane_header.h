@@ -71,18 +71,23 @@ enum rmap_lane_mode {
     RMAP_LANE_VERBATIM   /* the numbers as they are */
 };
 
+/* What this program predicts, and what older portions, without its flag, may have stored. */
+struct rmap_predicted {
+    bool weighed; /* colours beside scatter models */
+    bool metals;  /* and those of metals, and of facets, with models */
+    bool films;   /* and those at films */
+    bool turbid;  /* what happens inside media: some medium scatters, or gives light back */
+};
+
 struct rmap_lane_header {
     uint64_t seed, first_ray;
     bool one_by_one; /* every ray is to be followed by itself */
     bool placed;     /* lanes of that role stand by themselves */
     bool classed;    /* segments of own paths are stored as classes of steps, */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
-    bool weighed;    /* colours beside scatter models are predicted */
-    bool metals;     /* and those of metals, and of facets, with models */
-    bool films;      /* and those at films */
-    bool turbid;     /* what happens inside media is predicted */
-    bool measured;   /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
-    int n_lane;      /* rmap_lane_count; of others, nothing is stored */
+    struct rmap_predicted predicted;
+    bool measured; /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
+    int n_lane;    /* rmap_lane_count; of others, nothing is stored */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
 };

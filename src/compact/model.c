@@ -240,7 +240,10 @@ enum rmap_status rmap_compact_model_begin(const struct rmap_scene *scene,
     model->n_detector = scene->n_detector;
     model->epsilon = 1e-12 * scene->radius;
     model->predicts = names_channels(scene);
-    model->turbid = rmap_scene_is_turbid(scene);
+    model->predicted = (struct rmap_predicted){.weighed = scene->n_scatter > 0,
+                                               .metals = rmap_scene_has_rough_metals(scene),
+                                               .films = rmap_scene_has_tinting_films(scene),
+                                               .turbid = rmap_scene_is_turbid(scene)};
     for (size_t i = 0; i < scene->n_medium; i++)
         model->participating = model->participating || rmap_medium_participates(&scene->medium[i]);
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);

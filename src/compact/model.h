@@ -79,12 +79,12 @@ struct rmap_compact_model {
     uint32_t *listed;                   /* [n_object + 1]: all ones for a mesh, else 0 */
     struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;
-    uint16_t *source_colour; /* [n_source][n_channel] */
-    double epsilon;          /* lengths below do not matter */
-    bool participating;      /* some medium absorbs or scatters */
-    bool turbid;             /* some medium scatters, or gives light back */
-    bool meshes;             /* some object is one */
-    bool is_complete;        /* corners, flat normals and guides are there */
+    uint16_t *source_colour;         /* [n_source][n_channel] */
+    double epsilon;                  /* lengths below do not matter */
+    bool participating;              /* some medium absorbs or scatters */
+    struct rmap_predicted predicted; /* in portions that are written now */
+    bool meshes;                     /* some object is one */
+    bool is_complete;                /* corners, flat normals and guides are there */
     bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
                         channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
@@ -121,7 +121,7 @@ struct rmap_encounter {
     int32_t object;
     bool front;
     const struct rmap_surface *surface;
-    bool weighed, metals, films; /* as struct rmap_retrace has them */
+    const struct rmap_predicted *predicted;
     const struct rmap_medium *near, *far;
     double cosine; /* of incidence, in [0, 1]; at the facet, where that is predicted */
     uint32_t event;
@@ -165,13 +165,10 @@ struct rmap_retrace {
     const int16_t *medium;
     const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
     const int32_t *crossing_detector;
-    bool placed;  /* places of registrations stand by themselves: nothing is predicted of them */
-    bool weighed; /* colours beside scatter models are predicted */
-    bool metals;  /* and those of metals and of facets that have models */
-    bool films;   /* and those at films */
-    bool turbid;  /* so is what happens inside media */
-    bool colour;  /* followed; or else colours and optical paths are of no interest, and no medium
-                     absorbs */
+    bool placed; /* places of registrations stand by themselves: nothing is predicted of them */
+    struct rmap_predicted predicted; /* as the portion's header has it */
+    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
+                    absorbs */
     enum rmap_reach reach; /* of rays that go side by side */
     struct rmap_lane *lane;
 };

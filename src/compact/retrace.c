@@ -406,7 +406,7 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
                                          .far = far,
                                          .channel = walk->channel > 0 ? walk->channel : 0};
     double met = front ? -cosine : cosine;
-    if (r->metals && r->colour && !rmap_colour_single(&walk->light.colour))
+    if (r->predicted.metals && r->colour && !rmap_colour_single(&walk->light.colour))
         met = rmap_step_facet_cosine(&turning, met, walk->direction, normal);
     walk->direction = rmap_step_turned(&turning, walk->direction, normal);
     if (!r->colour || !near || !(cosine == cosine))
@@ -416,9 +416,7 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, const struct r
         .object = r->object[row],
         .front = front,
         .surface = front ? object->front : object->back,
-        .weighed = r->weighed,
-        .metals = r->metals,
-        .films = r->films,
+        .predicted = &r->predicted,
         .near = near,
         .far = rmap_medium_beyond(r->model, r->object[row], front, near),
         .cosine = met,
@@ -451,10 +449,11 @@ static void advance(struct walk *walk, size_t row, uint32_t number, bool last)
                                            .group_from = walk->group_path,
                                            .group_index = 1.0,
                                            .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
-    struct rmap_inside inside = {.medium = medium,
-                                 .turbid = r->turbid,
-                                 .draw = {r->seed, r->id[walk->ray], number + 1},
-                                 .event = met ? 0 : r->event[row] & rmap_step_inside(r->turbid)};
+    struct rmap_inside inside = {
+        .medium = medium,
+        .turbid = r->predicted.turbid,
+        .draw = {r->seed, r->id[walk->ray], number + 1},
+        .event = met ? 0 : r->event[row] & rmap_step_inside(r->predicted.turbid)};
     if (!met)
         segment.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour) {
@@ -563,10 +562,7 @@ struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model,
                                  .crossing_segment = portion->registration.segment,
                                  .crossing_detector = portion->registration.detector,
                                  .placed = header->placed,
-                                 .weighed = header->weighed,
-                                 .metals = header->metals,
-                                 .films = header->films,
-                                 .turbid = header->turbid,
+                                 .predicted = header->predicted,
                                  .colour = true,
                                  .lane = lane};
 }

@@ -72,14 +72,15 @@ static void weigh(struct rmap_compact_light *light, const double *p)
 static void meet_film(const struct rmap_encounter *e, struct rmap_compact_light *light)
 {
     double p[RMAP_CHANNEL_MAX];
-    for (int i = light->colour.begin; i < light->colour.end && e->films; i++) {
+    if (!e->predicted->films)
+        return;
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
         const struct rmap_coat_shares its =
             rmap_thin_film_coat(e->scene, &e->scene->object[e->object], e->front, i, e->near->n[i],
                                 e->far->n[i], e->cosine);
         p[i] = e->event == RMAP_EVENT_TRANSMIT_SPECULAR ? its.passed : its.reflected;
     }
-    if (e->films)
-        weigh(light, p);
+    weigh(light, p);
 }
 
 static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_light *light)
@@ -122,7 +123,7 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
             return;
         }
         for (int i = light->colour.begin; i < light->colour.end; i++)
-            p[i] = e->films && surface->coat == RMAP_COAT_FILM
+            p[i] = e->predicted->films && surface->coat == RMAP_COAT_FILM
                        ? rmap_metal_coat(e->scene, surface, i, e->near->n[i], e->cosine)
                        : rmap_fresnel_metal_portable(e->near->n[i], surface->metal_n[i],
                                                      surface->metal_k[i], e->cosine);
@@ -170,11 +171,11 @@ static void weigh_share(const struct rmap_encounter *e, bool facets,
                                      .object = &e->scene->object[e->object],
                                      .front = e->front,
                                      .surface = e->surface,
-                                     .portable = e->metals,
+                                     .portable = e->predicted->metals,
                                      .near = (int32_t)(e->near - e->scene->medium),
                                      .far = (int32_t)(e->far - e->scene->medium)};
     double p[RMAP_CHANNEL_MAX];
-    if (!e->weighed || (e->surface->coat == RMAP_COAT_FILM && !e->films) ||
+    if (!e->predicted->weighed || (e->surface->coat == RMAP_COAT_FILM && !e->predicted->films) ||
         !rmap_scatter_shares_follow(&side, passes))
         return;
     for (int i = light->colour.begin; i < light->colour.end; i++) {

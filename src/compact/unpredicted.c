@@ -4,6 +4,8 @@
  */
 #include "compact/unpredicted.h"
 
+#include <string.h>
+
 /* The list stays in order. False: it is full. */
 static bool enter(struct rmap_unpredicted *list, uint32_t ray)
 {
@@ -50,10 +52,7 @@ bool rmap_unpredicted_list(const struct rmap_compact_model *model, const struct 
                            const struct rmap_portion *portion, struct rmap_unpredicted *list)
 {
     bool known = header->placed && !header->one_by_one &&
-                 header->weighed == (model->scene->n_scatter > 0) &&
-                 header->metals == rmap_scene_has_rough_metals(model->scene) &&
-                 header->films == rmap_scene_has_tinting_films(model->scene) &&
-                 header->turbid == model->turbid;
+                 memcmp(&header->predicted, &model->predicted, sizeof model->predicted) == 0;
     list->seed = header->seed;
     list->n = 0;
     for (int i = 0; known && i < header->n_lane; i++) {
