@@ -2,6 +2,7 @@
  *
  * MPI_COMM_WORLD and MPI_Finalize stand here alone.
  */
+#define _DEFAULT_SOURCE /* madvise */
 #include "mpi/cli/program.h"
 
 #include <mpi.h>
@@ -12,6 +13,7 @@
 
 #if defined(__GLIBC__)
 #include <malloc.h>
+#include <sys/mman.h>
 #endif
 
 #include "io/export/json_memory.h"
@@ -219,12 +221,20 @@ static void prepare_alone(const char *word)
 /* Pages are dear: a fault with its clearing takes as long as a thousand instructions and more. What
  * a scan, a question of a session or a block of rays gives back is wanted again soon. By default
  * the C library would return blocks from 128 KiB on, and what is free at the end of a heap; and
- * threads would have heaps of their own, of which it returns what a scan has freed in any case. */
+ * threads would have heaps of their own, of which it returns what a scan has freed in any case.
+ * Where the kernel gives large pages to who asks for them, the heap begins with a room of such. */
 static void keep_pages(void)
 {
+    const size_t large_page = (size_t)2 << 20, room = (size_t)256 << 20;
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there may be */
-    (void)mallopt(M_TRIM_THRESHOLD, 64 << 20);
+    (void)mallopt(M_TRIM_THRESHOLD, 2 * (int)room);
     (void)mallopt(M_ARENA_MAX, 1);
+    (void)mallopt(M_TOP_PAD, (int)room);
+    void *block = NULL;
+    if (posix_memalign(&block, large_page, large_page) == 0)
+        (void)madvise(block, room, MADV_HUGEPAGE);
+    free(block);
+    (void)mallopt(M_TOP_PAD, 1 << 20);
 }
 #else
 #define keep_pages() ((void)0)
