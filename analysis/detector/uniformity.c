@@ -27,13 +27,17 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Cells that may become the least or the greatest. */
+/* Cells that may become the least or the greatest; where the least is nothing, which has no error
+ * that could be told, the greatest alone. Places are of those that may become either: a cell's
+ * noise is the same in both cases, and so is the number of repeats. */
 struct cells {
-    size_t n;
+    size_t n, n_place;
     double *value, *error; /* [n] */
+    size_t *place;         /* [n] */
 };
 
-static void choose(const double *value, const double *error, size_t n, struct cells *cells)
+static void choose(const double *value, const double *error, size_t n, bool least_is_known,
+                   struct cells *cells)
 {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t i = 0; i < n; i++) {
@@ -41,10 +45,15 @@ static void choose(const double *value, const double *error, size_t n, struct ce
         high = fmax(high, value[i] - reach * error[i]);
     }
     for (size_t i = 0; i < n; i++) {
-        if (value[i] - reach * error[i] > low && value[i] + reach * error[i] < high)
+        const bool may_be_least = value[i] - reach * error[i] <= low,
+                   may_be_greatest = value[i] + reach * error[i] >= high;
+        const size_t place = cells->n_place;
+        cells->n_place += may_be_least || may_be_greatest;
+        if (!may_be_greatest && !(may_be_least && least_is_known))
             continue;
         cells->value[cells->n] = value[i];
-        cells->error[cells->n++] = error[i];
+        cells->error[cells->n] = error[i];
+        cells->place[cells->n++] = place;
     }
 }
 
@@ -52,11 +61,13 @@ static void choose(const double *value, const double *error, size_t n, struct ce
 static void draw(const struct cells *cells, uint32_t repeat, double *least, double *greatest)
 {
     double u[4], normal[4] = {0.0};
+    size_t four = SIZE_MAX;
     *least = HUGE_VAL;
     *greatest = -HUGE_VAL;
     for (size_t i = 0; i < cells->n; i++) {
-        if (i % 4 == 0) {
-            rmap_rng(0, i / 4, repeat, RMAP_RNG_NOISE, u);
+        if (cells->place[i] / 4 != four) {
+            four = cells->place[i] / 4;
+            rmap_rng(0, four, repeat, RMAP_RNG_NOISE, u);
             for (int k = 0; k < 4; k += 2) { /* Box and Muller 1958 */
                 const double r = sqrt(-2.0 * log(u[k]));
                 normal[k] = r * cos(2.0 * RMAP_PI * u[k + 1]);
@@ -64,7 +75,7 @@ static void draw(const struct cells *cells, uint32_t repeat, double *least, doub
             }
         }
         /* No cell has less than nothing. */
-        const double x = fmax(cells->value[i] + cells->error[i] * normal[i % 4], 0.0);
+        const double x = fmax(cells->value[i] + cells->error[i] * normal[cells->place[i] % 4], 0.0);
         *least = fmin(*least, x);
         *greatest = fmax(*greatest, x);
     }
@@ -91,7 +102,7 @@ static void conclude(const struct repeats *of, int n, struct rmap_biased *result
 
 static void repeat_all(const struct cells *cells, double mean, struct rmap_uniformity *uniformity)
 {
-    const size_t fit = DRAWS / (cells->n + 1);
+    const size_t fit = DRAWS / (cells->n_place + 1);
     const int n = fit < REPEATS_MIN ? REPEATS_MIN : fit > REPEATS_MAX ? REPEATS_MAX : (int)fit;
     struct repeats least = {0}, greatest = {0}, u0 = {0}, ud = {0};
     for (int r = 0; r < n; r++) {
@@ -115,10 +126,11 @@ enum rmap_status rmap_uniformity_find(const double *value, const double *standar
     const double nan = (double)NAN;
     bool known = mean > 0.0;
     struct cells cells = {.value = rmap_alloc(n, sizeof(double)),
-                          .error = rmap_alloc(n, sizeof(double))};
+                          .error = rmap_alloc(n, sizeof(double)),
+                          .place = rmap_alloc(n, sizeof(size_t))};
     double *sorted = rmap_alloc(n, sizeof *sorted);
     enum rmap_status st = RMAP_OK;
-    if (!cells.value || !cells.error || !sorted) {
+    if (!cells.value || !cells.error || !cells.place || !sorted) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu cells", n);
         goto out;
     }
@@ -134,7 +146,7 @@ enum rmap_status rmap_uniformity_find(const double *value, const double *standar
     for (size_t i = 0; i < n; i++)
         known = known && isfinite(standard_error[i]);
     if (known) {
-        choose(value, standard_error, n, &cells);
+        choose(value, standard_error, n, sorted[0] > 0.0, &cells);
         repeat_all(&cells, mean, uniformity);
     }
     if (!(sorted[0] > 0.0)) { /* how uncertain nothing is, it does not say */
@@ -146,5 +158,6 @@ out:
     rmap_free(sorted);
     rmap_free(cells.value);
     rmap_free(cells.error);
+    rmap_free(cells.place);
     return st;
 }
