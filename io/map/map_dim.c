@@ -28,6 +28,15 @@ enum rmap_status rmap_map_dim(struct rmap_map *map, double maintenance, const do
     return RMAP_OK;
 }
 
+void rmap_map_undim(struct rmap_map *map)
+{
+    if (!map->dim)
+        return;
+    rmap_free(map->dim);
+    map->dim = NULL;
+    rmap_map_derive_flux(map);
+}
+
 double rmap_map_dimmed(const struct rmap_map *map, size_t source)
 {
     return map->dim ? map->maintenance * map->dim[source] : 1.0;

@@ -15,6 +15,9 @@
 enum rmap_status rmap_map_dim(struct rmap_map *map, double maintenance, const double *factor,
                               struct rmap_error *err) RMAP_MUST_USE;
 
+/* As it was traced. A map that is lent is so again when it is given back. */
+void rmap_map_undim(struct rmap_map *map);
+
 /* How many times its flux a source has, maintenance included; 1 where nothing was dimmed. */
 double rmap_map_dimmed(const struct rmap_map *map, size_t source);
 

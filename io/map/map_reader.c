@@ -509,8 +509,8 @@ struct rmap_map *rmap_map_lend(struct rmap_map *map)
 void rmap_map_close(struct rmap_map *map)
 {
     if (!map || map->n_lent > 0) {
-        if (map)
-            map->n_lent--;
+        if (map && --map->n_lent == 0)
+            rmap_map_undim(map);
         return;
     }
     (void)pthread_mutex_destroy(&map->lock);

@@ -10,6 +10,7 @@ import asking
 import h5py
 import numpy as np
 import ray_files
+import served
 from asking import check, run
 
 N = 3000
@@ -47,7 +48,7 @@ def scene(name, flux=f"{ROWS} W", more="", right_more="", left_more=""):
 
 
 def matched(target, what):
-    return json.loads(run("query", target, what, "--count", "--json"))["rays"]["matched"]
+    return served.ask("query", target, what)["rays"]["matched"]
 
 
 def check_number():
@@ -59,11 +60,11 @@ def check_number():
                            (f"event == {2**40}", of == 2**40), ("event < 3", of < 3), ("event <= 3.5", of <= 3),
                            ("event == 10 and registered(right)", (of == 10) & right[row]), ("event(absorb) and event == 4", of == 4)):
             check(matched(target, what) == rows.sum(), f"{target}: {what}: {matched(target, what)} not {rows.sum()}")
-        told = json.loads(run("stats", target, "--of", "event", "--json", "--where", "event < 1000"))
+        told = served.ask("stats", target, "--of", "event", "--where", "event < 1000")
         check(abs(told["mean"]["value"] - of[of < 1000].mean()) < 1e-9, f"stats: {told}")
-        groups = json.loads(run("query", target, "registered(right)", "--by", "event", "--json"))["groups"]
+        groups = served.ask("query", target, "registered(right)", "--by", "event")["groups"]
         check({one["name"]: one["rays"] for one in groups} == {str(n): int((of[right[row]] == n).sum()) for n in np.unique(of)}, f"{groups}")
-        groups = json.loads(run("stats", target, "--of", "time(left)", "--by", "event", "--unit", "ns", "--json"))["groups"]
+        groups = served.ask("stats", target, "--of", "time(left)", "--by", "event", "--unit", "ns")["groups"]
         k, t = arrivals(False)
         for one in groups:
             want = t[event[k] == int(one["name"])].mean()
@@ -75,7 +76,7 @@ def check_number():
         run("query", target, "ray in 5..9", "-o", "t.csv", "--force")
         with open("t.csv", encoding="utf-8", newline="") as file:
             check([int(line["event"]) for line in csv.DictReader(file)] == list(of[5:10]), "CSV")
-        check(json.loads(run("report", target, 4321, "--json"))["event"] == of[4321], "report")
+        check(served.ask("report", target, 4321)["event"] == of[4321], "report")
     check(json.loads(run("report", "a.yaml", "--ray", 4321, "--json"))["event"] == of[4321], "traced again")
     said = run("query", "p.raymap", "registered(right where event == 3)", status=3)
     check("is of the whole ray, not of a registration" in said, said)
@@ -91,7 +92,7 @@ def check_none():
     run("trace", scene("m.yaml", more=lamp), "-o", "m.raymap", "-n", 100, "--quiet", "--force")
     check(matched("m.raymap", "event >= 0") == matched("m.raymap", "source(led)") == 50, "a lamp's rays have none")
     check(matched("m.raymap", "event != 3 and source(lamp)") == 0, "which holds for no comparison")
-    groups = json.loads(run("query", "m.raymap", "all", "--by", "event", "--json"))["groups"]
+    groups = served.ask("query", "m.raymap", "all", "--by", "event")["groups"]
     check({one["name"]: one["rays"] for one in groups}["(none)"] == 50, f"{groups}")
 
 
@@ -107,7 +108,7 @@ def check_goes_on():
         lines = [source if line.startswith("sources:") else line + "\n" for line in text.splitlines()]
         pathlib.Path("g.yaml").write_text("".join(lines).replace("at: [0, 0, 100]", "at: [0, 0, 150]"), encoding="utf-8")
         run("trace", "g.yaml", "-o", "g.raymap", "-n", 100 + right[:100].sum(), "--quiet", "--force")
-        groups = json.loads(run("query", "g.raymap", "all", "--by", "event", "--json"))["groups"]
+        groups = served.ask("query", "g.raymap", "all", "--by", "event")["groups"]
         check({one["name"]: one["rays"] for one in groups if one["rays"]} == want, f"{file}: {groups} not {want}")
 
 

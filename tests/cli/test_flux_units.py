@@ -8,6 +8,7 @@ import pathlib
 import asking
 import h5py
 import numpy as np
+import served
 from asking import check, run
 
 H, C, E = 6.62607015e-34, 299792458, 1.602176634e-19
@@ -48,13 +49,13 @@ def check_told():
         (told,) = trace(f"flux: {flux}")
         check(told["unit"] == unit, f"{flux}: {told}")
         close(flux, told["flux"], value)
-        image = json.loads(run("detector", "a.raymap", "seen", "--json"))
+        image = served.ask("detector", "a.raymap", "seen")
         check(image["flux"]["unit"] == unit and image["unit"] == area, f"{flux}: {image['flux']} {image['unit']}")
         close(f"{flux}: mean", image["mean"]["value"], value / 4, 1e-9)
-        check(json.loads(run("query", "a.raymap", "all", "--count", "--json"))["flux"]["unit"] == unit, flux)
-        check(json.loads(run("stats", "a.raymap", "--of", "path_length", "--json"))["flux"]["unit"] == unit, flux)
-        check(json.loads(run("report", "a.raymap", "--energy", "--json"))["flux"]["unit"] == unit, flux)
-        check(json.loads(run("paths", "a.raymap", "--json"))["flux"]["unit"] == unit, flux)
+        check(served.ask("query", "a.raymap", "all")["flux"]["unit"] == unit, flux)
+        check(served.ask("stats", "a.raymap", "--of", "path_length")["flux"]["unit"] == unit, flux)
+        check(served.ask("report", "a.raymap", "--energy")["flux"]["unit"] == unit, flux)
+        check(served.ask("paths", "a.raymap")["flux"]["unit"] == unit, flux)
         check(f" {unit}\n" in run("report", "a.raymap", 3), flux)
         check(json.loads(run("voxels", "a.raymap", "--cells", 2, "--region", "-1,-1,0,1,1,1", "--json"))["fluence_rate"]["total_unit"] == way, flux)
         run("query", "a.raymap", "all", "-o", "t.h5", "--columns", "ray/flux", "--force")
@@ -71,8 +72,8 @@ def check_told():
     check("V(lambda) is of light in W or lm" in run("check", scene("x.yaml", "flux: 3 photons", more=", response: V"), status=3), "V of photons")
     trace("flux: 3000 MeV")
     for what, n in (("flux > 0.9 MeV", 3000), ("flux < 0.9 MeV", 0), ("flux in 900..1100 keV", 3000), ("flux > 1 pJ", 0)):
-        check(json.loads(run("query", "a.raymap", what, "--count", "--json"))["rays"]["matched"] == n, what)
-    close("--unit", json.loads(run("detector", "a.raymap", "seen", "--quantity", "flux", "--unit", "MeV", "--json"))["mean"]["value"], 3000, 1e-9)
+        check(served.ask("query", "a.raymap", what)["rays"]["matched"] == n, what)
+    close("--unit", served.ask("detector", "a.raymap", "seen", "--quantity", "flux", "--unit", "MeV")["mean"]["value"], 3000, 1e-9)
     check("is no unit here (J mJ uJ nJ pJ eV keV MeV GeV)" in run("query", "a.raymap", "flux > 1 W", status=3), "W of J")
 
 
@@ -83,7 +84,7 @@ def check_colour():
     for flux, unit, energy in ((f"1e18 photons, {lines}", "lx s", 1e18 * share * H * C / nm), (f"1e18 photons/s, {lines}", "lx", 1e18 * share * H * C / nm),
                                (f"2 J, {lines}", "lx s", 2 * share)):
         trace(f"flux: {flux}")
-        colour = json.loads(run("detector", "a.raymap", "seen", "--xyz", "--json"))["colour"]
+        colour = served.ask("detector", "a.raymap", "seen", "--xyz")["colour"]
         check(colour["unit"] == unit, f"{flux}: {colour['unit']}")
         for got, want in zip(colour["XYZ"], 683 * (energy @ bar) / 4):
             close(f"XYZ of {flux}", got, want, 2e-4)
@@ -103,7 +104,7 @@ def check_mixed():
             close(f"{a} {b}", one["flux"], value, 1e-9)
     trace(f"flux: 1e18 photons/s, {lines}", "flux: 2 W", n=60000)
     for k, of in enumerate((400, 500, 600)):
-        got = json.loads(run("detector", "a.raymap", "seen", "--where", "source(a)", "--quantity", "spectral", "--json"))["spectrum"][k]["flux"]
+        got = served.ask("detector", "a.raymap", "seen", "--where", "source(a)", "--quantity", "spectral")["spectrum"][k]["flux"]
         close(f"{of} nm", got, 1e18 * energy[k], 1e-4)  # shares have 16 bits
     for a, b, said in (("flux: 10 photons", "flux: 1 W", "source 'a' is an amount of light, others are powers"),
                        ("flux: 1 J", "flux: 1 lm", "source 'a' is an amount of light"), ("flux: 1e9 photons/s", "flux: 1 W", "its 'spectrum' must be given"),
@@ -119,7 +120,7 @@ def check_energies():
 
     def flux(spectrum="", response=""):
         trace(f"flux: 1 W{spectrum}", more=response, n=3000)
-        return [one["flux"] for one in json.loads(run("detector", "a.raymap", "seen", "--quantity", "spectral", "--json"))["spectrum"]]
+        return [one["flux"] for one in served.ask("detector", "a.raymap", "seen", "--quantity", "spectral")["spectrum"]]
 
     rows = f"{{energy: {ev.tolist()}, value: {value.tolist()}}}", f"{{wavelength: {nm.tolist()}, value: {value[::-1].tolist()}}}"
     for got, want in zip(*(flux(response=f", response: {table}") for table in rows)):
@@ -134,8 +135,8 @@ def check_energies():
     check("energies must increase, but 2 follows 3" in said, said)
     trace("flux: 1 W, spectrum: {lines: {400: 1}}", "flux: 1 W, spectrum: {lines: {600: 1}}")
     for what, n in (("photon_energy > 3 eV", 1500), ("photon_energy in 2..2.1", 1500), ("photon_energy < 1e-3 keV", 0), ("photon_energy < 4e-19 J", 1500)):
-        check(json.loads(run("query", "a.raymap", what, "--count", "--json"))["rays"]["matched"] == n, what)
-    told = json.loads(run("stats", "a.raymap", "--of", "photon_energy", "--json"))
+        check(served.ask("query", "a.raymap", what)["rays"]["matched"] == n, what)
+    told = served.ask("stats", "a.raymap", "--of", "photon_energy")
     check(told["unit"] == "eV", f"{told['unit']}")
     close("mean energy", told["mean"]["value"], H * C / E * (1 / 400e-9 + 1 / 600e-9) / 2, 1e-9)
 

@@ -43,6 +43,7 @@ COMMANDS = [
 # They write to the map: on copies of their own.
 CHANGING = [["repair"], ["convert", "-o", "other.raymap", "--force"],
             ["trace", "--append", "-n", "100"], ["trace", "--resume", "--time-limit", "1s"]]
+SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 failures = []
 
 
@@ -77,20 +78,15 @@ def changed(whole, change):
 
 def check_repeated(whole):
     """What the index repeats of the scene inside, for other readers: verify compares, repair mends."""
-    for path, row, value in (("name/object", 0, b"lense"), ("name/detector", 0, b""),
-                             ("name/object_id", 1, 7), ("name/object_group", 0, 3),
-                             ("source/flux", 1, 3.0), ("source/emitted", 0, 1.0),
-                             ("channel/wavelength", 2, 500.0), ("portion/shard", 1, 5)):
-        bad = changed(whole, lambda file: put(file[path], row, value))
-        done = subprocess.run([PROGRAM, "verify", bad, "--quiet"], stdout=subprocess.PIPE,
+    repeated = (("name/object", 0, b"lense"), ("name/detector", 0, b""), ("name/object_id", 1, 7), ("name/object_group", 0, 3),
+                ("source/flux", 1, 3.0), ("source/emitted", 0, 1.0), ("channel/wavelength", 2, 500.0), ("portion/shard", 1, 5))
+    bad = changed(whole, lambda file: [put(file[path], row, value) for path, row, value in repeated])
+    for command, status in (("verify", 4), ("repair", 0), ("verify", 0)):
+        done = subprocess.run([PROGRAM, command, bad, "--quiet"], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, check=False)
-        if done.returncode != 4 or "map.h5: /" + path not in done.stdout:
-            failures.append(f"verify, {path}: status {done.returncode}: {done.stdout[:400]}")
-        for command in ("repair", "verify"):
-            done = subprocess.run([PROGRAM, command, bad, "--quiet"], stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, text=True, check=False)
-            if done.returncode != 0:
-                failures.append(f"{command}, {path}: {done.returncode}: {done.stdout[:400]}")
+        unnamed = [path for path, _, _ in repeated if status == 4 and "map.h5: /" + path not in done.stdout]
+        if done.returncode != status or unnamed:
+            failures.append(f"{command}: status {done.returncode}, nothing of {unnamed}: {done.stdout[:1000]}")
 
 
 def main():
@@ -115,9 +111,11 @@ def main():
                 continue  # the other encoding has it
             bad = changed(whole, lambda file: put(file[path], row, value))
             for j, command in enumerate(COMMANDS):
-                if (command[0] == "stats" and path == "portion/sources") or (i + j + k) % 5 == 0:
+                if (command[0] == "stats" and path == "portion/sources" and (j + k) % 2) or \
+                        (i + j + k) % (5 if SLOW else 11) == 0:
                     ask(command, bad, f"{encoding}, {what}")
-            ask(CHANGING[(i + k) % len(CHANGING)], bad, f"{encoding}, {what}")
+            if SLOW or i % 2 == 0:
+                ask(CHANGING[(i // 2 + k) % len(CHANGING)], bad, f"{encoding}, {what}")
     check_repeated("plain.raymap")
     for failure in failures:
         print("FAILED:", failure)

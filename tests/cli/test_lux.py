@@ -7,6 +7,7 @@ import json
 import math
 import pathlib
 
+import served
 from asking import check, finish, run
 
 SCENE = """raymap: 1
@@ -30,7 +31,9 @@ run("trace", "room.yaml", "-o", "room.raymap", "-n", 60000, "--quiet", "--force"
 
 
 def ask(*words, detector="plane", ranks=1):
-    return json.loads(run("detector", "room.raymap", detector, "--json", *words, ranks=ranks))
+    if ranks > 1 or "--receivers" in words:
+        return json.loads(run("detector", "room.raymap", detector, "--json", *words, ranks=ranks))
+    return served.ask("detector", "room.raymap", detector, *words)
 
 
 def values(*words):
@@ -53,7 +56,7 @@ def check_dimming():
     check(ask("--dim", "lamp=0.5", ranks=3)["mean"] == ask("--dim", "lamp=0.5")["mean"], "one answer on any number of ranks")
 
     def mean(*words):
-        return json.loads(run("stats", "room.raymap", "--of", "x(plane)", "--json", *words))
+        return served.ask("stats", "room.raymap", "--of", "x(plane)", *words)
 
     lamp, spot = mean("--where", "source(lamp)"), mean("--where", "source(spot)")
     both = mean("--dim", "lamp=0.5,sky=0,sun=0")

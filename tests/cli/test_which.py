@@ -11,9 +11,9 @@ PROGRAM = os.environ["RAYMAP"]
 SOURCE = os.environ["SOURCE_DIR"]
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from evaluator_map import PlainMap  # noqa: E402
-from served import Served  # noqa: E402
+import served  # noqa: E402
 
-served, asked = {}, {}
+asked = {}
 
 
 def call(*arguments, ranks=1, status=0, text=None):
@@ -27,9 +27,7 @@ def call(*arguments, ranks=1, status=0, text=None):
 def ask(command, file, *words, ranks=1):
     if ranks > 1:
         return json.loads(call(command, file, *words, "--json", "--quiet", ranks=ranks).stdout)
-    if file not in served:
-        served[file] = Served(file)
-    return served[file].ask(command, *words)
+    return served.ask(command, file, *words)
 
 
 def values(document):
