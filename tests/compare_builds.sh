@@ -22,36 +22,43 @@ program_of() { # A build's folder, or a program.
 }
 
 # Without what may differ, as what each rank traced; of JSON numbers 9 digits, with one key a line.
-normalise() { # NAME < output
-    case $1 in
-    *.json) /usr/bin/python3 -c '
-import json, re, sys
-LEFT_OUT = "bytes|seconds|per_second|^versions$|^threads$|^shards$|^portions$|^of_pieces$"
+normalise() { # FOLDER
+    /usr/bin/python3 - "$1" "$source" <<'END'
+import json, pathlib, re, sys
+LEFT_OUT = re.compile("bytes|seconds|per_second|^versions$|^threads$|^shards$|^portions$|^of_pieces$")
 def plain(value):
     if isinstance(value, dict):
-        out = LEFT_OUT + ("|^share$" if "map_bytes" in value else "")
-        return {k: plain(v) for k, v in value.items() if not re.search(out, k)}
+        return {k: plain(v) for k, v in value.items()
+                if not LEFT_OUT.search(k) and not (k == "share" and "map_bytes" in value)}
     if isinstance(value, list):
         return [plain(v) for v in value]
     return float("%.9g" % value) if isinstance(value, float) else value
-text = sys.stdin.read()
-for one in text.splitlines() if sys.argv[1].startswith("session") else [text]:
-    print(json.dumps(plain(json.loads(one)), indent=1))' "$1" | sed "s#$source#SOURCE#g" ;;
-    *) sed -E "s#$source#SOURCE#g; s/raymap [0-9]+\.[0-9]+\.[0-9]+[^<\"]*/raymap VERSION/; s/[0-9.]+ bytes per segment/BYTES/" ;;
-    esac
+for path in pathlib.Path(sys.argv[1]).iterdir():
+    text, status = path.read_text(encoding="utf-8"), ""
+    last = text.splitlines(keepends=True)[-1:]
+    if last and last[0].startswith(path.name + ": "):
+        text, status = text[:-len(last[0])], last[0]
+    if path.suffix == ".json":
+        documents = text.splitlines() if path.name.startswith("session") else [text]
+        text = "".join(json.dumps(plain(json.loads(one)), indent=1) + "\n" for one in documents if one.strip())
+    else:
+        text = re.sub(r"raymap [0-9]+\.[0-9]+\.[0-9]+[^<\"\n]*", "raymap VERSION", text)
+        text = re.sub(r"[0-9.]+ bytes per segment", "BYTES", text)
+    path.write_text(text.replace(sys.argv[2], "SOURCE") + status, encoding="utf-8")
+END
 }
 
 put() { # NAME COMMAND [ARGUMENTS]: what the program prints
     local name=$1
     shift
-    "$program" "$@" 2>/dev/null | normalise "$name" >"$out/$name" || echo "$name: status $?" >>"$out/$name"
+    "$program" "$@" 2>/dev/null >"$out/$name" || echo "$name: status $?" >>"$out/$name"
 }
 
 file() { # NAME COMMAND [ARGUMENTS]: the file that it writes
     local name=$1
     shift
-    "$program" "$@" -o "made-$name" --force --quiet >/dev/null 2>&1
-    normalise "$name" <"made-$name" >"$out/$name" || echo "$name: no such file" >>"$out/$name"
+    "$program" "$@" -o "$out/$name" --force --quiet >/dev/null 2>&1
+    [ -e "$out/$name" ] || echo "$name: no such file" >>"$out/$name"
 }
 
 scene_outputs() { # EXAMPLE [DETECTOR]
@@ -125,6 +132,7 @@ outputs() { # PROGRAM FOLDER
     file picked.csv query plain.raymap 'registered(sensor where ghost_order == 2)'
     file receivers.svg detector plain.raymap sensor --which 'ghost_order >= 1'
     put session.json session plain.raymap <<<$'registered(sensor)\nlist 2 all'
+    normalise "$out"
     cd / || exit 2
 }
 
