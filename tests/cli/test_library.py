@@ -74,8 +74,8 @@ def alone(name, criterion):
         whole = [block.columns for block in handle.blocks(library.TABLES[:3], where)]
         check(sum(len(columns["ray/id"]) for columns in whole) == raymap.query(name, where or "all")["rays"]["matched"], "rays")
         for column in whole[0]:
-            check(all(block.columns[column].tobytes() == want[column].tobytes()
-                      for block, want in zip(handle.blocks([column], where), whole)), f"{column} of {name} alone, {where}")
+            check(handle.whole([column], where)[column].tobytes() == b"".join(want[column].tobytes() for want in whole),
+                  f"{column} of {name} alone, {where}")
 
 
 def failures(lens):

@@ -283,7 +283,7 @@ def check_features():
         told = re.search(r"\| feature \| says \|\n(.*?)\n\n", page.read(), re.S).group(1)
     names = set(re.findall(r"^\| `(\w+)` \|", told, re.M))
     check(names == raymap.reader.FEATURES, f"features: {names ^ raymap.reader.FEATURES}")
-    run("trace", "zoo.yaml", "-o", "timed.raymap", "-n", "100", "--time", "on", "--quiet")
+    run("trace", "zoo.yaml", "-o", "timed.raymap", "-n", "100", "--time", "on", "--force", "--quiet")
     lens = raymap.open("timed.raymap")
     ray = lens.ray(17)
     check(ray["delay"] >= 0 and len(lens.columns("registration/group_path")["registration/group_path"]) == lens.n_registrations, "times")

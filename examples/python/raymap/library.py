@@ -124,17 +124,20 @@ class Reader:
             name = f"{TABLES[column.table]}/{column.name.decode()}"
             self.columns.append((name, column.table, _TYPES[column.type], column.width))
 
+    def room(self, rows: Sequence[int], space: int = 0) -> Dict[str, np.ndarray]:
+        """Columns of so many rows of each table, whose values are to come."""
+        out = {}
+        for name, table, dtype, width in self.columns:
+            is_vector = width != 1 or name.endswith("/colour")
+            out[name] = np.empty((rows[table], width or self.handle.channels(space)) if is_vector else rows[table], dtype)
+        return out
+
     def read(self, block: int) -> Block:
         library, info, error = _library(), _Block(), _Error()
         _check(library.raymap_read(self.pointer, block, info, error), error)
-        out = {}
-        for c, (name, table, dtype, width) in enumerate(self.columns):
-            shape = [int(info.rows[table])]
-            if width != 1 or name.endswith("/colour"):
-                shape.append(width or self.handle.channels(info.space))
-            nbytes = int(np.prod(shape)) * np.dtype(dtype).itemsize
-            stored = (ctypes.c_char * nbytes).from_address(library.raymap_data(self.pointer, c))
-            out[name] = np.frombuffer(stored, dtype).reshape(shape).copy()
+        out = self.room(info.rows, info.space)
+        for c, column in enumerate(out.values()):
+            ctypes.memmove(column.ctypes.data, library.raymap_data(self.pointer, c), column.nbytes)
         return Block(out, info.space)
 
 
@@ -192,3 +195,17 @@ class Handle:
             finally:
                 for one in waiting:
                     one.cancel()
+
+    def whole(self, columns: Sequence[str], where: Optional[str] = None) -> Dict[str, np.ndarray]:
+        """All rows of each column. Blocks go into the arrays as they come, so that memory for them is touched once."""
+        out = Reader(self, columns, where).room([self.rows(table) if where is None else 0 for table in TABLES])
+        rows = collections.Counter()
+        for block in self.blocks(columns, where):
+            for name, part in block.columns.items():
+                begin, rows[name] = rows[name], rows[name] + len(part)
+                if rows[name] > len(out[name]):
+                    out[name].resize((2 * rows[name], *part.shape[1:]), refcheck=False)
+                out[name][begin:rows[name]] = part
+        for name, column in out.items():
+            column.resize((rows[name], *column.shape[1:]), refcheck=False)
+        return out

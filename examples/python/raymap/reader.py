@@ -239,12 +239,6 @@ class Map:
                 return Ray(portion, int(row[0]))
         raise MapError(f"{self.path}: no ray {number}")
 
-    def no_rows(self):
-        """The columns of a map without rays."""
-        widths = {"segment/colour": (len(self.spaces[0]["wavelengths"]),)}
-        return {name: np.empty((0, *widths.get(name, (width,) if width > 1 else ())), dtype)
-                for name, dtype, width in COLUMNS}
-
     def columns(self, *names):
         """Whole columns, portions in the order of their first ray ids."""
         wanted = names or self.column_names
@@ -254,8 +248,11 @@ class Map:
         if "segment/colour" in wanted and len({len(s["wavelengths"]) for s in self.spaces}) > 1:
             raise MapError(f"{self.path}: segment/colour has other channels in each of its colour "
                            "spaces: take it portion by portion")
-        parts = [portion.columns for portion in self.portions(wanted)] or [self.no_rows()]
-        return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
+        whole = self._whole(wanted)
+        return {name: whole[name] for name in wanted}
+
+    def _whole(self, names):
+        return self.handle.whole(names)
 
 
 def _text(value):

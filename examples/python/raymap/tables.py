@@ -53,12 +53,7 @@ def records(rays: Map, table: str = "ray", *names: str, where: Optional[str] = N
             raise ValueError(f"no column '{name}' in table '{table}' of {rays.path}: {', '.join(known)}")
     taken = {name: _part(_CODED.get(name, name) if name in _NAMED[table] else name, list(stored)) for name in names or known}
     wanted = sorted({f"{table}/{whole}" for whole, _ in taken.values()})
-    blocks = [block.columns for block in rays.handle.blocks(wanted, where)]
-    whole = {}
-    for column in wanted:
-        dtype, width = stored[column.split("/")[1]]
-        none = np.empty((0, width) if width > 1 or column.endswith("/colour") else 0, dtype)
-        whole[column] = np.concatenate([block.pop(column) for block in blocks] or [none])
+    whole = rays.handle.whole(wanted, where)
     out = {}
     for name, (column, part) in taken.items():
         values = whole[f"{table}/{column}"]
@@ -91,6 +86,6 @@ def frame(what: Union[Map, Iterable[Mapping[str, Any]]], table: Optional[str] = 
     import pandas
 
     if isinstance(what, Map):
-        return pandas.DataFrame(records(what, table or "ray", *names, where=where))
+        return pandas.DataFrame(records(what, table or "ray", *names, where=where), copy=False)
     rows: List[Mapping[str, Any]] = list(what)
     return pandas.json_normalize(rows)

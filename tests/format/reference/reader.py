@@ -101,6 +101,10 @@ class Map(raymap.reader.Map):
     def portions(self, names=None):
         return (self.portion(k, names) for k in range(self.n_portions))
 
+    def _whole(self, names):
+        parts = [portion.columns for portion in self.portions(names)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in names}
+
     def ray(self, number):
         """The ray with this id."""
         first, last = self.portion_table["first_ray"], self.portion_table["last_ray"]
