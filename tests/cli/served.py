@@ -12,7 +12,7 @@ servers = {}
 
 def ask(command, file, *words):
     """The answer of the server that the map has: another one when the map has changed."""
-    state = os.stat(os.path.join(file, "map.h5")).st_mtime_ns
+    state = [os.stat(path.path).st_mtime_ns for folder, _, _ in os.walk(file) for path in os.scandir(folder)]
     if file in servers and servers[file][0] != state:
         servers.pop(file)[1].close()
     if file not in servers:

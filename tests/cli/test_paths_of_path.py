@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 
+import served
 from odd_scene import ODD
 
 PROGRAM = os.environ["RAYMAP"]
@@ -54,7 +55,10 @@ def trace(scene, name, *options):
 
 
 def paths(name, criterion, *options, ranks=1):
-    document = json.loads(run("paths", name, "--where", criterion, "--json", "--quiet", *options, ranks=ranks))
+    if ranks > 1 or "--threads" in options:
+        document = json.loads(run("paths", name, "--where", criterion, "--json", "--quiet", *options, ranks=ranks))
+    else:
+        document = served.ask("paths", name, "--where", criterion, *options)
     said = json.dumps(document).replace(json.dumps(criterion)[1:-1], "CRITERION")
     return document["rays"]["matched"], said
 
@@ -68,7 +72,8 @@ def check(name, n_ray, criteria):
         for view in VIEWS if i == 0 else VIEWS[i % 3::3]:
             k = next(turn)
             n, want = paths(name, f"{criterion} and ray >= 0", *view)
-            got = paths(name, criterion, *view, "--threads", str(k % 2 + 1), ranks=2 if k % 8 == 5 else 1)
+            how = ["--threads", "2"] if k % 4 == 1 else []
+            got = paths(name, criterion, *view, *how, ranks=2 if k % 16 == 5 else 1)
             assert got == (n, want), (name, criterion, view)
         shares.add(n / n_ray)
     return shares
