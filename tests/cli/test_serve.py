@@ -116,6 +116,8 @@ def check_taken_over(lens):
     lens.undo()
     lens.trace(4096)  # fewer than the ones before
     lens.redo()
+    none = lens.status()["trace"]
+    assert (none["state"], none["rays"], none["of"], none["seconds"], none["rays_taken_over"]) == ("none", 0, 0, 0, 0)
     assert lens.trace(RAYS)["rays_taken_over"] > 0 and lens.status()["digest"] == before
 
 
