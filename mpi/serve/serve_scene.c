@@ -299,14 +299,30 @@ static enum rmap_status change(struct rmap_serve *self, const char *text, char *
     return st;
 }
 
-/* The text that an edit leads to. */
-static enum rmap_status edited(const struct rmap_serve *self, const json_t *message,
-                               char **text_ret, struct rmap_error *err)
+/* The number of the text that an edit changes: that of now, or where it takes the place of the last
+ * one (`amend`) what that one changed. */
+static enum rmap_status base_of(const struct rmap_serve *self, const json_t *amend,
+                                size_t *base_ret, struct rmap_error *err)
+{
+    *base_ret = self->now;
+    if (!amend || json_is_null(amend))
+        return RMAP_OK;
+    if (!json_is_integer(amend))
+        return rmap_error_set(err, RMAP_USAGE, "'amend' is the revision that an edit led to");
+    if (self->now == 0 || (uint64_t)json_integer_value(amend) != self->revision)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "the scene is no longer that of the edit to amend: edit it anew");
+    *base_ret = self->now - 1;
+    return RMAP_OK;
+}
+
+/* The text that an edit of `now` leads to. */
+static enum rmap_status edited(const char *now, const json_t *message, char **text_ret,
+                               struct rmap_error *err)
 {
     const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
                  *remove = json_object_get(message, "remove");
-    const char *now = self->text[self->now],
-               *move = json_string_value(json_object_get(message, "move"));
+    const char *move = json_string_value(json_object_get(message, "move"));
     if (json_is_string(text)) {
         *text_ret = rmap_strdup(json_string_value(text));
         return *text_ret ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
@@ -325,9 +341,13 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
                                  struct rmap_error *err)
 {
     char *text = NULL, *whole = NULL;
-    enum rmap_status st = edited(self, message, &text, err);
+    size_t base;
+    enum rmap_status st = base_of(self, json_object_get(message, "amend"), &base, err);
+    if (st == RMAP_OK)
+        st = edited(self->text[base], message, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
     RMAP_TRY(change(self, text, &whole, err));
+    self->now = base;
     st = rmap_agree(&self->context, push_text(self, whole, err), err);
     RMAP_TRY(st);
     whole = NULL;

@@ -126,9 +126,10 @@ class Server:
         """Another text of the scene, or keys: remove=["objects.stop"], set={"objects.lens.at": [0, 0, 1]}."""
         return self.ask("edit", **({"text": text} if text is not None else {}), **values)
 
-    def move(self, name: str, x: float, y: float, z: float) -> Any:
-        """An object or group, source or detector by so much."""
-        return self.ask("edit", move=name, by=[x, y, z])
+    def move(self, name: str, x: float, y: float, z: float, **keys: Any) -> Any:
+        """An object or group, source or detector by so much. amend=moved["revision"]: in the place
+        of the move that had this answer, from where it was before."""
+        return self.ask("edit", move=name, by=[x, y, z], **keys)
 
     def save(self, file: Optional[Path] = None, force: bool = False) -> Any:
         """The scene's text as a file below the folder that the server was started in."""
