@@ -244,7 +244,17 @@ function polyline(points, material) {
   const geometry = new THREE.BufferGeometry().setFromPoints(points);
   const line = new THREE.Line(geometry, material);
   line.renderOrder = 1;
-  return add(line);
+  return line;
+}
+
+/* [{name, group, box, label}] of the sources and detectors that have a place */
+const outlines = [];
+
+function addOutline(name, kind, at, ...lines) {
+  const group = add(new THREE.Group());
+  group.matrixAutoUpdate = false;
+  group.add(...lines);
+  outlines.push({ name, group, box: new THREE.Box3().setFromObject(group), label: addLabel(name, kind, at) });
 }
 
 function outlineDetector(detector) {
@@ -252,9 +262,8 @@ function outlineDetector(detector) {
     .addScaledVector(vectorOf(detector.x), 0.5 * u * detector.size[0])
     .addScaledVector(vectorOf(detector.y), 0.5 * v * detector.size[1]);
   const points = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1), corner(-1, -1)];
-  polyline(points, detectorLine);
   inSight.push(...points);
-  addLabel(detector.name, "detector", corner(1, 1));
+  addOutline(detector.name, "detector", corner(1, 1), polyline(points, detectorLine));
 }
 
 /* A source further from the objects than 1.5 times their size is left out of the first view. */
@@ -268,10 +277,9 @@ function outlineSources() {
     const [w, h] = source.size.map((v) => 0.5 * v);
     const outline = { disc: () => round(source.size[0]), rectangle: () => [[-w, -h], [w, -h], [w, h], [-w, h], [-w, -h]].map(([x, y]) => new THREE.Vector3(x, y, 0)) }[source.shape];
     const points = (outline ? outline() : [new THREE.Vector3(0, 0, 0)]).map((p) => p.applyMatrix4(matrix));
-    if (outline) polyline(points, sourceLine);
-    polyline([at, new THREE.Vector3(0, 0, 1).transformDirection(matrix).multiplyScalar(0.04 * size).add(at)], sourceLine);
+    const axis = [at, new THREE.Vector3(0, 0, 1).transformDirection(matrix).multiplyScalar(0.04 * size).add(at)];
+    addOutline(source.name, "source", at.clone(), ...(outline ? [points, axis] : [axis]).map((line) => polyline(line, sourceLine)));
     if (box.isEmpty() || box.distanceToPoint(at) < 1.5 * size) inSight.push(...points);
-    addLabel(source.name, "source", at);
   }
   const all = new THREE.Box3().setFromPoints(inSight);
   if (!all.isEmpty()) {
@@ -283,7 +291,7 @@ function outlineSources() {
 
 whenScene(() => {
   world.remove(...drawn);
-  drawn.length = inSight.length = 0;
+  drawn.length = inSight.length = outlines.length = 0;
   bodies.splice(0, bodies.length, ...scene.objects.map(bodyOf));
   openEnclosing();
   for (const detector of detectors) if (detector.type === "plane") outlineDetector(detector);

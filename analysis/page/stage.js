@@ -234,7 +234,9 @@ whenScene(() => {
 function addLabel(text, kind, at) {
   const span = element("span", { className: kind, textContent: text });
   byId("labels").append(span);
-  labels.push({ at, element: span, width: span.offsetWidth + 8, height: span.offsetHeight });
+  const label = { at, element: span, width: span.offsetWidth + 8, height: span.offsetHeight };
+  labels.push(label);
+  return label;
 }
 
 /* A label that would stand upon one before it is not shown. */

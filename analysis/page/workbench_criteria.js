@@ -9,6 +9,8 @@ criterionEditor.on("inputRead", (editor, { text }) => {
   if (/^[\w.@'(,]$/.test(text[0])) editor.showHint({ hint: completion, completeSingle: false });
 });
 
+const MOST_CRITERIA = 31; // of a page
+
 /* How many rays it has, or where it is wrong; whether it is right. */
 async function countCriterion(text) {
   if (!text.trim()) {
@@ -20,8 +22,9 @@ async function countCriterion(text) {
     const { rays, flux } = await ask("query", { criterion: text });
     if (text !== criterionEditor.getValue()) return true;
     markMistakes(criterionEditor, []);
-    byId("criterion-said").className = "";
-    byId("criterion-said").textContent = `${whole(rays.matched)} of ${whole(rays.total)} rays, ${figure(flux.matched, 5)} ± ${figure(flux.standard_error, 2)} ${flux.unit}`;
+    const full = live.criteria.length >= MOST_CRITERIA && !live.criteria.includes(text);
+    byId("criterion-said").className = full ? "wrong" : "";
+    byId("criterion-said").textContent = full ? `${MOST_CRITERIA} criteria are shown, which is the most: take one away` : `${whole(rays.matched)} of ${whole(rays.total)} rays, ${figure(flux.matched, 5)} ± ${figure(flux.standard_error, 2)} ${flux.unit}`;
     return true;
   } catch (refused) {
     if (text !== criterionEditor.getValue()) return false;
@@ -48,18 +51,11 @@ function setCriteria(list) {
   return want("rays", "detectors");
 }
 
-const MOST_CRITERIA = 31; // of a page
-
 async function addCriterion(text = criterionEditor.getValue()) {
   criterionEditor.closeHint();
   if (text !== criterionEditor.getValue()) proposeCriterion(text);
   if (!(await countCriterion(text)) || live.criteria.includes(text)) return;
-  if (live.criteria.length >= MOST_CRITERIA) {
-    byId("criterion-said").className = "wrong";
-    byId("criterion-said").textContent = `${MOST_CRITERIA} criteria are shown, which is the most: take one away`;
-    return;
-  }
-  await setCriteria([...live.criteria, text]);
+  if (live.criteria.length < MOST_CRITERIA) await setCriteria([...live.criteria, text]);
 }
 
 /* A ray by its number is drawn as those of a criterion; with new data the one whose name stands there is chosen. */

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Changes of the scene: its text, and objects that are moved by typing or dragging. Each is a
-// change of the text that can be undone and saved.
+// Changes of the scene's text, which can be undone and saved.
 
 const textEditor = makeEditor(byId("text"), "the scene's text", { mode: "yaml", lineNumbers: true,
   extraKeys: { "Ctrl-Enter": () => applyText(), "Cmd-Enter": () => applyText() } });
 /* base: what the editor's text was made of */
-const edited = { text: "", base: "", file: null, name: null, dragging: null };
+const edited = { text: "", base: "", file: null };
 whenData(() => edited.file && (byId("title").textContent = edited.file));
 
 /* The server's text, number of steps and so on. */
@@ -131,110 +130,3 @@ byId("text-revert").addEventListener("click", () => {
 byId("edit-undo").addEventListener("click", () => change("undo"));
 byId("edit-redo").addEventListener("click", () => change("redo"));
 byId("edit-save").addEventListener("click", save);
-
-/* What the scene file calls the object: surfaces of a lens are moved with it. */
-function moverOf(index) {
-  const { name } = scene.objects[index];
-  let mover = name;
-  for (let g = scene.objects[index].parent; g >= 0; g = scene.groups[g].parent)
-    if (name.startsWith(scene.groups[g].name + ".")) mover = scene.groups[g].name;
-  return mover;
-}
-
-const isBelow = (index, name) => {
-  if (scene.objects[index].name === name) return true;
-  for (let g = scene.objects[index].parent; g >= 0; g = scene.groups[g].parent) if (scene.groups[g].name === name) return true;
-  return false;
-};
-const bodiesOf = (name) => bodies.filter((_, index) => isBelow(index, name));
-
-/* null: none. */
-function chooseMover(name) {
-  if (name !== edited.name) for (const field of byId("move-fields").querySelectorAll("input")) field.value = "0";
-  edited.name = name;
-  const own = name === null ? [] : bodiesOf(name);
-  byId("move-name").textContent = own.length ? name : "No object chosen";
-  byId("move-fields").hidden = !own.length;
-  byId("move-hint").hidden = own.length > 0;
-  if (!own.length) return void (byId("move-place").textContent = "");
-  const centre = own.reduce((box, body) => box.union(body.box), new THREE.Box3()).getCenter(new THREE.Vector3());
-  byId("move-place").textContent = `about ${centre.toArray().map((v) => figure(Math.abs(v) < 1e-9 * whereabouts.radius ? 0 : v, 5)).join(", ")} ${scene.unit}`;
-}
-
-const move = (name, by) => change("edit", { move: name, by });
-
-byId("move").addEventListener("submit", (event) => {
-  event.preventDefault();
-  const fields = [...byId("move-fields").querySelectorAll("input")];
-  const by = fields.map((field) => Number(field.value.trim().replace(",", ".").replace(MINUS, "-")));
-  const wrong = by.findIndex((value) => !Number.isFinite(value));
-  if (wrong >= 0) return say(`"${fields[wrong].value}" is no number`);
-  if (edited.name !== null && by.some((value) => value !== 0)) move(edited.name, by);
-});
-
-/* In the tree each object and group has a button that chooses it. */
-function moverButton(label) {
-  const row = label.parentElement, box = label.querySelector("input");
-  const name = box.dataset.object ? moverOf(Number(box.dataset.object)) : label.querySelector("strong").textContent;
-  const button = element("button", { type: "button", textContent: "✥", className: "mover", title: `move ${name}` });
-  button.setAttribute("aria-label", `move ${name}`);
-  button.addEventListener("click", () => {
-    chooseMover(name);
-    byId("move-fields").querySelector("input").focus();
-    byId("move-fields").querySelector("input").select();
-  });
-  row.insertBefore(button, label.nextSibling);
-}
-whenData(() => {
-  for (const label of byId("objects").querySelectorAll("label")) moverButton(label);
-  chooseMover(edited.name);
-});
-
-/* Dragging: in the plane of the picture, on whole steps of the scale's hundredth. */
-const moveMode = element("button", { type: "button", id: "move-mode", textContent: "move", title: "key m: drag objects" });
-moveMode.setAttribute("aria-pressed", "false");
-toggle(moveMode, (on) => (canvas.style.cursor = on ? "move" : ""));
-byId("views").append(moveMode);
-
-function dragBy(event) {
-  const [x, y] = placeOn(canvas, event), { from } = edited.dragging;
-  const perPixel = (2 * halfHeight()) / Math.max(canvas.clientHeight, 1), step = roundLength(4 * perPixel);
-  const right = new THREE.Vector3(1, 0, 0).applyQuaternion(camera.quaternion), up = new THREE.Vector3(0, 1, 0).applyQuaternion(camera.quaternion);
-  const by = right.multiplyScalar((x - from[0]) * perPixel).addScaledVector(up, (from[1] - y) * perPixel);
-  return by.toArray().map((value) => Number((Math.round(value / step) * step).toPrecision(9)) + 0);
-}
-
-canvas.addEventListener("pointerdown", (event) => {
-  if (moveMode.getAttribute("aria-pressed") !== "true" || event.button !== 0) return;
-  const from = placeOn(canvas, event), index = bodyAt(...from);
-  if (index < 0) return;
-  const name = moverOf(index);
-  chooseMover(name);
-  edited.dragging = { from, name, by: [0, 0, 0], own: bodiesOf(name).map(({ group }) => ({ group, matrix: group.matrix.clone() })) };
-  controls.enabled = false;
-  press.held = false;
-});
-window.addEventListener("pointermove", (event) => {
-  if (!edited.dragging) return;
-  const by = (edited.dragging.by = dragBy(event));
-  for (const { group, matrix } of edited.dragging.own)
-    group.matrix.copy(new THREE.Matrix4().makeTranslation(...by).multiply(matrix));
-  byId("move-place").textContent = `by ${by.map((v) => figure(v, 4)).join(", ")} ${scene.unit}`;
-  redraw();
-});
-function dropObject(keep) {
-  const { dragging } = edited;
-  if (!dragging) return false;
-  edited.dragging = null;
-  controls.enabled = true;
-  const put = () => {
-    for (const { group, matrix } of dragging.own) group.matrix.copy(matrix);
-    chooseMover(dragging.name);
-    redraw();
-  };
-  if (!keep || dragging.by.every((v) => v === 0)) put();
-  else move(dragging.name, dragging.by).then((done) => done || put());
-  return true;
-}
-window.addEventListener("pointerup", () => dropObject(true));
-window.addEventListener("pointercancel", () => dropObject(false));

@@ -53,13 +53,13 @@ function drawChart() {
 async function askHistogram() {
   const of = byId("histogram-of").value.trim(), by = byId("histogram-by").value;
   const refused = !of ? "say of what, such as path_length" : by === "criterion" && !live.criteria.length ? "no criterion is shown: add some above" : null;
-  const where_ = live.criteria.length ? live.criteria.map((text) => `(${text})`).join(" or ") : undefined;
+  const list = ofWhat(), any = list.map((text) => `(${text})`).join(" or ");
   try {
     if (refused) throw new Error(refused);
-    chart.told = await ask("stats", { of, ...(by ? { by } : {}), ...(by === "criterion" ? { where: live.criteria } : where_ ? { where: where_ } : {}) });
+    chart.told = await ask("stats", { of, ...(by ? { by } : {}), ...(by === "criterion" ? { where: list } : any ? { where: any } : {}) });
     const { mean, standard_deviation: sd, values, unit } = chart.told;
     byId("histogram-said").className = "";
-    byId("histogram-said").textContent = mean ? `mean ${figure(mean.value, 6)} ± ${figure(mean.standard_error, 2)}, standard deviation ${figure(sd.value, 4)} ${unit || ""}, ${whole(values)} values${where_ ? " of the criteria shown" : ""}` : "";
+    byId("histogram-said").textContent = mean ? `mean ${figure(mean.value, 6)} ± ${figure(mean.standard_error, 2)}, standard deviation ${figure(sd.value, 4)} ${unit || ""}, ${whole(values)} values${live.criteria.length ? " of the criteria shown" : ""}${lit() ? " of sources that are on" : ""}` : "";
   } catch (refused) {
     chart.told = null;
     byId("histogram-said").className = "wrong";

@@ -4,8 +4,21 @@
 
 const PACE = 450; // milliseconds between two pictures
 const RAYS_PACE = 3000; // between two sets of rays while they come in
-/* rays: when they were last asked for; traced: how many there are; wished: how many there are to be; pictures: when new images were shown. */
-const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, wished: 0, criteria: [], revision: null, pictures: [] };
+/* rays: when they were last asked for; traced: how many there are; wished: how many there are to be; off: names of sources; pictures: when new images were shown. */
+const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, wished: 0, criteria: [], off: new Set(), revision: null, pictures: [] };
+
+/* The criterion of the light of the sources that are on; null: all are. */
+function lit() {
+  const own = scene.sources.map((one) => one.name), off = own.filter((name) => live.off.has(name)), on = own.filter((name) => !live.off.has(name));
+  const anyOf = (list) => `(${list.map((name) => `source(${quoted(name)})`).join(" or ")})`;
+  return !off.length ? null : !on.length ? NO_RAYS : on.length < off.length ? anyOf(on) : `not ${anyOf(off)}`;
+}
+
+/* What is asked of: the criteria that are shown, or all rays, of that light; an empty list: everything. */
+function ofWhat() {
+  const light = lit();
+  return !light ? live.criteria : live.criteria.length ? live.criteria.map((text) => `(${text}) and ${light}`) : [light];
+}
 
 /* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. */
 async function want(...parts) {
@@ -19,8 +32,10 @@ async function want(...parts) {
     if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
     live.last = performance.now();
     try {
+      const { criteria } = live, where = ofWhat();
       const model = await ask("model", { parts: asked.join(","), limit: asking.limit,
-        ...(live.criteria.length ? { where: live.criteria, color: "criterion" } : {}) });
+        ...(where.length ? { where } : {}), ...(criteria.length ? { color: "criterion" } : {}) });
+      if (model.where) model.where.list.forEach((one, k) => (one.criterion = criteria[k])); // as they were written
       if (asked.includes("rays") || asked.includes("scene")) takeData(model);
       else takeImages(model.detectors.list);
       if (asked.includes("detectors")) live.pictures.push(performance.now());
@@ -64,7 +79,7 @@ function liveItem(detector, index) {
   }
   const part = of && of.flux > 0 ? ` (${figure((100 * of.flux_error) / of.flux, 2)} %)` : "";
   const button = element("button", { type: "button" }, small, element("strong", { textContent: detector.name }),
-    element("small", { textContent: of && !of.registrations ? "no light yet" : of ? `${figure(of.flux, 4)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit}${part}` : "" }));
+    element("small", { textContent: of && !of.registrations ? "no light" : of ? `${figure(of.flux, 4)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit}${part}` : "" }));
   button.setAttribute("aria-pressed", String(index === sensor.index));
   button.addEventListener("click", () => takeStep({ index, region: null }));
   return element("li", {}, button);
@@ -74,6 +89,7 @@ function drawLive() {
   const at = [...byId("live").children].findIndex((item) => item.contains(document.activeElement));
   byId("live").replaceChildren(...detectors.map(liveItem));
   if (at >= 0 && byId("live").children[at]) byId("live").children[at].firstChild.focus();
+  markDetector();
 }
 byId("detector-box").querySelector("summary").after(byId("live"));
 whenData(drawLive);

@@ -37,11 +37,11 @@ KEYS.unshift(
     showTab("text");
     textEditor.focus();
   }],
-  ["o", "o", "the scene's objects", () => {
+  ["o", "o", "the scene's sources, detectors and objects", () => {
     showTab("tree");
     byId("find-object").focus();
   }],
-  ["m", "m", "objects are moved by dragging, or no longer", () => moveMode.click()],
+  ["m", "m", "objects, sources and detectors are moved by dragging, or no longer", () => moveMode.click()],
   ["h", "h", "the histogram", () => {
     byId("histogram-box").open = true;
     byId("histogram-of").focus();

@@ -125,7 +125,7 @@ function treeItems(node, before, total) {
 async function showTree() {
   if (!byId("steps-box").open) return;
   try {
-    const told = await ask("paths", { by: "surface", top: 500 }), rest = told.remainder;
+    const light = lit(), told = await ask("paths", { by: "surface", top: 500, ...(light ? { criterion: light } : {}) }), rest = told.remainder;
     const text = JSON.stringify(told.classes);
     if (text === steps_.tree) return; // what is unfolded stays so
     steps_.tree = text;

@@ -7,6 +7,7 @@
 
 rm -rf ./*.raymap ./*.yaml ./*.txt ./*.png
 write_scene scene.yaml
+sed -i '/name: sensor/a\  - {name: far, type: intensity, cells: [18, 36], axis: [0, 0, 1]}' scene.yaml
 "$RAYMAP" open scene.yaml --no-browser >address.txt 2>server.txt </dev/null &
 server=$!
 trap 'kill $server 2>/dev/null' EXIT

@@ -111,6 +111,30 @@ async function asksCriteria(page) {
   await until(page, "none left", () => document.querySelectorAll("#where li").length === 0);
 }
 
+/* Sources, detectors and objects stand in one tree: light of a source that is off is left out, a detector is
+ * shown, the keys of each are found in the text. */
+async function hasTree(page) {
+  const objects = page.locator("#objects"), note = () => page.textContent("#image-note");
+  check((await objects.locator("> li > label, > li > strong").allTextContents()).join() === "Sources,Detectors,Objects", "the tree's branches");
+  const flux = await note();
+  await objects.locator("[data-other=lamp]").uncheck();
+  await until(page, "no light without the lamp", () => raymap.statistics().rays === 0 && /flux 0 /.test(document.getElementById("image-note").textContent));
+  await picture(page, "off.png");
+  await page.keyboard.press("Space");
+  await until(page, "the lamp's light again", (text) => raymap.statistics().rays === 400 && document.getElementById("image-note").textContent === text, flux);
+  await objects.locator("[data-other=far]").check();
+  check((await page.inputValue("#detector")) === "1" && (await note()) !== flux, "the other detector is shown");
+  await page.keyboard.press("ArrowUp");
+  check((await page.inputValue("#detector")) === "0" && (await note()) === flux, "and the first again, by keys");
+  for (const [name, key] of [["lamp", "distribution: {cone: 15}"], ["sensor", "name: sensor"], ["lens", "geometry: slab"]]) {
+    await page.locator(`[aria-label="move ${name}"]`).first().click();
+    await page.locator("#move-text").click();
+    const chosen = await page.evaluate(() => document.querySelector("#text .CodeMirror").CodeMirror.getSelection());
+    check(chosen.includes(`name: ${name}`) && chosen.includes(key), `the keys of ${name}: ${chosen}`);
+    await page.click("#tab-tree");
+  }
+}
+
 /* Rows of paths, regions, clicked bodies and chosen events become criteria. */
 async function clicksCriteria(page) {
   const shown = async (what) => {
@@ -350,7 +374,7 @@ async function main() {
   try {
     const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
-    for (const part of [isGuarded, traces, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, isKept])
+    for (const part of [isGuarded, traces, hasTree, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, isKept])
       await timed(part, page, browser);
     await page.click("#scheme");
     await settle(page);
