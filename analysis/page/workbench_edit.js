@@ -77,32 +77,47 @@ textEditor.on("change", () => {
 
 const mistakesOf = ({ message, told }) => told.diagnostics ? errorsOf(told.diagnostics) : (told.line ? [{ line: told.line, column: told.column, text: message }] : []);
 
-/* A change of the scene by the server: what is shown follows, and as many rays as before are traced. */
-async function change(command, words) {
+/* A change of the scene by this page: what others changed meanwhile is shown behind it. */
+async function changing(call) {
+  live.own++;
+  try {
+    return await call();
+  } finally {
+    live.own--;
+    catchUp();
+  }
+}
+
+/* What is shown follows, and as many rays as before are traced. */
+const change = (command, words) => changing(async () => {
   try {
     showScene(await ask(command, words));
-    showMistakes([]);
-    await renew();
-    const { trace: told } = await ask("status"); // events of the trace before may still come in
-    if (live.wished > 0 && told.rays === 0 && told.state === "none") await ask("trace", { action: "start", rays: live.wished });
-    return true;
   } catch (refused) {
     say(refused.message);
     if (words && words.text !== undefined) showMistakes(mistakesOf(refused));
     return false;
   }
-}
+  showMistakes([]);
+  await showChange();
+  return true;
+});
 
-async function sceneChanged() {
-  showScene(await ask("scene"));
-  await renew();
-}
-
-async function renew() {
-  const { trace: told } = await ask("status"), { wished } = live;
-  if (told.rays === 0 && told.state === "none") showTrace(told);
-  live.wished = wished;
+async function showChange() {
+  const PATIENCE = 300; // milliseconds, for rays: what changed is shown
+  const refused = await Promise.race([traceAgain().catch(({ message }) => message), new Promise((done) => setTimeout(done, PATIENCE))]);
   await want("scene", "rays", "detectors");
+  if (refused) say(refused);
+}
+
+/* Others changed the scene. */
+function catchUp() {
+  if (live.own > 0 || live.heard <= live.revision) return;
+  changing(async () => {
+    showScene(await ask("scene"));
+    const { told } = live, { trace: now } = await ask("status");
+    if (told === live.told) showTrace(now);
+    await want("scene", "rays", "detectors");
+  }).catch(({ message }) => say(message));
 }
 
 async function applyText() {

@@ -3,9 +3,12 @@
 // The trace and what comes of it: one request for data at a time, no more than two a second.
 
 const PACE = 450; // milliseconds between two pictures
+const DRAG_PACE = 100; // while something is dragged
 const RAYS_PACE = 3000; // between two sets of rays while they come in
-/* rays: when they were last asked for; traced: how many there are; wished: how many there are to be; off: names of sources; pictures: when new images were shown. */
-const live = { state: "none", wanted: new Set(), busy: false, last: 0, rays: 0, traced: 0, wished: 0, criteria: [], off: new Set(), revision: null, pictures: [] };
+/* wanted: parts, which `coming` brings, behind `pass` that is under way. rays: when they were last asked for; traced: how many there are; wished: how many there are to be.
+ * off: names of sources. revision: of the scene that is shown; heard: of the newest; own: changes by this page that are under way. pictures: when new images were shown. */
+const live = { state: "none", wanted: new Set(), coming: null, pass: Promise.resolve(), pace: PACE, last: 0, rays: 0, traced: 0, wished: 0, told: 0, first: () => false,
+  criteria: [], off: new Set(), revision: 0, heard: 0, own: 0, pictures: [] };
 
 /* The criterion of the light of the sources that are on; null: all are. */
 function lit() {
@@ -20,32 +23,31 @@ function ofWhat() {
   return !light ? live.criteria : live.criteria.length ? live.criteria.map((text) => `(${text}) and ${light}`) : [light];
 }
 
-/* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. */
-async function want(...parts) {
+/* Asks for parts of the data: "scene", "rays", "detectors"; of several calls the last state is shown. Ends when it is. */
+function want(...parts) {
   for (const part of parts) live.wanted.add(part);
-  if (live.busy) return;
-  live.busy = true;
-  while (live.wanted.size) {
-    const asked = [...live.wanted];
-    live.wanted.clear();
-    const wait = live.last + PACE - performance.now();
-    if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
-    live.last = performance.now();
-    try {
-      const { criteria } = live, where = ofWhat();
-      const model = await ask("model", { parts: asked.join(","), limit: asking.limit,
-        ...(where.length ? { where } : {}), ...(criteria.length ? { color: "criterion" } : {}) });
-      if (model.where) model.where.list.forEach((one, k) => (one.criterion = criteria[k])); // as they were written
-      if (asked.includes("rays") || asked.includes("scene")) takeData(model);
-      else takeImages(model.detectors.list);
-      if (asked.includes("detectors")) live.pictures.push(performance.now());
-      say("");
-    } catch (refused) {
-      say(refused.message);
-    }
+  if (!live.coming) live.coming = live.pass = live.pass.then(renewParts);
+  return live.coming;
+}
+
+async function renewParts() {
+  const wait = live.last + live.pace - performance.now();
+  if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
+  live.coming = null;
+  live.last = performance.now();
+  const parts = [...live.wanted], { criteria } = live, where = ofWhat();
+  live.wanted.clear();
+  try {
+    const model = await ask("model", { parts: parts.join(","), limit: asking.limit,
+      ...(where.length ? { where } : {}), ...(criteria.length ? { color: "criterion" } : {}) });
+    if (model.where) model.where.list.forEach((one, k) => (one.criterion = criteria[k])); // as they were written
+    if (parts.includes("rays") || parts.includes("scene")) takeData(model);
+    else takeImages(model.detectors.list);
+    if (parts.includes("detectors")) live.pictures.push(performance.now());
+    say("");
+  } catch (refused) {
+    say(refused.message);
   }
-  live.busy = false;
-  document.documentElement.dataset.fresh = String(Number(document.documentElement.dataset.fresh || 0) + 1);
 }
 
 /* What went wrong, over the picture. */
@@ -110,7 +112,8 @@ function showTrace({ state, rays, of, message }) {
   byId("trace-stop").disabled = !running && !paused;
   byId("trace-progress").value = of > 0 ? rays / of : 0;
   byId("trace-state").textContent = message || (rays > 0 || running ? `${whole(rays)} of ${whole(of)} rays${{ running: "", paused: ", paused", stopped: ", stopped", failed: ", failed" }[state] || ""}` : "nothing traced");
-  const raysToo = performance.now() - live.rays > RAYS_PACE;
+  const isFirst = live.heard >= live.revision && (rays > 0 || !running) && live.first();
+  const raysToo = isFirst || performance.now() - live.rays > RAYS_PACE;
   if (running && raysToo) live.rays = performance.now();
   if (running && rays > 0) want("detectors", ...(raysToo ? ["rays"] : []));
   else if (before !== state && rays > 0) want("rays", "detectors");
@@ -126,6 +129,20 @@ async function trace(action) {
   } catch (refused) {
     byId("trace-state").textContent = refused.message;
   }
+}
+
+/* As many rays of the scene that is now as there were to be of the one before; ends when the first are asked for. */
+async function traceAgain() {
+  const { trace: told } = await ask("status"); // others may have begun it
+  if (!(live.wished > 0 && told.state === "none")) return;
+  live.first();
+  const first = new Promise((done) => (live.first = () => {
+    live.first = () => false;
+    done();
+    return true;
+  }));
+  await ask("trace", { action: "start", rays: live.wished });
+  await first;
 }
 
 byId("trace").addEventListener("submit", (event) => {
@@ -158,12 +175,22 @@ byId("asked").querySelector("button").addEventListener("click", () =>
 const events = new EventSource("/events");
 events.addEventListener("message", ({ data: text }) => {
   const told = JSON.parse(text);
-  if (told.event === "trace") showTrace(told);
+  if (told.event === "trace") {
+    live.told++;
+    showTrace(told);
+  }
   if (told.event === "progress" && asking.open.has(told.id)) {
     asking.open.get(told.id).progress = told.progress;
     showAsked();
   }
-  if (told.event === "scene" && told.revision !== live.revision) sceneChanged();
+  if (told.event === "scene") {
+    live.heard = told.revision;
+    if (live.heard > live.revision) live.first(); // the trace before is over
+    catchUp();
+  }
 });
-events.addEventListener("error", () => say("The server does not answer; what is shown stays."));
+events.addEventListener("error", () => {
+  live.first();
+  say("The server does not answer; what is shown stays.");
+});
 events.addEventListener("open", () => say(""));

@@ -2,7 +2,8 @@
 //
 // Objects, sources and detectors are chosen, and moved by typing or dragging: changes of their `at`.
 
-const moving = { name: null, dragging: null };
+/* dropped: when the drag before is over. */
+const moving = { name: null, dragging: null, dropped: null };
 
 /* What the scene file calls the object: surfaces of a lens are moved with it. */
 function moverOf(index) {
@@ -118,6 +119,8 @@ function moverAt(x, y) {
   return outline ? outline.name : index < 0 ? null : moverOf(index);
 }
 
+const grab = (name) => thingsOf(name).map(({ group, label }) => ({ group, matrix: group.matrix.clone(), label, at: label && label.at.clone() }));
+
 function putBy(things, by) {
   for (const { group, matrix, label, at } of things) {
     group.matrix.copy(new THREE.Matrix4().makeTranslation(...by).multiply(matrix));
@@ -131,28 +134,75 @@ canvas.addEventListener("pointerdown", (event) => {
   const from = placeOn(canvas, event), name = moverAt(...from);
   if (name === null) return;
   chooseMover(name);
-  const things = thingsOf(name).map(({ group, label }) => ({ group, matrix: group.matrix.clone(), label, at: label && label.at.clone() }));
-  moving.dragging = { from, name, by: [0, 0, 0], things };
+  moving.dragging = { from, name, by: [0, 0, 0], things: grab(name), sent: [0, 0, 0], answer: null, refused: "", following: null };
+  live.own++; // until it is dropped
+  live.pace = DRAG_PACE;
   controls.enabled = false;
   press.held = false;
 });
 window.addEventListener("pointermove", (event) => {
-  if (!moving.dragging) return;
-  const by = (moving.dragging.by = dragBy(event));
-  putBy(moving.dragging.things, by);
-  byId("move-place").textContent = `by ${by.map((v) => figure(v, 4)).join(", ")} ${scene.unit}`;
+  const { dragging } = moving;
+  if (!dragging) return;
+  dragging.by = dragBy(event);
+  putBy(dragging.things, dragging.by);
+  byId("move-place").textContent = `by ${dragging.by.map((v) => figure(v, 4)).join(", ")} ${scene.unit}`;
+  follow(dragging);
 });
+
+/* The scene goes where the pointer is: one edit at a time, with the first rays of it; places that were left meanwhile are
+ * skipped, the last one is not. All of it is one step of undo. */
+function follow(dragging) {
+  const isThere = () => String(dragging.by) === String(dragging.sent);
+  const go = async () => {
+    await moving.dropped;
+    while (!isThere()) await step(dragging).catch(({ message }) => (dragging.refused = message));
+    dragging.following = null;
+  };
+  if (!dragging.following && !isThere()) dragging.following = go();
+  return dragging.following;
+}
+
+async function step(dragging) {
+  dragging.sent = dragging.by;
+  dragging.refused = "";
+  const { answer } = dragging;
+  dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, ...(answer ? { amend: answer.revision } : {}) });
+  live.revision = dragging.answer.revision;
+  await traceAgain();
+  if (dragging === moving.dragging) await want("rays", "detectors");
+}
+
+/* Where it is, or back where it was. */
+async function drop(dragging, keep) {
+  if (!keep) dragging.by = [0, 0, 0];
+  if (dragging.by.every((v) => v === 0)) {
+    putBy(dragging.things, dragging.by);
+    dragging.sent = dragging.by;
+    keep = false;
+  }
+  await follow(dragging);
+  const { answer, refused } = dragging, isOurs = answer && live.heard <= answer.revision;
+  if (answer && isOurs) showScene(keep ? answer : await ask("undo"));
+  if (answer && isOurs && !keep) await traceAgain();
+  if (answer || refused) await want("scene", "rays", "detectors");
+  if (!moving.dragging) chooseMover(dragging.name);
+  if (refused) say(refused);
+}
+whenScene(() => { // of the drag before
+  const { dragging } = moving;
+  if (dragging) putBy((dragging.things = grab(dragging.name)), dragging.by);
+});
+
 function dropObject(keep) {
   const { dragging } = moving;
   if (!dragging) return false;
   moving.dragging = null;
   controls.enabled = true;
-  const put = () => {
-    putBy(dragging.things, [0, 0, 0]);
-    chooseMover(dragging.name);
-  };
-  if (!keep || dragging.by.every((v) => v === 0)) put();
-  else move(dragging.name, dragging.by).then((done) => done || put());
+  live.pace = PACE;
+  moving.dropped = drop(dragging, keep).catch(({ message }) => say(message)).then(() => {
+    live.own--;
+    catchUp();
+  });
   return true;
 }
 window.addEventListener("pointerup", () => dropObject(true));

@@ -68,5 +68,6 @@ document.addEventListener("keydown", (event) => {
 TESTS.push(...firstNames.words.filter((word) => !TESTS.includes(word)));
 showScene(firstScene);
 showTrace(firstStatus.trace);
+Object.assign(raymap, { moverAt });
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });
 document.documentElement.dataset.workbench = "yes";

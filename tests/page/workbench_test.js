@@ -321,8 +321,9 @@ async function isShared(page, browser) {
   await other.context().close();
 }
 
-/* An object is dragged in the view along x, its text follows. */
+/* What is dragged in the view along x is traced as it goes; all of the drag is one step of undo. */
 async function dragsObjects(page) {
+  const text = editor(page, "#text"), before = await text.get();
   await page.locator("#canvas").focus();
   await page.keyboard.press("1");
   await page.keyboard.press("m");
@@ -335,13 +336,29 @@ async function dragsObjects(page) {
   check(at !== null, "the lens is seen");
   await page.mouse.move(box.x + at[0], box.y + at[1]);
   await page.mouse.down();
-  await page.mouse.move(box.x + at[0], box.y + at[1] - 40, { steps: 4 });
-  check(/by 0, [\d.]+, /.test(await page.textContent("#move-place")), `it says how far: ${await page.textContent("#move-place")}`);
-  await settle(page);
+  for (const up of [40, 80]) {
+    const note = await page.textContent("#image-note"), { pictures } = await live(page);
+    await page.mouse.move(box.x + at[0], box.y + at[1] - up, { steps: 4 });
+    check(/by 0, [\d.]+, /.test(await page.textContent("#move-place")), `it says how far: ${await page.textContent("#move-place")}`);
+    await until(page, "another image while the mouse is down", ([old, n]) => document.getElementById("image-note").textContent !== old && raymap.live().pictures.length > n && raymap.live().traced > 0, [note, pictures.length]);
+  }
+  check((await statistics(page)).rays > 0 && (await text.get()) === before, "the rays follow, the text will");
   check(await page.locator("#tip").isHidden(), "no ray's tip covers what is dragged");
   await picture(page, "dragging.png");
   await page.mouse.up();
   await until(page, "the lens' place in the text", () => /name: lens[^\n]*at: \[0(\.0)?, [\d.]+/.test(document.querySelector("#text .CodeMirror").CodeMirror.getValue()));
+  await page.click("#edit-undo");
+  await until(page, "one undo takes the drag back", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() === old && document.getElementById("edit-undo").disabled, before);
+  const lamp = await page.evaluate(() => ["left", "top"].map((side) => parseFloat(document.querySelector("#labels .source").style[side])));
+  check((await page.evaluate(([x, y]) => raymap.moverAt(x, y), lamp)) === "lamp", "a source is grabbed");
+  await page.mouse.move(box.x + lamp[0], box.y + lamp[1]);
+  await page.mouse.down();
+  await page.mouse.move(box.x + lamp[0], box.y + lamp[1] - 40, { steps: 2 });
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("Escape");
+  await page.mouse.up();
+  await until(page, "a drag that Esc ends is no step", () => document.getElementById("edit-undo").disabled && raymap.live().state === "done");
+  check((await text.get()) === before, "nor a change");
   await page.keyboard.press("m");
 }
 
