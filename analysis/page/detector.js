@@ -5,10 +5,11 @@
 const image = byId("image");
 const paint = image.getContext("2d");
 const scaleBytes = unpack(data.detectors.scale);
+const scaleInk = new Uint32Array(Uint8Array.from({ length: 4 * 256 }, (_, i) => (i % 4 < 3 ? scaleBytes[3 * (i >> 2) + (i % 4)] : 255)).buffer); // as pixels
 const FRAME = { left: 46, right: 10, top: 8, bottom: 22, bar: 52 }; // CSS pixels about the picture
 
-/* index: of the detector, -1 before the first; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null; turn: degrees about its centre, counterclockwise */
-const sensor = { index: -1, kind: "rect", region: null, turn: 0, area: null, picture: null, pictures: new Map() };
+/* index: of the detector, -1 before the first; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null; turn: degrees about its centre, counterclockwise; scaled: its user chose the scale */
+const sensor = { index: -1, kind: "rect", region: null, turn: 0, scaled: false, area: null, picture: null, pictures: new Map() };
 const current = () => detectors[sensor.index];
 
 /* Axis of the detector that runs to the right: x of a plane, phi of an intensity grid. */
@@ -55,12 +56,12 @@ function pictureOf(detector, log) {
   const level = (v) => (!log ? v / most : v > 0 ? Math.log(v / least) / Math.max(Math.log(most / least), 1e-9) : 0);
   const swapped = rightAxis(detector) === 1;
   const cells = element("canvas", { width: swapped ? ny : nx, height: swapped ? nx : ny });
-  const context = cells.getContext("2d"), pixels = context.createImageData(cells.width, cells.height);
+  const context = cells.getContext("2d"), pixels = context.createImageData(cells.width, cells.height), ink = new Uint32Array(pixels.data.buffer);
   for (let j = 0; j < ny; j++)
     for (let i = 0; i < nx; i++) {
       const column = swapped ? j : i, row = cells.height - 1 - (swapped ? i : j);
       const step = most > 0 ? Math.round(255 * Math.min(Math.max(level(values[j * nx + i]), 0), 1)) : 0;
-      pixels.data.set([...scaleBytes.subarray(3 * step, 3 * step + 3), 255], 4 * (row * cells.width + column));
+      ink[row * cells.width + column] = scaleInk[step];
     }
   context.putImageData(pixels, 0, 0);
   const texture = new THREE.CanvasTexture(cells);
@@ -122,9 +123,11 @@ function layOut(detector) {
   const height = Math.round(room * ratio);
   sensor.area = { left: FRAME.left, top: FRAME.top, width: room, height, u, v };
   const dense = Math.min(window.devicePixelRatio || 1, 2), total = height + FRAME.top + FRAME.bottom;
-  image.width = Math.round(width * dense);
-  image.height = Math.round(total * dense);
-  image.style.height = total + "px";
+  const size = [width, total].map((length) => Math.round(length * dense));
+  if (image.width !== size[0] || image.height !== size[1]) { // a new buffer takes long
+    [image.width, image.height] = size;
+    image.style.height = total + "px";
+  }
   paint.setTransform(dense, 0, 0, dense, 0, 0);
 }
 
@@ -235,7 +238,7 @@ function describeDetector() {
       (of.step > 1 ? `; ${of.step} x ${of.step} of its ${of.cells.join(" x ")} cells to a pixel` : "")
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;
-  byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
+  if (!sensor.scaled) byId("log").checked = of !== null && isSpiky(imageValues(detector), of.most);
   image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays; arrow keys move what is drawn, with Shift they resize it, < and > turn it.`);
 }
 
@@ -256,7 +259,10 @@ function showValue(event) {
 image.addEventListener("pointermove", showValue);
 image.addEventListener("pointerleave", () => (byId("image-value").textContent = ""));
 
-byId("log").addEventListener("change", drawImage);
+byId("log").addEventListener("change", () => {
+  sensor.scaled = true;
+  drawImage();
+});
 byId("dots").addEventListener("change", drawImage);
 byId("hang").addEventListener("change", drawImage);
 whenData(() => {

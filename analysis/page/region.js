@@ -222,7 +222,10 @@ function showState(next) {
   byId("undo").disabled = !steps.past.length;
   byId("redo").disabled = !steps.undone.length;
   byId("detector").value = String(sensor.index);
-  if (sensor.index !== index) describeDetector();
+  if (sensor.index !== index) {
+    sensor.scaled = false;
+    describeDetector();
+  }
   nameFields();
   refreshRegion();
 }

@@ -58,13 +58,11 @@ function say(text) {
 
 /* New images of the same detectors. */
 function takeImages(list) {
-  const log = byId("log").checked;
   data.detectors.list = list;
   detectors.splice(0, detectors.length, ...list);
   forgetPictures();
   if (!current()) return;
   describeDetector();
-  byId("log").checked = log;
   drawImage();
   drawLive();
 }

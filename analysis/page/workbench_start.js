@@ -70,4 +70,5 @@ showScene(firstScene);
 showTrace(firstStatus.trace);
 Object.assign(raymap, { moverAt });
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });
+if (renderer.compile) renderer.compile(world, camera); // or the first rays would wait for their shader
 document.documentElement.dataset.workbench = "yes";

@@ -186,6 +186,7 @@ async function refusesNonsense(page) {
   const counted_ = { rays: { matched: 1, total: 1 }, flux: { matched: 1, standard_error: 0, unit: "W" } };
   await page.route("**/api", (route) => {
     const { id, command } = route.request().postDataJSON();
+    if (command === "model") return route.fulfill({ json: { id, ok: false, error: { message: "not for each of them" } } });
     return command === "query" ? route.fulfill({ json: { id, ok: true, result: counted_ } }) : route.continue();
   });
   for (let k = 1; k <= 32; k++) {
