@@ -88,26 +88,27 @@ async function changing(call) {
   }
 }
 
+const PATIENCE = 300; // milliseconds, for the first rays: then what changed is shown without
+
 /* What is shown follows, and as many rays as before are traced. */
 const change = (command, words) => changing(async () => {
-  try {
-    showScene(await ask(command, words));
-  } catch (refused) {
-    say(refused.message);
-    if (words && words.text !== undefined) showMistakes(mistakesOf(refused));
-    return false;
-  }
-  showMistakes([]);
-  await showChange();
-  return true;
-});
-
-async function showChange() {
-  const PATIENCE = 300; // milliseconds, for rays: what changed is shown
-  const refused = await Promise.race([traceAgain().catch(({ message }) => message), new Promise((done) => setTimeout(done, PATIENCE))]);
-  await want("scene", "rays", "detectors");
+  let refused = null;
+  const done = await settling(async () => {
+    try {
+      showScene(await ask(command, words));
+    } catch (told) {
+      say(told.message);
+      if (words && words.text !== undefined) showMistakes(mistakesOf(told));
+      return false;
+    }
+    showMistakes([]);
+    refused = await Promise.race([traceAgain().catch(({ message }) => message), new Promise((end) => setTimeout(end, PATIENCE))]);
+    return true;
+  });
+  if (done) await want("scene", "rays", "detectors");
   if (refused) say(refused);
-}
+  return done;
+});
 
 /* Others changed the scene. */
 function catchUp() {

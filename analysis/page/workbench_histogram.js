@@ -8,7 +8,7 @@ const chart = { told: null };
 const numbersOf = () => [...firstNames.values,
   ...names().detector.flatMap((name) => ["x", "y", "angle", "optical_path"].map((what) => `${what}(${name})`)),
   ...names().object.slice(0, 100).map((name) => `hit(${name}, reflect)`)];
-whenData(() => byId("numbers").replaceChildren(...numbersOf().map((value) => element("option", { value }))));
+whenScene(() => byId("numbers").replaceChildren(...numbersOf().map((value) => element("option", { value }))));
 
 /* [{name, edges, flux, error}] */
 function groupsOf(told) {

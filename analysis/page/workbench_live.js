@@ -7,7 +7,7 @@ const DRAG_PACE = 100; // while something is dragged
 const RAYS_PACE = 3000; // between two sets of rays while they come in
 /* wanted: parts, which `coming` brings, behind `pass` that is under way. rays: when they were last asked for; traced: how many there are; wished: how many there are to be.
  * off: names of sources. revision: of the scene that is shown; heard: of the newest; own: changes by this page that are under way. pictures: when new images were shown. */
-const live = { state: "none", wanted: new Set(), coming: null, pass: Promise.resolve(), pace: PACE, last: 0, rays: 0, traced: 0, wished: 0, told: 0, first: () => false,
+const live = { state: "none", wanted: new Set(), coming: null, pass: Promise.resolve(), settled: Promise.resolve(), model: Promise.resolve(), pace: PACE, last: 0, rays: 0, traced: 0, wished: 0, told: 0, first: () => false,
   criteria: [], off: new Set(), revision: 0, heard: 0, own: 0, pictures: [] };
 
 /* The criterion of the light of the sources that are on; null: all are. */
@@ -30,16 +30,27 @@ function want(...parts) {
   return live.coming;
 }
 
+/* A change by this page with the first rays of it: in between nothing is asked for, since there are none. The server takes
+ * requests of several connections in any order, so it begins when what was asked for is there. */
+function settling(call) {
+  const done = live.model.then(call);
+  live.settled = Promise.allSettled([live.settled, done]);
+  return done;
+}
+
 async function renewParts() {
   const wait = live.last + live.pace - performance.now();
   if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
+  for (let settled = null; settled !== live.settled; await settled) settled = live.settled;
   live.coming = null;
   live.last = performance.now();
   const parts = [...live.wanted], { criteria } = live, where = ofWhat();
   live.wanted.clear();
   try {
-    const model = await ask("model", { parts: parts.join(","), limit: asking.limit,
+    const asked = ask("model", { parts: parts.join(","), limit: asking.limit,
       ...(where.length ? { where } : {}), ...(criteria.length ? { color: "criterion" } : {}) });
+    live.model = asked.catch(() => {});
+    const model = await asked;
     if (model.where) model.where.list.forEach((one, k) => (one.criterion = criteria[k])); // as they were written
     if (parts.includes("rays") || parts.includes("scene")) takeData(model);
     else takeImages(model.detectors.list);
@@ -191,4 +202,7 @@ events.addEventListener("error", () => {
   live.first();
   say("The server does not answer; what is shown stays.");
 });
-events.addEventListener("open", () => say(""));
+events.addEventListener("open", () => {
+  live.first(); // what was told meanwhile is lost
+  say("");
+});

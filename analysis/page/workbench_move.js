@@ -166,9 +166,11 @@ async function step(dragging) {
   dragging.sent = dragging.by;
   dragging.refused = "";
   const { answer } = dragging;
-  dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, ...(answer ? { amend: answer.revision } : {}) });
-  live.revision = dragging.answer.revision;
-  await traceAgain();
+  await settling(async () => {
+    dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, ...(answer ? { amend: answer.revision } : {}) });
+    live.revision = dragging.answer.revision;
+    await traceAgain();
+  });
   if (dragging === moving.dragging) await want("rays", "detectors");
 }
 
@@ -182,8 +184,12 @@ async function drop(dragging, keep) {
   }
   await follow(dragging);
   const { answer, refused } = dragging, isOurs = answer && live.heard <= answer.revision;
-  if (answer && isOurs) showScene(keep ? answer : await ask("undo"));
-  if (answer && isOurs && !keep) await traceAgain();
+  if (answer && isOurs && keep) showScene(answer);
+  else if (answer && isOurs)
+    await settling(async () => {
+      showScene(await ask("undo"));
+      await traceAgain();
+    });
   if (answer || refused) await want("scene", "rays", "detectors");
   if (!moving.dragging) chooseMover(dragging.name);
   if (refused) say(refused);

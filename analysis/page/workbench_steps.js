@@ -136,7 +136,5 @@ async function showTree() {
   }
 }
 byId("steps-box").addEventListener("toggle", showTree);
-whenData(() => {
-  listPlaces();
-  showTree();
-});
+whenScene(listPlaces);
+whenData(showTree);

@@ -34,7 +34,7 @@ async function open(browser, address, options) {
   page.on("pageerror", (error) => said.push(`${file}: ${error.message}`));
   const own = new URL(address).origin;
   page.on("request", (request) => /^(file|data|blob):/.test(request.url()) || request.url().startsWith(own) || said.push(`${file} asks for ${request.url()}`));
-  await page.goto(address);
+  await page.goto(address, { timeout: 90000 });
   await page.waitForSelector("html[data-ready]", { timeout: 90000 });
   await settle(page);
   return page;

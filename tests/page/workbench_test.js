@@ -336,6 +336,10 @@ async function dragsObjects(page) {
   });
   check(at !== null, "the lens is seen");
   await page.mouse.move(box.x + at[0], box.y + at[1]);
+  await page.evaluate(() => {
+    window.notes = [];
+    new MutationObserver(() => window.notes.push(document.getElementById("image-note").textContent)).observe(document.getElementById("image-note"), { childList: true });
+  });
   await page.mouse.down();
   for (const up of [40, 80]) {
     const note = await page.textContent("#image-note"), { pictures } = await live(page);
@@ -343,6 +347,8 @@ async function dragsObjects(page) {
     check(/by 0, [\d.]+, /.test(await page.textContent("#move-place")), `it says how far: ${await page.textContent("#move-place")}`);
     await until(page, "another image while the mouse is down", ([old, n]) => document.getElementById("image-note").textContent !== old && raymap.live().pictures.length > n && raymap.live().traced > 0, [note, pictures.length]);
   }
+  const dark = (await page.evaluate(() => window.notes)).filter((note) => !/flux 0\.\d/.test(note));
+  check(dark.length === 0, `no image without light on the way: ${dark}`);
   check((await statistics(page)).rays > 0 && (await text.get()) === before, "the rays follow, the text will");
   check(await page.locator("#tip").isHidden(), "no ray's tip covers what is dragged");
   await picture(page, "dragging.png");
