@@ -69,6 +69,7 @@ async function traces(page) {
   await page.fill("#trace-rays", String(RAYS));
   await page.click("#trace-start");
   await until(page, "traced again", (n) => raymap.live().state === "done" && raymap.live().traced === n, RAYS);
+  await until(page, "the image of all rays again", (f) => Math.abs(Number(/flux ([\d.e-]+)/.exec(document.getElementById("image-note").textContent)[1]) / f - 1) < 1e-4, flux.total);
 }
 
 async function asksCriteria(page) {
