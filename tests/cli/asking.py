@@ -32,5 +32,21 @@ def trace(example, name, n, *more):
     return name
 
 
+def keys_of(words):
+    """What a server (raymap.serve) takes for these options of a command line."""
+    words, keys = list(map(str, words)), {}
+    while words:
+        name = words.pop(0).lstrip("-")
+        value = words.pop(0) if words and not words[0].startswith(("--", "-w")) else True
+        keys.setdefault("where" if name == "w" else name, []).append(value)
+    return {name: values if len(values) > 1 else values[0] for name, values in keys.items()}
+
+
+def told_of(server, text, **keys):
+    """What `check --json` says of a scene, asked of a server of any scene in its folder: (document, all that it complains of)."""
+    its = server.check(text=text, **keys)
+    return its, "\n".join(one["text"] for one in its["diagnostics"])
+
+
 def finish():
     sys.exit(1 if failures else 0)
