@@ -5,6 +5,7 @@ import pathlib
 import sys
 
 BUILD = pathlib.Path(os.environ["BUILD_DIR"])
+SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 STEP, MAKER = BUILD / "raymap-step", BUILD / "tests" / "make_cad_files"
 if not STEP.exists():
     print("SKIP: raymap-step is not built here: jobs/install-packages.sh cad installs OpenCASCADE")

@@ -11,9 +11,9 @@ import shutil
 import subprocess
 import time
 
-from cad_tools import MAKER, check, finish  # skips where there is no converter
+from cad_tools import MAKER, SLOW, check, finish  # skips where there is no converter
 
-N, SECONDS = int(os.environ.get("MUTATIONS", "6")), 90
+N, SECONDS = int(os.environ.get("MUTATIONS", "12" if SLOW else "2")), 90
 count = {"scene": 0, "refused": 0, "crashed": 0}
 NUMBERS = ["0.", "-0.", "1.E308", "-1.E-308", "NAN", "1.E400", "3.14159265358979", "-7", "", "$", "*", "1.E12"]
 

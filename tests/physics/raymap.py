@@ -24,6 +24,12 @@ def many(n):
     return n * SCALE
 
 
+def some(cases, *quick):
+    """Of a matrix all cases for tests/slow; in a quick run those at these places."""
+    cases = list(cases)
+    return cases if SCALE > 1 else [cases[k] for k in quick]
+
+
 def run(*arguments):
     """stdout of `raymap ARGUMENTS`; the test ends with its stderr when it fails."""
     done = subprocess.run([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE,

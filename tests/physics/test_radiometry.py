@@ -12,10 +12,10 @@ import math
 
 import numpy
 
-from raymap import Checks, columns, count, drop, many, rays, trace
+from raymap import Checks, columns, count, drop, many, rays, some, trace
 
 checks = Checks()
-RAYS = many(200_000)
+RAYS = many(80_000)
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(8)
 
@@ -195,8 +195,8 @@ def check_interreflections():
     """CIE 171 test case 5.8: cube of 4 m, reflectance rho: the mean illuminance over all walls is
     flux / (A (1 - rho)), whatever the shape. Arrivals per ray are geometric: mean 1 / (1 - rho),
     variance rho / (1 - rho)^2. Relative error at most 0.3 % besides."""
-    for rho, lux, n in ((0.05, 109.649122807018, 300_000), (0.5, 208.333333333333, 300_000),
-                        (0.8, 520.833333333333, 200_000), (0.95, 2083.33333333333, 150_000)):
+    for rho, lux, n in some(((0.05, 109.649122807018, 150_000), (0.5, 208.333333333333, 150_000),
+                             (0.8, 520.833333333333, 100_000), (0.95, 2083.33333333333, 75_000)), 0, 2):
         head = HEAD + f"  wall: {{type: lambert, reflectance: {rho}}}\n"
         n = many(n)
         target = trace("cube", head + box(4, 4, 4, "wall") + LAMP, n)
@@ -204,7 +204,7 @@ def check_interreflections():
         arrivals = answer["segments"]["total"] / n
         sigma = math.sqrt(rho) / (1 - rho) / math.sqrt(n)
         checks.z(f"mean illuminance, rho = {rho}", arrivals * 10000 / 96, lux, sigma * 10000 / 96)
-        checks.close(f"mean illuminance, rho = {rho}, ceiling", arrivals * 10000 / 96, lux, rel=0.005)
+        checks.close(f"mean illuminance, rho = {rho}, ceiling", arrivals * 10000 / 96, lux, rel=0.005 if n > 1e6 else 0.01)
         drop(target)
 
 
@@ -239,7 +239,7 @@ def check_view_factors():
     for height, width, share in upright:  # emitter 1 x width; receiver 1 high along its edge y = width / 2
         pair(f"{{rectangle: [1, {width}]}}", f"{{type: rectangle, size: [1, {height}]}}",
              (0, width / 2, height / 2), [90, 0, 0], share)
-    n = many(80_000) * len(wanted)
+    n = many(30_000) * len(wanted)
     target = trace("view-factors", HEAD + geometries + objects + sources, n)
     found, _ = rays(target, *[f"source(emitter{k}) and hit(receiver{k})" for k in range(len(wanted))])
     for k, (matched, share) in enumerate(zip(found, wanted)):
@@ -253,8 +253,8 @@ def check_integrating_sphere():
     port is a disc across the cap that it closes off: no light gets behind it."""
     signal = {0.5: 0.0099009900990099, 0.9: 0.0825688073394496, 0.95: 0.159663865546219,
               0.98: 0.328859060402684}
-    for rho, want in signal.items():
-        n = many(160_000 if rho < 0.95 else 80_000)
+    for rho, want in some(signal.items(), 0, 2):
+        n = many(80_000 if rho < 0.95 else 40_000)
         text = HEAD + f"""  wall: {{type: lambert, reflectance: {rho}}}
 geometries:
   ball: {{type: sphere, radius: 1}}
@@ -279,7 +279,7 @@ def check_disc_on_axis():
     on_axis = {0.1: 3020.76216691326, 0.5: 1570.7963267949, 1: 628.318530717959, 5: 31.1048777583148}
     radius, luminance = 0.5, 1000
     flux = math.pi * luminance * math.pi * radius ** 2
-    for distance, lux in on_axis.items():
+    for distance, lux in some(on_axis.items(), 0, 2):
         half = 0.02 if distance < 1 else 0.05 * distance
 
         def illuminance(x, y):
@@ -311,7 +311,7 @@ objects: [{name: floor, geometry: floor, surface: black, front: air, back: air}]
 sources: [{name: sky, type: sky, kind: 5, horizontal: 3141.592653589793 lx, toward: [hole], medium: air}]
 detectors: [{name: hole, type: plane, at: [0, 0, 1], direction: [0, 0, 1], size: 0.002, cells: 1}]
 """
-    target = trace("hole", text, many(160_000), encoding="plain")
+    target = trace("hole", text, many(80_000), encoding="plain")
     (end,) = columns(target, "segment/position")
     tangent = numpy.hypot(end[:, 0], end[:, 1])
     area = 0.002 ** 2
@@ -339,7 +339,7 @@ def check_sphere_source():
             for k in range(n_around):
                 a, b = i * n_around + k + 1, i * n_around + (k + 1) % n_around + 1
                 file.write((f"f {a} {a + n_around} {b}\n" if i < n_along - 1 else "") + (f"f {b} {a + n_around} {b + n_around}\n" if i else ""))
-    for distance, want in ((0.25, 2010.61929829747), (1, 125.663706143592), (3, 13.9626340159546)):
+    for distance, want in some(((0.25, 2010.61929829747), (1, 125.663706143592), (3, 13.9626340159546)), 0, 2):
         half = 0.02 * distance if distance < 1 else 0.05 * distance
         lux = mean_over(lambda x, y, d=distance: want * d ** 3 / (d * d + x * x + y * y) ** 1.5, -half, half, -half, half)
         text = HEAD + f"""geometries:
@@ -350,7 +350,7 @@ objects:
 sources:
   - {{name: ball, type: area, shape: {{mesh: ball}}, flux: {1000 * math.pi * 4 * math.pi * radius ** 2!r} lm, spectrum: {{rgb: [1, 1, 1]}}, medium: air}}
 """
-        target = trace("ball", text, many(120_000))
+        target = trace("ball", text, many(60_000))
         answer = count(target, "hit(patch)")[0]["flux"]
         checks.z(f"lumens from a sphere at {distance}", answer["matched"], lux * 4 * half * half,
                  math.hypot(answer["standard_error"], 1e-3 * answer["matched"]))
@@ -377,7 +377,7 @@ def check_furnace():
               "mirror_ball": ("mirror, reflectance: 1", "air"), "grey": ("lambert, reflectance: 0.5", "air"),
               "luneburg": ("fresnel", "luneburg"), "cloud": ("fresnel", "cloud")}
     radius = 0.55
-    for name, (surface, inside) in bodies.items():
+    for name, (surface, inside) in some(bodies.items(), 1, 3, 4, 5):
         head = HEAD.replace("{air: {index: 1}}", "{air: {index: 1}, glass: {index: 1.5}, "
                             f"luneburg: {{gradient: {{type: luneburg, radius: {radius}}}}}, "
                             f"cloud: {{index: 1, scattering: {5 / radius}, scattering_g: 0.8}}}}")
@@ -385,7 +385,7 @@ def check_furnace():
             2, 2, 2, "black", f"  ball: {{type: sphere, radius: {radius}}}\n") + (
             f"  - {{name: ball, geometry: ball, at: [0.3, -0.2, -0.4], surface: body, inside: {inside}, outside: air}}\n"
         ) + panels
-        n = many({"glass": 120_000, "luneburg": 40_000, "cloud": 40_000}.get(name, 180_000))
+        n = many({"glass": 50_000, "luneburg": 20_000, "cloud": 20_000}.get(name, 80_000))
         target = trace("furnace", text, n, options=("--set", "limits.steps=100000"))
         cells = [f"registered({wall}_map, cells({i}..{i}, {j}..{j}))"
                  for wall in ("floor", "west", "north") for i in range(4) for j in range(4)]
@@ -408,7 +408,7 @@ def check_immersed_emitter():
     cases = [("area, shape: {disc: 0.01}", "ideal", 0.444444444444444, "no losses"),
              ("area, shape: {disc: 0.01}", None, 0.403654240292312, "Fresnel"),
              ("point, distribution: isotropic", "ideal", 0.127322003750035, "isotropic")]
-    for source, coat, want, what in cases:
+    for source, coat, want, what in some(cases, 1, 2):
         surface = "{type: fresnel, coat: ideal}" if coat else "{type: fresnel}"
         text = HEAD.replace("{air: {index: 1}}", "{air: {index: 1}, glass: {index: 1.5}}") + f"""  face: {surface}
 geometries:
