@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 #
 # The promise: recipes of docs/cluster.md run as they stand there, with a tenth of the rays (a queue's commands are played by small ones that
-# run at once what they are given), jobs are installed, threads follow the batch system, times are taken as they are written on clusters, and
+# run at once what they are given), threads follow the batch system, times are taken as they are written on clusters, and
 # logs get lines with the clock.
 . "$(dirname "$0")/expect.bash"
 rm -rf ./*
@@ -65,9 +65,4 @@ LAUNCHER='mpirun -np 2' RAYMAP=$RAYMAP expect 6 'stopped early by the time limit
     bash "$SOURCE_DIR/jobs/slurm-trace.sh" scene.yaml stopped.raymap 1G --time-limit 1s --quiet
 ! grep -q 'non-zero' stderr.txt || fail "mpirun's noise: $(cat stderr.txt)"
 
-build=$(dirname "$(realpath "${RAYMAP_PROGRAM:-$RAYMAP}")")
-if [ -e "$build/cmake_install.cmake" ]; then
-    cmake --install "$build" --prefix "$PWD/installed" >/dev/null || fail "cmake --install"
-    [ -x installed/share/raymap/jobs/slurm-trace.sh ] || fail "the jobs are not installed"
-fi
 finish
