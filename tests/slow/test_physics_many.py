@@ -11,10 +11,11 @@ tests = pathlib.Path(os.environ["SOURCE_DIR"]) / "tests"
 failed = []
 for name in ("physics/fresnel", "physics/lambert", "physics/media", "physics/radiometry", "physics/scatter", "physics/curved_poses",
              "physics/lamps", "physics/published", "physics/model_surfaces", "physics/render", "physics/irradiance",
-             "cad/converter", "cad/mutations"):
+             "cad/converter", "cad/mutations", "cli/tutorials"):
     label, name = name.split("/")
-    done = subprocess.run([sys.executable, "-B", tests / label / f"test_{name}.py"], check=False,
-                          env=dict(os.environ, RAYMAP_TEST_SCALE="25"))
+    script, = (tests / label).glob(f"test_{name}.*")
+    how = ["bash"] if script.suffix == ".sh" else [sys.executable, "-B"]
+    done = subprocess.run([*how, script], check=False, env=dict(os.environ, RAYMAP_TEST_SCALE="25"))
     print(f"{label}/{name}: status {done.returncode}", flush=True)
     if done.returncode != 0:
         failed.append(name)
