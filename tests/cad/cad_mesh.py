@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 """Reads what raymap-step writes, by the words of io/cad/README.md alone, and measures it."""
-import collections
 import json
 import pathlib
 
@@ -44,8 +43,9 @@ class Mesh:
 
     def open_edges(self):
         """Edges that are not there once in either direction."""
-        edges = collections.Counter(map(tuple, np.concatenate([self.triangles[:, [k, (k + 1) % 3]] for k in range(3)])))
-        return [edge for edge, n in edges.items() if n != 1 or edges[edge[::-1]] != 1]
+        a, b = (np.roll(self.triangles, k, axis=1).ravel().astype(np.int64) for k in (0, -1))
+        edges, n = np.unique(a * len(self.vertices) + b, return_counts=True)
+        return np.union1d(edges[n != 1], np.setdiff1d(edges, b * len(self.vertices) + a)).tolist()
 
     def volume(self):
         a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))

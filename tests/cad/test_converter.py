@@ -11,7 +11,7 @@ import subprocess
 import time
 from math import hypot, pi, sqrt
 
-from cad_tools import MAKER, STEP, check, finish  # skips where there is no converter
+from cad_tools import MAKER, SLOW, STEP, check, finish  # skips where there is no converter
 import cad_mesh
 import numpy as np
 
@@ -77,6 +77,8 @@ def check_mesh(mesh, shape):
 
 def check_bodies():
     for name, (volume, area, kinds, exact) in BODIES.items():
+        if not SLOW and name in ("cylinder", "tip", "plano-convex", "spline-cone"):  # others have their kinds of faces
+            continue
         assembly = convert(f"cad/{name}.step")
         shape = assembly.data["shapes"][0]
         near(shape["volume"], volume, exact, f"{name}: volume")
@@ -85,21 +87,17 @@ def check_bodies():
         check_mesh(assembly.mesh("s1"), shape)
         said = [finding["text"] for finding in assembly.data["findings"]]
         check(bool(said) == (name == "loose"), f"{name}: {said}")
+        if name in ("biconvex", "spline-lens"):  # a lens in a STEP file is the lens: radius and vertex of the spherical faces
+            spheres = sorted((row["r1"], row["oz"]) for row in assembly.mesh("s1").surfaces if row["kind"] == 4)
+            check(np.allclose(spheres, [(50, 50), (80, -74)], atol=1e-9), f"spheres of {name} {spheres}")
     shape = convert("cad/thread.step").data["shapes"][0]
     check(shape["closed"], "a thread is closed")
-    finer = convert("cad/thread.step", "--chord", "0.0005", "--angle", "3")
+    finer = convert("cad/thread.step", "--chord", "0.002", "--angle", "6")
     mesh = finer.mesh("s1")
-    check(not mesh.open_edges() and mesh.off() < 1e-9 and finer.data["chord"] == 0.0005, "a finer thread")
-    near(mesh.volume(), finer.data["shapes"][0]["volume"], 0.01, "thread")
+    check(not mesh.open_edges() and mesh.off() < 1e-9 and finer.data["chord"] == 0.002, "a finer thread")
+    near(mesh.volume(), finer.data["shapes"][0]["volume"], 0.03, "thread")
     sheet = convert("cad/sheet.step")
     check(not sheet.shapes["s1"]["closed"] and "no closed body" in sheet.data["findings"][0]["text"], "a sheet is told")
-    # A lens in a STEP file is the lens: radius and vertex of the spherical faces.
-    rows = convert("cad/biconvex.step").mesh("s1").surfaces
-    spheres = sorted((row["r1"], row["oz"]) for row in rows if row["kind"] == 4)
-    check(np.allclose(spheres, [(50, 50), (80, -74)], atol=1e-9), f"spheres of the lens {spheres}")
-    spline = convert("cad/spline-lens.step").mesh("s1").surfaces
-    spheres = sorted((row["r1"], row["oz"]) for row in spline if row["kind"] == 4)
-    check(np.allclose(spheres, [(50, 50), (80, -74)], atol=1e-9), f"spheres of the B-splines {spheres}")
 
 
 def check_luminaire():
@@ -123,7 +121,7 @@ def check_luminaire():
         check([1, 0.5, 0] in [face["color"] for face in faces], f"{name}: colour of a face {faces}")
         hashes = hashes or {shape["name"]: (shape["hash"], shape["form"]) for shape in it.data["shapes"]}
         check(hashes == {shape["name"]: (shape["hash"], shape["form"]) for shape in it.data["shapes"]}, f"{name}: hashes")
-        for shape in it.data["shapes"]:
+        for shape in it.data["shapes"] if name == "luminaire-inch" else ():
             check_mesh(it.mesh(shape["id"]), shape)
         a, b, area = it.data["touching"][0]
         check(len(it.data["touching"]) == 1 and {a, b} == {"luminaire/housing", "luminaire/optics/lens"}, f"{name}: touching")
@@ -200,18 +198,17 @@ def check_refusals():
     pathlib.Path("full/mine").write_text("mine", encoding="utf-8")
     done = subprocess.run([STEP, "cad/box.step", "full"], capture_output=True, text=True, check=False)
     check(done.returncode == 2 and os.listdir("full") == ["mine"], "a folder with something in it is left")
-    reference = pathlib.Path("cad/box.step").read_text(encoding="utf-8")
-    same = [convert("cad/luminaire.step") and pathlib.Path("out/assembly.json").read_bytes() for _ in range(2)]
-    check(same[0] == same[1] and reference, "the same bytes again")
+    same = [convert("cad/doublet.step") and pathlib.Path("out/assembly.json").read_bytes() for _ in range(2)]
+    check(same[0] == same[1], "the same bytes again")
 
 
 def check_strangers():
     """Mutated files end, soon, in a result or one line, or the process alone dies."""
     dice = random.Random(7)
-    crashed = 0
+    crashed, each = 0, 12 if SLOW else 2
     for source in ("cad/biconvex.step", "cad/luminaire.step", "cad/lens-faces.igs"):
         text = pathlib.Path(source).read_bytes()
-        for k in range(12):
+        for k in range(each):
             data = bytearray(text)
             for _ in range(dice.randint(1, 12)):
                 at = dice.randrange(len(data))
@@ -227,7 +224,7 @@ def check_strangers():
             check(time.time() - start < 60, f"{source} {k}: {time.time() - start} s")
             check(done.returncode != 0 or pathlib.Path("out/assembly.json").exists(), f"{source} {k}: nothing written")
             crashed += done.returncode < 0
-    print(f"{crashed} of 36 mutated files crashed OpenCASCADE, and the converter alone")
+    print(f"{crashed} of {3 * each} mutated files crashed OpenCASCADE, and the converter alone")
 
 
 shutil.rmtree("cad", ignore_errors=True)
