@@ -208,11 +208,14 @@ int main(int argc, char **argv)
     for (const int *s = (const int[]){SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGALRM, 0}; *s; s++)
         (void)signal(*s, told);
     uint64_t first = 0, last = rmap_fuzz_rounds;
+    unsigned every = 1;
     if (argc == 3 && strcmp(argv[1], "--round") == 0) {
         first = strtoull(argv[2], NULL, 10);
         last = first + 1;
+    } else if (argc == 3 && strcmp(argv[1], "--every") == 0) {
+        every = (unsigned)strtoul(argv[2], NULL, 10);
     }
-    for (unsigned k = 0; k < n_seed && first == 0; k++) {
+    for (unsigned k = 0; k < n_seed && first == 0 && every > 0; k += every) {
         (void)snprintf(now, sizeof now, "seed %u crashed or hung\n", k);
         run_one(data, rmap_fuzz_seed(k, data, sizeof data));
     }
@@ -221,7 +224,7 @@ int main(int argc, char **argv)
                        (unsigned long long)round);
         run_one(data, make(round, n_seed, data));
     }
-    printf("%u seeds, %llu mutations: none crashed, hung or broke a promise\n", n_seed,
-           (unsigned long long)(last - first));
+    printf("every %u of %u seeds, %llu mutations: none crashed, hung or broke a promise\n", every,
+           n_seed, (unsigned long long)(last - first));
     return 0;
 }
