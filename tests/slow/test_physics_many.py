@@ -11,7 +11,7 @@ tests = pathlib.Path(os.environ["SOURCE_DIR"]) / "tests"
 failed = []
 for name in ("physics/fresnel", "physics/lambert", "physics/media", "physics/radiometry", "physics/scatter", "physics/curved_poses",
              "physics/lamps", "physics/published", "physics/model_surfaces", "physics/render", "physics/irradiance",
-             "cad/converter", "cad/mutations", "cli/tutorials"):
+             "cad/converter", "cad/mutations", "cli/tutorials", "cli/install", "cli/build"):
     label, name = name.split("/")
     script, = (tests / label).glob(f"test_{name}.*")
     how = ["bash"] if script.suffix == ".sh" else [sys.executable, "-B"]
