@@ -6,6 +6,8 @@ import json
 import os
 import subprocess
 
+from asking import keys_of
+
 OPERAND = {"query": "criterion", "detector": "name", "report": "ray"}
 servers = {}
 
@@ -31,10 +33,7 @@ class Served:
         words, request = [str(word) for word in words], {"id": 1, "command": command}
         if words and not words[0].startswith("--"):
             request[OPERAND[command]] = words.pop(0)
-        while words:
-            key = words.pop(0).lstrip("-")
-            value = words.pop(0) if words and not words[0].startswith("--") else True
-            request[key] = [request[key], value] if key in request else value
+        request.update(keys_of(words))
         self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
         while True:
