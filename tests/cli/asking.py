@@ -8,6 +8,7 @@ import sys
 
 SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
 sys.path.insert(0, str(SOURCE / "examples" / "python"))
+SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1  # the whole of a matrix, not the diagonal
 failures = 0
 
 

@@ -7,8 +7,11 @@
 #
 # Whatever it starts beside the command costs as much as a tenth of a start of the program: it looks at files itself where it can,
 # and leaves what hangs to ctest.
+# SLOW is empty in a quick run: `for ranks in 2 ${SLOW:+1 3}` takes the rest of a matrix under the label slow alone.
 set -u
 failures=0
+SLOW=
+[ "${RAYMAP_TEST_SCALE:-1}" -le 1 ] || SLOW=yes
 
 expect() {
     local status=$1 words=$2 errors
