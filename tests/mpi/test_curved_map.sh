@@ -10,7 +10,7 @@ command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 python=/usr/bin/python3
 rm -rf ./*
-rays=60000
+rays=30000
 sed "/name: panel/d" "$(dirname "$0")/../data/curved-segments.yaml" >scene.yaml
 
 facts() { # MAP
@@ -32,18 +32,18 @@ read -r _ _ legs _ points _ <want.txt
 [ "$points" -gt $rays ] || { echo "FAILED: $points points of $legs legs"; failures=$((failures + 1)); }
 
 # Ranks, threads, encodings.
-for ranks in 2 3 4; do
+for ranks in 2 ${SLOW:+3 4}; do
     encoding=$([ $ranks -eq 3 ] && echo plain || echo compact)
     expect 0 '' mpirun -np $ranks "$RAYMAP" trace scene.yaml -o np.raymap -n $rays --encoding $encoding --quiet --force
     same np.raymap "$ranks ranks"
 done
 
 # A rank dies at a commit; the run is resumed by another number of ranks.
-for encoding in plain compact; do
+for encoding in plain ${SLOW:+compact}; do
     map=kill-$encoding.raymap
-    set_at_commit 3 kill
+    set_at_commit 2 kill
     timeout 120 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o $map -n $rays --encoding $encoding --quiet --threads 1 \
-        --flush-portions 2 >/dev/null 2>&1
+        --flush-portions 1 >/dev/null 2>&1
     held=$(facts $map | sed -n 1p)
     read -r _ n _ _ held complete <<<"$held"
     [ "$complete" = False ] && [ "$n" -gt 0 ] && [ "$held" -gt 0 ] || { echo "FAILED: killed: $n rays, $held points"; failures=$((failures + 1)); }
@@ -53,20 +53,20 @@ for encoding in plain compact; do
 done
 
 # Appended, converted there and back, merged of parts.
-expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 20000 --encoding plain --quiet
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n $((rays - 20000)) --encoding compact --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 10000 --encoding plain --quiet
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n $((rays - 10000)) --encoding compact --quiet
 same grown.raymap appending
-expect 0 '' mpirun -np 2 "$RAYMAP" convert grown.raymap -o small.raymap --encoding compact
+expect 0 '' "$RAYMAP" convert grown.raymap -o small.raymap --encoding compact
 same small.raymap converting
 expect 0 '' "$RAYMAP" convert small.raymap -o plain.raymap --encoding plain
 same plain.raymap 'converting back'
-expect 0 '' "$RAYMAP" trace scene.yaml -o late.raymap --first-ray 20480 -n $((rays - 20480)) --encoding plain --quiet
-expect 0 '' "$RAYMAP" trace scene.yaml -o early.raymap -n 20480 --encoding compact --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o late.raymap --first-ray 8192 -n $((rays - 8192)) --encoding plain --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o early.raymap -n 8192 --encoding compact --quiet
 expect 0 '' "$RAYMAP" merge early.raymap late.raymap -o merged.raymap
 same merged.raymap merging
 
 # What a question picks, and the rest, are all of it.
-expect 0 '' mpirun -np 2 "$RAYMAP" query want.raymap 'event(gradient) >= 2' -o some.raymap --encoding compact
+expect 0 '' "$RAYMAP" query want.raymap 'event(gradient) >= 2' -o some.raymap --encoding compact
 expect 0 '' "$RAYMAP" query want.raymap 'not event(gradient) >= 2' -o rest.raymap
 expect 0 ' 0 findings' "$RAYMAP" verify some.raymap
 expect 0 '' "$RAYMAP" merge some.raymap rest.raymap -o both.raymap
@@ -89,7 +89,6 @@ with open(piece, "r+b") as file:
 DAMAGE
     expect 4 '/curve/position' "$RAYMAP" verify $map.raymap
     expect 0 '' "$RAYMAP" repair $map.raymap
-    expect 0 ' 0 findings' "$RAYMAP" verify $map.raymap
     expect 0 '' "$RAYMAP" trace scene.yaml -o $map.raymap --resume --quiet
     same $map.raymap "repairing $map"
 done

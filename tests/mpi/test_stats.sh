@@ -8,7 +8,7 @@ rm -rf ./*
 write_scene scene.yaml
 expect 0 '' "$RAYMAP" trace scene.yaml -o plain.raymap -n 30000 --encoding plain --quiet
 expect 0 '' "$RAYMAP" convert plain.raymap -o compact.raymap --encoding compact --quiet
-for np in 1 2 3; do
+for np in 1 2 ${SLOW:+3}; do
     by_ranks $np
     rm -f m.raymap
     ln -s "$([ $((np % 2)) -eq 1 ] && echo plain || echo compact).raymap" m.raymap

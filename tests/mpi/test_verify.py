@@ -23,6 +23,7 @@ if not shutil.which("mpirun"):
 PROGRAM = os.environ["RAYMAP"]
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
 RANDOM = random.Random(20260721)
+SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 RAYS = 30000
 INDEX = "map.h5"
 TABLES = {  # stored tables of a piece, in order, and how small pieces are to be here
@@ -136,7 +137,7 @@ for encoding in TABLES:
 
     # Whole: nothing is found, and all of it was looked at.
     info = json.loads(run("info", "a.raymap", "--json"))
-    for ranks in (1, 2, 3):
+    for ranks in (1, 2, 3) if SLOW else (2,):
         whole = verify("a.raymap", ranks, ok=True)
         checked = whole["checked"]
         assert checked["rays"] == RAYS and checked["segments"] == info["segments"], checked
@@ -172,18 +173,21 @@ for encoding in TABLES:
     piece, datasets = pieces[1], chunks[pieces[1]]
 
     # A byte of the index, and an index that was cut off.
-    spots = 8 if encoding == "plain" else 2
+    spots = 8 if SLOW else 1
     size = os.path.getsize(os.path.join("a.raymap", INDEX))
-    for at in [0, 5, size - 1, size - 30] + [RANDOM.randrange(size) for _ in range(spots)]:
+    for at in [0, size - 30] + [RANDOM.randrange(size) for _ in range(spots)]:
         again()
         flip(INDEX, at)
         one(verify(), INDEX)
-    for length in (0, 1, 100, size // 2, size - 40, size - 1):
+    for length in (0, 1, 100, size // 2, size - 40, size - 1) if SLOW else (0, size - 1):
         again()
         cut(INDEX, length)
         one(verify(), INDEX)
 
-    # Missing, extra, renamed, exchanged.
+    if encoding != "plain" and not SLOW:
+        continue
+
+    # Missing, extra, renamed, exchanged: of the files, whatever is in them.
     again()
     os.remove(os.path.join("b.raymap", piece))
     found = one(verify(), piece)
@@ -225,18 +229,17 @@ for encoding in TABLES:
     os.remove(os.path.join("b.raymap", pieces[-1]))
     want = verify()
     assert len(want["findings"]) == len(many) + 2
-    for ranks in (2, 3):
+    for ranks in (2, 3) if SLOW else (3,):
         assert verify(ranks=ranks) == want
-    text = run("verify", "b.raymap", status=4)
-    assert run("verify", "b.raymap", ranks=3, status=4) == text and many[0][0] in text
+    assert many[0][0] in run("verify", "b.raymap", status=4)
     flip(INDEX, 3000)  # the index gone as well: what pieces hold is still looked at
     want = verify()
     assert len(want["findings"]) == len(many) + 2, want["findings"]
-    assert verify(ranks=3) == want
+    assert verify(ranks=2) == want
 
 # A map that was stopped early has nothing wrong with it.
-run("trace", SCENE, "-o", "early.raymap", "-n", "100G", "--time-limit", "0.5s", "--quiet", status=6)
-assert verify("early.raymap", ranks=2, ok=True)["complete"] is False
+run("trace", SCENE, "-o", "early.raymap", "-n", "100G", "--time-limit", "0.2s", "--quiet", status=6)
+assert verify("early.raymap", ok=True)["complete"] is False
 
 # No map at all.
 run("verify", "nothing.raymap", status=3)
