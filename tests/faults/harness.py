@@ -21,7 +21,7 @@ FAULTS = os.environ["FAULTS"]
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 SEED = int(os.environ.get("RAYMAP_TEST_SEED", "1"))
-PIECE_SIZE = {"plain": "8M", "compact": "150k"}  # two or three pieces of either
+PIECE_SIZE = {"plain": "4M", "compact": "75k"}  # two or three pieces of either, of 20,000 rays
 ENCODINGS = tuple(PIECE_SIZE)
 CRITERION = "registered(*) and hit(*, transmit_specular) >= 2"
 

@@ -14,16 +14,16 @@ OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 # Patterns of calls, what they suffer, whether from then on, and how many of them are tried in a
 # quick run and in a slow one (of each call and sort of file at least the first and the last).
 SORTS = [
-    ("*", "ENOSPC", 0, 16, 1000),
-    ("*", "ENOSPC", 1, 6, 300),
-    ("*", "EIO", 0, 6, 300),
-    ("write,pwrite", "short", 0, 4, 200),
-    ("read:*", "EIO", 0, 6, 400),
-    ("read:pread,read:read", "short", 0, 4, 200),
-    ("memory:*", "ENOMEM", 0, 8, 500),
-    ("H5*", "EIO", 0, 16, 800),
-    ("H5*", "EIO", 1, 6, 400),
-    ("H5Tget_size", "EIO", 0, 2, 40),  # 0, not negative, says that it failed
+    ("*", "ENOSPC", 0, 8, 1000),
+    ("*", "ENOSPC", 1, 3, 300),
+    ("*", "EIO", 0, 3, 300),
+    ("write,pwrite", "short", 0, 2, 200),
+    ("read:*", "EIO", 0, 3, 400),
+    ("read:pread,read:read", "short", 0, 2, 200),
+    ("memory:*", "ENOMEM", 0, 5, 500),
+    ("H5*", "EIO", 0, 8, 800),
+    ("H5*", "EIO", 1, 3, 400),
+    ("H5Tget_size", "EIO", 0, 1, 40),  # 0, not negative, says that it failed
 ]
 
 READS = ("read:|H5(Fopen|Aopen_by_name|Aread|Dopen2|Dread|Dread_chunk|Lexists|Oexists_by_name"
@@ -78,7 +78,7 @@ def judge(undisturbed, index, case):
 
 def main():
     scene = harness.write_scene()
-    undisturbed = harness.Undisturbed(scene, 20000, OPTIONS)
+    undisturbed = harness.Undisturbed(scene, 10000, OPTIONS)
     cases = harness.Cases("each call fails once")
     cases.all(lambda index, case: all_hdf5_calls_are_covered(), ["list of HDF5's functions"])
     drawn = []

@@ -3,10 +3,10 @@
 middle of what it writes, the map can be asked at once, tells how far it got, and `--resume` with
 another number of ranks makes it the map of an undisturbed run.
 
-Kill points are drawn by seed over encodings, ranks, phases and calls; tests/slow runs more of them.
+Kill points are drawn by seed over encodings, ranks, phases and calls.
 """
 import fnmatch
-import itertools
+import functools
 import os
 import shutil
 
@@ -15,8 +15,8 @@ import harness
 OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 # Name, what writes the scene, rays, sizes of pieces for two or three, kill points quick and slow.
 SCENES = [
-    ("curved", harness.write_curved_scene, 12000, {"plain": "4M", "compact": "500k"}, 7, 84),
-    ("straight", harness.write_scene, 40000, harness.PIECE_SIZE, 14, 168),
+    ("curved", harness.write_curved_scene, 12000, {"plain": "4M", "compact": "500k"}, 3, 84),
+    ("straight", harness.write_scene, 40000, {"plain": "8M", "compact": "150k"}, 7, 168),
 ]
 
 # Which calls make a phase: patterns of the call and of the path.
@@ -44,10 +44,10 @@ def draw(counts, first, n, rng):
     points, encodings = [], harness.encodings(n, rng)
     for i in range(first, first + n):
         ranks = 1 + i % 3
-        phase = list(PHASES)[(i // 3) % len(PHASES)]
+        phase = list(PHASES)[i % len(PHASES)]
         rank = rng.choice([*range(ranks), ""]) if ranks > 1 else ""
         encoding = encodings[i - first]
-        most = max(1, counts[encoding, ranks, phase])
+        most = max(1, counts(encoding, ranks)[phase])
         # The last calls are of the index at the end: as many points as anywhere before.
         at = rng.randint(1, most) if rng.random() < 0.7 else max(1, most - rng.randint(0, 40))
         how = rng.choice(["kill", "kill", "tear", "exit"])
@@ -98,15 +98,14 @@ def judge(undisturbed, index, case, tally):
     return wrong
 
 
-def count_calls(undisturbed):
-    """[encoding, ranks, phase] -> calls that each rank makes at least."""
-    counts = {}
-    for encoding, ranks in itertools.product(harness.ENCODINGS, (1, 2, 3)):
+def counter(undisturbed):
+    """A function of encoding and ranks: phase -> calls that each rank makes at least."""
+    @functools.cache
+    def counts(encoding, ranks):
         counted = harness.calls_of(undisturbed, os.path.abspath("counted.raymap"), "*", encoding,
                                    ranks=ranks if ranks > 1 else 0)
-        for phase in PHASES:
-            counts[encoding, ranks, phase] = min(
-                sum(belongs(phase, *call) for call in calls) for calls in counted)
+        return {phase: min(sum(belongs(phase, *call) for call in calls) for calls in counted)
+                for phase in PHASES}
     return counts
 
 
@@ -115,7 +114,7 @@ def main():
     tally, first = [], 0
     for name, write, rays, piece_size, quick, slow in SCENES:
         undisturbed = harness.Undisturbed(write(), rays, OPTIONS, piece_size)
-        points = draw(count_calls(undisturbed), first, slow if harness.SLOW else quick, cases.rng)
+        points = draw(counter(undisturbed), first, slow if harness.SLOW else quick, cases.rng)
         first += len(points)
         cases.all(lambda index, case: judge(undisturbed, f"{name}-{index}", case, tally), points)
     for phase in PHASES:

@@ -12,7 +12,7 @@ import h5py
 import harness
 import power_loss
 
-RAYS = 40000
+RAYS = 20000
 OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 
 
@@ -105,9 +105,9 @@ def main():
     scene = harness.write_scene()
     undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
     cases = harness.Cases("power loss")
-    slow = 9 if harness.SLOW else 1
-    for ranks, encoding, n in ((1, "plain", 10 * slow), (1, "compact", 10 * slow),
-                               (2, "plain", 7 * slow), (2, "compact", 7 * slow)):
+    many = 18 if harness.SLOW else 1
+    for ranks, encoding, n in ((1, "plain", 5 * many), (1, "compact", 5 * many),
+                               (2, "plain", 4 * many), (2, "compact", 4 * many)):
         recorded = record(undisturbed, ranks, encoding)
         found = list(states(recorded, n, cases.rng))
         print(f"{ranks} ranks, {encoding}: {len(recorded[1])} operations, {n} states, rays promised: "
