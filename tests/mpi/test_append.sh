@@ -16,10 +16,10 @@ answer = json.load(sys.stdin)
 print("%.9g %.9g" % (answer["flux"]["matched"], answer["flux"]["total"]))'
 }
 
-expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n 100000 --quiet
-expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 30000 --quiet
-expect 0 '30,000 rays that the map held already' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 50000
-expect 0 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 20000 --quiet --encoding compact
+expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n 50000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 15000 --quiet
+expect 0 '15,000 rays that the map held already' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 25000
+expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 10000 --quiet --encoding compact
 [ "$(digest grown.raymap)" = "$(digest whole.raymap)" ] || { echo "FAILED: a grown map holds other rays"; failures=1; }
 [ "$(flux grown.raymap 'registered(sensor)')" = "$(flux whole.raymap 'registered(sensor)')" ] ||
     { echo "FAILED: a grown map has another flux"; failures=1; }
@@ -27,14 +27,14 @@ for map in whole grown; do expect 0 '' "$RAYMAP" detector $map.raymap sensor -o 
 cmp whole.csv grown.csv || { echo "FAILED: a grown map has another image"; failures=1; }
 
 # What was asked for first comes first; any of the numbers that were asked for may be repeated.
-set_at_commit 4 SIGUSR1
-expect 6 '' "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --flush-portions 3
+set_at_commit 2 SIGUSR1
+expect 6 '' "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o two.raymap -n 100k --quiet --flush-portions 2
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o two.raymap --append -n 20000 --quiet
-expect 0 '' "$RAYMAP" trace scene.yaml -o one.raymap -n 420k --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o one.raymap -n 120k --quiet
 [ "$(digest two.raymap)" = "$(digest one.raymap)" ] || { echo "FAILED: the incomplete part was not completed"; failures=1; }
-expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 420k
-expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 400k
-expect 2 'asked for 420,000' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 300k
+expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 120k
+expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 100k
+expect 2 'asked for 120,000' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 90k
 
 # A hole between two requests, far away: --first-ray.
 expect 0 '' "$RAYMAP" trace scene.yaml -o far.raymap -n 5000 --quiet
@@ -44,12 +44,12 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o far.raymap --append -n 1000 --quiet
 expect 0 'rays +1,000 of' "$RAYMAP" query far.raymap 'ray >= 1099511632776'
 
 # RGB after spectral, then other wavelengths: one map, one flux.
-expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap -n 60000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap -n 40000 --quiet
 before=$(flux colours.raymap 'registered(sensor)')
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 60000 --color rgb --quiet
-expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 60000 --quiet \
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 40000 --color rgb --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 40000 --quiet \
     --set 'spectrum.wavelengths=[486.13, 500, 587.56, 656.27]'
-expect 0 '180,000 rays' "$RAYMAP" info colours.raymap
+expect 0 '120,000 rays' "$RAYMAP" info colours.raymap
 /usr/bin/python3 - "$before" "$(flux colours.raymap 'registered(sensor)')" <<'PY' || { echo "FAILED: flux of three colour spaces"; failures=1; }
 import sys
 (matched, total), (now, now_total) = (map(float, words.split()) for words in sys.argv[1:])
@@ -57,15 +57,15 @@ print(f"{matched} of {total} W in one space, {now} of {now_total} W in three")
 sys.exit(not (abs(total - 1) < 1e-9 and abs(now_total - 1) < 1e-9 and abs(matched - now) < 0.01 * matched))
 PY
 expect 0 '' "$RAYMAP" report colours.raymap 5
-expect 0 '' "$RAYMAP" report colours.raymap 70000
-expect 0 '' "$RAYMAP" report colours.raymap 130000
+expect 0 '' "$RAYMAP" report colours.raymap 50000
+expect 0 '' "$RAYMAP" report colours.raymap 90000
 # The same again is found, not made again; a stop in the middle is resumed in each space.
 cp -r colours.raymap ends.raymap
-expect 6 '' mpirun -np 2 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 200k \
-    --color rgb --quiet --flush-portions 3
+expect 6 '' mpirun -np 2 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 60k \
+    --color rgb --quiet --flush-portions 2
 expect 0 '' "$RAYMAP" trace scene.yaml -o ends.raymap --resume --quiet
-expect 0 '380,000 rays' "$RAYMAP" info ends.raymap
-expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 200k --color rgb --quiet
+expect 0 '180,000 rays' "$RAYMAP" info ends.raymap
+expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 60k --color rgb --quiet
 [ "$(digest ends.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: resumed in another colour space"; failures=1; }
 
 # Rays with wavelengths after rays without: their numbers are those of a map of theirs alone.

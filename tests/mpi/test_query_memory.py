@@ -10,7 +10,7 @@ PROGRAM = os.environ["RAYMAP"]
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "room", "scene.yaml")
 MAP = "memory.raymap"
 BOUND_KIB = 512 << 10
-THREADS = (1, 8, 48)
+THREADS = (1, 48)
 
 
 def run(*arguments):

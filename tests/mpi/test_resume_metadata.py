@@ -75,7 +75,7 @@ if not shutil.which("mpirun") or not shutil.which("strace") or subprocess.run(
     sys.exit(77)
 subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/../cli/expect.bash"], check=True)
 failures = 0
-for end, shards, numbers in ((stop, 2, (1, 4)), (stop, 16, (1, 4)), (kill, 16, (4,))):
+for end, shards, numbers in ((stop, 2, (1, 4)), (stop, 8, (4,)), (kill, 8, (4,))):
     shutil.rmtree("base.raymap", ignore_errors=True)
     end("base.raymap", shards)
     left = len(glob.glob("base.raymap/shard-*/.piece-*.journal"))
