@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The promise: whenever the disk fills up, all ranks end with status 5 and one message that says so;
 what was committed can be read; and with room again `--resume` makes the map of an undisturbed run.
-Each of 12 fill levels is a small tmpfs of its own, mounted as root or in a user's own namespace;
+Each of six fill levels is a small tmpfs of its own, mounted as root or in a user's own namespace;
 every other one is filled by the compact encoding.
 """
 import os
@@ -11,9 +11,9 @@ import sys
 import harness
 import power_loss
 
-RAYS = 40000
+RAYS = 20000
 OPTIONS = ["--threads", "1", "--flush-portions", "1"]
-LEVELS = 60 if harness.SLOW else 12
+LEVELS = 60 if harness.SLOW else 6
 
 
 def enter_namespace():

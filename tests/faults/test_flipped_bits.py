@@ -71,7 +71,7 @@ def main():
     here = results.places()
     maps = (here["MAP"], here["OTHER"])
     chosen = list(enumerate(COMMANDS)) if harness.SLOW else \
-        cases.rng.sample(list(enumerate(COMMANDS)), 4)
+        cases.rng.sample(list(enumerate(COMMANDS)), 3)
     good = [[results.Command(100 * m + number, suffix, words, dict(here, MAP=target))
              for number, (suffix, words) in chosen] for m, target in enumerate(maps)]
 
@@ -89,7 +89,7 @@ def main():
         return wrong
 
     cases.begun = time.monotonic()
-    cases.all(try_one, range(200 if harness.SLOW else 12), workers=1)
+    cases.all(try_one, range(200 if harness.SLOW else 8), workers=1)
     cases.finish()
 
 
