@@ -34,6 +34,13 @@ struct fixture {
     char map[80];
 };
 
+/* How many of a test's steps a quick run takes, and one under the label slow. */
+static inline int fixture_steps(int quick, int all)
+{
+    const char *scale = getenv("RAYMAP_TEST_SCALE");
+    return scale && atoi(scale) > 1 ? all : quick;
+}
+
 static inline uint64_t fixture_hash(uint64_t ray, uint64_t k)
 {
     uint64_t x = (ray + 1) * UINT64_C(0x9E3779B97F4A7C15) + k * UINT64_C(0xD1B54A32D192ED03);

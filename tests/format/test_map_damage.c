@@ -19,7 +19,7 @@
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"
 
-enum { BLOCK = 400, N_BLOCK = 24 };
+enum { BLOCK = 400, N_BLOCK = 8 };
 
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
  * HDF5's own memory: the leak checker, where there is one, asks this function. */
@@ -181,7 +181,7 @@ static void test_missing_and_cut_pieces(void **state)
 {
     (void)state;
     struct fixture f;
-    write_map(&f, 256 << 10);
+    write_map(&f, 96 << 10);
     size_t nbytes = file_nbytes(map_file(&f, PIECE));
     assert_int_equal(truncate(map_file(&f, PIECE), (off_t)(nbytes / 2)), 0);
     expect(&f, RMAP_FORMAT, PIECE);
@@ -241,8 +241,8 @@ static void flip_bits(const char *name, int n_flip)
 static void test_flipped_bits(void **state)
 {
     (void)state;
-    flip_bits(PIECE, 100);
-    flip_bits("map.h5", 400);
+    flip_bits(PIECE, fixture_steps(40, 100));
+    flip_bits("map.h5", fixture_steps(60, 400));
 }
 
 static void test_same_rays_twice(void **state)
@@ -303,9 +303,10 @@ static void test_no_room(void **state)
     size_t nbytes = file_nbytes(map_file(&f, PIECE));
     (void)signal(SIGXFSZ, SIG_IGN);
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    for (int k = 0; k < 40; k++) {
+    int n_limit = fixture_steps(10, 40);
+    for (int k = 0; k < n_limit; k++) {
         limit = before;
-        limit.rlim_cur = (rlim_t)(nbytes * (size_t)k / 40);
+        limit.rlim_cur = (rlim_t)(nbytes * (size_t)k / (size_t)n_limit);
         assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
         int64_t live = rmap_alloc_live();
         enum rmap_status st = fixture_write_shard(&f, 1, 0, N_BLOCK, BLOCK, 0, &err);
@@ -334,7 +335,7 @@ static void test_out_of_memory(void **state)
     struct rmap_portion *portion = fixture_portion(&f, 0, BLOCK, f.tally);
     int64_t live = rmap_alloc_live();
     int harmless = 0;
-    for (int64_t k = 1; harmless < HARMLESS_MAX; k++) {
+    for (int64_t k = 1; harmless < HARMLESS_MAX; k += fixture_steps(5, 1)) {
         struct rmap_shard_writer *writer = NULL;
         fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
         rmap_alloc_fail_at(k);
@@ -352,7 +353,7 @@ static void test_out_of_memory(void **state)
         assert_int_equal(rmap_alloc_live(), live);
     }
     harmless = 0;
-    for (int64_t k = 1; harmless < HARMLESS_MAX; k++) {
+    for (int64_t k = 1; harmless < HARMLESS_MAX; k += fixture_steps(5, 1)) {
         struct rmap_map *map = NULL;
         struct rmap_cursor *cursor = NULL;
         const struct rmap_portion *read = NULL;

@@ -12,7 +12,7 @@
 #include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 
-enum { BLOCK = 500, N_BLOCK = 60 };
+enum { BLOCK = 500, N_BLOCK = 30 };
 
 static struct rmap_map *index_and_open(struct fixture *f)
 {
@@ -75,7 +75,7 @@ static void test_same_digest(void **state)
         fixture_init(&f);
         f.run.encoding = (enum rmap_encoding)e;
         fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
-        fixture_must(fixture_write_shard(&f, 0, 0, N_BLOCK / 2, BLOCK, 2 << 20, &err), &err);
+        fixture_must(fixture_write_shard(&f, 0, 0, N_BLOCK / 2, BLOCK, 1 << 20, &err), &err);
         fixture_must(fixture_write_shard(&f, 1, N_BLOCK / 2, N_BLOCK, BLOCK, 0, &err), &err);
         struct rmap_map *map = index_and_open(&f);
         assert_true(rmap_map_n_piece(map) > 2);
