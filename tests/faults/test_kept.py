@@ -93,7 +93,7 @@ def main():
     for words in COMMANDS:
         command = Command(words, "map.raymap")
         points = [(at + 1, call, cases.rng.choice(results.suffered(call))) for at, call in enumerate(command.calls)]
-        of_it = harness.spread(points, 400 if harness.SLOW else 24, lambda point: point[1], cases.rng)
+        of_it = harness.spread(points, 400 if harness.SLOW else 12, lambda point: point[1], cases.rng)
         print(f"{words}: {len(of_it)} of {len(points)}", flush=True)
         drawn += [(command, case, 0) for case in of_it] + [(command, case, 2) for case in of_it[-1:] if case[2] not in ("kill", "tear")]
     cases.rng.shuffle(drawn)

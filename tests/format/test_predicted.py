@@ -17,7 +17,7 @@ sys.dont_write_bytecode = True
 import scene_dice  # noqa: E402
 
 PROGRAM = os.environ["RAYMAP"]
-SCENES = int(os.environ.get("RAYMAP_FORETOLD", "12"))
+SCENES = int(os.environ.get("RAYMAP_FORETOLD", "7"))
 FIRST = int(os.environ.get("RAYMAP_FORETOLD_SEED", "0"))
 RAYS = 4000
 FOUND = (100368,)  # so far from the origin that points' floats are coarse

@@ -13,8 +13,8 @@ digest() { # PROGRAM MAP, all of which it has read
 
 expect 0 'libdeflate not used' sh -c "'$RAYMAP_ZLIB' --version | tr -s ' '"
 for encoding in compact plain; do
-    expect 0 '' "$ours" trace "$scene" -o ours.raymap -n 9000 --encoding $encoding --force
-    expect 0 '' "$RAYMAP_ZLIB" trace "$scene" -o zlib.raymap -n 9000 --encoding $encoding --force
+    expect 0 '' "$ours" trace "$scene" -o ours.raymap -n 4500 --encoding $encoding --force
+    expect 0 '' "$RAYMAP_ZLIB" trace "$scene" -o zlib.raymap -n 4500 --encoding $encoding --force
     for program in "$ours" "$RAYMAP_ZLIB"; do
         for map in ours.raymap zlib.raymap; do
             found=$(digest "$program" $map)

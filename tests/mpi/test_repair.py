@@ -25,7 +25,8 @@ PROGRAM = os.environ["RAYMAP"]
 FAULTS = os.environ["FAULTS"]
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
 RANDOM = random.Random(int(os.environ.get("RAYMAP_TEST_SEED", "3")))
-RAYS = 40000
+SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
+RAYS = 20000  # five blocks: of two ranks one commits twice
 
 
 def run(*arguments, ranks=1, status=0):
@@ -98,18 +99,19 @@ def heal(what, lost=None, ranks=1, arguments=()):
     assert said["lost"]["rays"] == sum(b - a + 1 for a, b in said["lost"]["ray_ranges"])
     now = info()
     assert (said["rays"], said["digest"]) == (now["rays"], now["digest"]), (what, said, now)
-    run("verify", "b.raymap", "--quiet")
+    if not now["complete"] or SLOW:
+        run("verify", "b.raymap", "--quiet")
     if not now["complete"]:
         run("trace", SCENE, "-o", "b.raymap", "--resume", "--quiet", *arguments[2:], ranks=ranks)
         now = info()
-        run("verify", "b.raymap", "--quiet")
+    run("verify", "b.raymap", "--quiet")
     assert now == WANT, (what, now, WANT)
     return said
 
 
 for leftover in glob.glob("*.raymap"):
     shutil.rmtree(leftover)
-run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "3Mi",
+run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "1Mi",
     "--encoding", "plain", "--quiet", ranks=2)
 pieces = sorted(os.path.relpath(p, "a.raymap") for p in glob.glob("a.raymap/shard-*/piece-*.h5"))
 piece, other = pieces[0], pieces[-1]
@@ -123,23 +125,22 @@ flip(other, 90)
 untouched = {p: os.stat(p).st_mtime_ns for p in glob.glob("b.raymap/*/*")}
 run("repair", "b.raymap", "--dry-run", status=4)
 assert {p: os.stat(p).st_mtime_ns for p in glob.glob("b.raymap/*/*")} == untouched
-said = heal("a chunk and a seal", ranks=3)
+said = heal("a chunk and a seal", ranks=3 if SLOW else 2)
 assert 0 < said["lost"]["rays"] <= rays_of(piece)
 again()
 os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
 heal("cut", rays_of(piece))
 # More than a chunk of rays, segments and registrations: nearly every ray has one here.
 subprocess.run(["bash", "-c", '. "$SOURCE_DIR/tests/cli/expect.bash"; write_scene long.yaml'], check=True)
-run("trace", "long.yaml", "-o", "long.raymap", "-n", 150000, "--encoding", "plain", "--quiet", "--threads", 1)
-for share in (0.8, 0.95):
-    shutil.rmtree("b.raymap")
-    shutil.copytree("long.raymap", "b.raymap")
-    length = int(share * os.path.getsize(at(piece)))
-    before = rays_before(at(piece), length)
-    os.truncate(at(piece), length)
-    said = json.loads(run("repair", "b.raymap", "--json"))
-    assert 60000 < before == said["rays"] and said["lost"]["rays"] == 150000 - before, (share, before, said)
-    assert sum(1 for finding in said["found"] if finding["file"] == piece) == 1, said["found"]
+run("trace", "long.yaml", "-o", "long.raymap", "-n", 80000, "--encoding", "plain", "--quiet", "--threads", 1)
+shutil.rmtree("b.raymap")
+os.rename("long.raymap", "b.raymap")
+length = int(0.95 * os.path.getsize(at(piece)))
+before = rays_before(at(piece), length)
+os.truncate(at(piece), length)
+said = json.loads(run("repair", "b.raymap", "--json"))
+assert 60000 < before == said["rays"] and said["lost"]["rays"] == 80000 - before > 0, (before, said)
+assert sum(1 for finding in said["found"] if finding["file"] == piece) == 1, said["found"]
 again()
 os.remove(at(piece))
 assert json.loads(run("verify", "b.raymap", "--json", status=4))["complete"] is False
@@ -210,7 +211,7 @@ assert os.path.exists("b.raymap/shard-00001/piece-00500.h5") and info() == WANT
 run("convert", "a.raymap", "-o", "c.raymap", "--encoding", "compact", "--quiet")
 os.rename("a.raymap", "plain.raymap")
 os.rename("c.raymap", "a.raymap")
-for dataset in ("path/segment_count", "ray/channel", "own/stop"):
+for dataset in ("path/segment_count", "ray/channel", "own/stop") if SLOW else ("path/segment_count", "own/stop"):
     again()
     flip("shard-00000/piece-00000.h5", chunk("shard-00000/piece-00000.h5", dataset))
     said = heal("compact " + dataset)
@@ -250,9 +251,9 @@ def killed(at, *arguments):
 # Killed traces: what they made safe is in the map, and the rest is traced again.
 for ranks in (1, 2):
     shutil.rmtree("b.raymap", ignore_errors=True)
-    faults = {"CALLS": "fdatasync", "PATH": "*.journal", "AT": RANDOM.choice((2, 3)), "ACTION": "kill"}
+    faults = {"CALLS": "fdatasync", "PATH": "*.journal", "AT": 2, "ACTION": "kill"}
     assert under(faults, "trace", SCENE, "-o", "b.raymap", "-n", RAYS, "--flush-portions", 1, "--quiet",
-                 "--piece-size", "8Mi", ranks=ranks) != 0
+                 "--piece-size", "8Mi", "--threads", 1, ranks=ranks) != 0
     journals = glob.glob("b.raymap/shard-*/.piece-*.journal")
     assert journals, "nothing is left"
     if ranks == 1:  # what another version of the program can read is not thrown away
@@ -273,24 +274,24 @@ def damage():
     flip("map.h5", 4000)
 
 
-hits = 0
+hits, n = 0, 5 if SLOW else 2
 damage()
-for moment in moments(calls_of("repair", "b.raymap", "--quiet"), 5):
+for moment in moments(calls_of("repair", "b.raymap", "--quiet"), n):
     damage()
     hits += killed(moment, "repair", "b.raymap")
     hits += killed(RANDOM.randint(1, moment), "repair", "b.raymap")
     heal(f"repair killed at call {moment}")
-assert hits >= 5, hits
+assert hits >= n, hits
 shutil.rmtree("b.raymap")
 convert = ("convert", "a.raymap", "-o", "b.raymap", "--force", "--quiet")
-for moment in moments(calls_of(*convert), 3):
+for moment in moments(calls_of(*convert), 3 if SLOW else 1):
     assert killed(moment, *convert)
     if os.path.exists("b.raymap/map.h5"):
         heal(f"convert killed at call {moment}")
     run("verify", "a.raymap", "--quiet")
 run("trace", SCENE, "-o", "c.raymap", "-n", 4096, "--first-ray", 49152, "--quiet")
 merge = ("merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force", "--quiet")
-for moment in moments(calls_of(*merge), 3):
+for moment in moments(calls_of(*merge), 3 if SLOW else 1):
     assert killed(moment, *merge)
     run("verify", "a.raymap", "--quiet")
     run(*merge)
