@@ -6,6 +6,7 @@
 #include "io/hdf5/h5_deflate.h"
 
 #include <string.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/codec/shuffle.h"
@@ -172,7 +173,8 @@ static bool read_planes(struct tile_reader *self, const hsize_t *at)
                         self->n * self->element_nbytes);
 }
 
-bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes, void *data)
+bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes, void *data,
+                        size_t step, uint64_t *sum_ret)
 {
     struct tile_reader self = {
         .set = set, .element_nbytes = element_nbytes, .cap = H5Dget_storage_size(set)};
@@ -182,18 +184,31 @@ bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element
         return false;
     for (int k = 1; k < rank; k++)
         row *= (size_t)dims[k];
+    const size_t row_nbytes = row * element_nbytes;
     self.n = (size_t)rows * row;
-    self.stored = rmap_alloc((size_t)self.cap + RMAP_INFLATE_SLACK, 1);
-    self.plane = rmap_alloc(self.n, element_nbytes);
-    bool good = self.stored && self.plane && rmap_inflater_create(&self.inflater, NULL) == RMAP_OK;
+    self.stored = rmap_alloc_unset((size_t)self.cap + RMAP_INFLATE_SLACK, 1);
+    self.plane = rmap_alloc_unset(self.n, element_nbytes);
+    uint8_t *packed = step == row_nbytes ? NULL : rmap_alloc_unset(self.n, element_nbytes);
+    XXH3_state_t *sum = XXH3_createState();
+    bool good = self.stored && self.plane && (packed || step == row_nbytes) && sum &&
+                XXH3_64bits_reset(sum) == XXH_OK &&
+                rmap_inflater_create(&self.inflater, NULL) == RMAP_OK;
     for (; good && at[0] < dims[0]; at[0] += rows) {
-        hsize_t left = dims[0] - at[0] < rows ? dims[0] - at[0] : rows;
+        const size_t n = (size_t)(dims[0] - at[0] < rows ? dims[0] - at[0] : rows);
+        uint8_t *to = (uint8_t *)data + at[0] * step, *run = packed ? packed : to;
         good = read_planes(&self, at);
-        if (good)
-            rmap_unshuffle(self.plane, self.n, 0, (size_t)left * row, element_nbytes,
-                           (char *)data + at[0] * row * element_nbytes);
+        if (!good)
+            break;
+        rmap_unshuffle(self.plane, self.n, 0, n * row, element_nbytes, run);
+        (void)XXH3_64bits_update(sum, run, n * row_nbytes);
+        for (size_t i = 0; packed && i < n; i++)
+            memcpy(to + i * step, packed + i * row_nbytes, row_nbytes);
     }
+    if (good)
+        *sum_ret = XXH3_64bits_digest(sum);
+    (void)XXH3_freeState(sum);
     rmap_inflater_destroy(self.inflater);
+    rmap_free(packed);
     rmap_free(self.plane);
     rmap_free(self.stored);
     return good;

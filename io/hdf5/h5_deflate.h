@@ -45,9 +45,10 @@ bool rmap_h5_write_chunk(hid_t set, struct rmap_h5_scratch *scratch, const void 
                          const hsize_t *at);
 
 /* Reads all of a table whose chunks are such and follow each other in its first dimension. data:
- * its elements, aligned for them. False: it is no such table, or not whole; HDF5 is to read it, and
- * will say what is wrong. */
-bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes,
-                        void *data);
+ * its rows, aligned for their elements, one every `step` bytes. *sum_ret: rmap_checksum of the rows
+ * without what is between. False: it is no such table, or not whole; HDF5 is to read it, and will
+ * say what is wrong. */
+bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes, void *data,
+                        size_t step, uint64_t *sum_ret);
 
 #endif

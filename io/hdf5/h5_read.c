@@ -82,8 +82,9 @@ static enum rmap_status wrong(struct rmap_h5 *h5, const char *path, const char *
     return rmap_error_set(err, RMAP_FORMAT, "%s: %s %s", h5->path, path, what);
 }
 
+/* exact: an extent of 0 takes no other, either. */
 static enum rmap_status get_extent(struct rmap_h5 *h5, const char *path, hid_t set, int rank,
-                                   hsize_t *dims, struct rmap_error *err)
+                                   hsize_t *dims, bool exact, struct rmap_error *err)
 {
     hsize_t have[RMAP_H5_RANK_MAX] = {0};
     hid_t space = H5Dget_space(set);
@@ -93,32 +94,33 @@ static enum rmap_status get_extent(struct rmap_h5 *h5, const char *path, hid_t s
     if (!fits)
         return wrong(h5, path, "has another number of dimensions than a ray map's", err);
     for (int k = 0; k < rank; k++) {
-        if (dims[k] && dims[k] != have[k])
+        if ((exact || dims[k]) && dims[k] != have[k])
             return wrong(h5, path, "has another shape than the map says", err);
         dims[k] = have[k];
     }
     return RMAP_OK;
 }
 
-static enum rmap_status check_sum(struct rmap_h5 *h5, const char *path, const void *data,
-                                  size_t nbytes, struct rmap_error *err)
+static enum rmap_status check_sum(struct rmap_h5 *h5, const char *path, uint64_t have,
+                                  struct rmap_error *err)
 {
     uint64_t sum;
     enum rmap_status st = rmap_h5_get(h5, path, "checksum", RMAP_U64, 1, &sum, err);
-    if (st == RMAP_OK && sum != rmap_checksum(data, nbytes))
+    if (st == RMAP_OK && sum != have)
         st = wrong(h5, path, "is damaged: its checksum does not match", err);
     return st;
 }
 
-/* Reads all of an open dataset of elements of `cell` bytes. */
+/* Reads all of an open dataset of elements of `cell` bytes: its rows one every `step` bytes from
+ * `rows` on or, where that is NULL, into memory of their own. */
 static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t set, hid_t type,
-                                  size_t cell, int rank, hsize_t *dims, void **data_ret,
-                                  struct rmap_error *err)
+                                  size_t cell, int rank, hsize_t *dims, void *rows, size_t step,
+                                  void **data_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     void *data = NULL;
-    uint64_t nbytes = cell;
-    RMAP_TRY(get_extent(h5, path, set, rank, dims, err));
+    uint64_t nbytes = cell, sum = 0;
+    RMAP_TRY(get_extent(h5, path, set, rank, dims, rows != NULL, err));
     /* A wrong extent must not become a huge allocation. */
     const uint64_t deflate_ratio_max = 1032; /* RFC 1951: 258 bytes from 2 bits */
     uint64_t most = H5Dget_storage_size(set) * deflate_ratio_max;
@@ -131,18 +133,29 @@ static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t se
         }
         nbytes *= dims[k];
     }
-    data = rmap_alloc(nbytes, 1);
-    if (!data) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s of %s", path, h5->path);
-        goto out;
+    const bool is_number = cell == 1 || cell == 2 || cell == 4 || cell == 8;
+    const size_t row = nbytes > 0 ? (size_t)(nbytes / dims[0]) : 0;
+    bool is_read = rows && nbytes > 0 && is_number &&
+                   rmap_h5_read_tiles(set, rank, dims, cell, rows, step, &sum);
+    if (!is_read) {
+        data = rmap_alloc(nbytes, 1);
+        if (!data) {
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s of %s", path, h5->path);
+            goto out;
+        }
+        is_read = !rows && nbytes > 0 && is_number &&
+                  rmap_h5_read_tiles(set, rank, dims, cell, data, row, &sum);
     }
-    bool is_number = cell == 1 || cell == 2 || cell == 4 || cell == 8;
-    if (nbytes > 0 && !(is_number && rmap_h5_read_tiles(set, rank, dims, cell, data)) &&
-        H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
-        st = rmap_h5_fail(h5, path, err);
-        goto out;
+    if (!is_read) {
+        if (nbytes > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
+            st = rmap_h5_fail(h5, path, err);
+            goto out;
+        }
+        sum = rmap_checksum(data, nbytes);
+        for (size_t i = 0; rows && row > 0 && i < dims[0]; i++)
+            memcpy((char *)rows + i * step, (char *)data + i * row, row);
     }
-    RMAP_TRY(check_sum(h5, path, data, nbytes, err));
+    RMAP_TRY(check_sum(h5, path, sum, err));
     *data_ret = data;
     data = NULL;
 out:
@@ -150,8 +163,9 @@ out:
     return st;
 }
 
-enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_element element,
-                              int rank, hsize_t *dims, void **data_ret, struct rmap_error *err)
+static enum rmap_status read_numbers(struct rmap_h5 *h5, const char *path,
+                                     enum rmap_element element, int rank, hsize_t *dims, void *rows,
+                                     size_t step, void **data_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     hid_t type = rmap_h5_type(element);
@@ -160,38 +174,28 @@ enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_el
     if (have < 0 || H5Tequal(have, type) <= 0)
         st = rmap_h5_fail(h5, path, err);
     else
-        st =
-            read_data(h5, path, set, type, rmap_element_nbytes(element), rank, dims, data_ret, err);
+        st = read_data(h5, path, set, type, rmap_element_nbytes(element), rank, dims, rows, step,
+                       data_ret, err);
     (void)H5Tclose(have);
     (void)H5Dclose(set);
     return st;
 }
 
-static enum rmap_status read_field(struct rmap_h5 *h5, const struct rmap_h5_field *field,
-                                   size_t row_nbytes, void **row, size_t *n, struct rmap_error *err)
+enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_element element,
+                              int rank, hsize_t *dims, void **data_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    size_t cell = field->width * rmap_element_nbytes(field->element);
-    hsize_t dims[2] = {*n, field->width};
-    void *column = NULL;
-    bool first = *row == NULL;
-    RMAP_TRY(rmap_h5_read(h5, field->path, field->element, field->width == 1 ? 1 : 2, dims, &column,
-                          err));
-    if (first) {
-        *n = (size_t)dims[0];
-        *row = rmap_alloc(*n, row_nbytes);
-    } else if (dims[0] != *n) {
-        st = wrong(h5, field->path, "has another number of rows than its neighbours", err);
-        goto out;
-    }
-    if (!*row) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s", field->path);
-        goto out;
-    }
-    for (size_t i = 0; i < *n; i++)
-        memcpy((char *)*row + i * row_nbytes + field->offset, (char *)column + i * cell, cell);
-out:
-    rmap_free(column);
+    return read_numbers(h5, path, element, rank, dims, NULL, 0, data_ret, err);
+}
+
+enum rmap_status rmap_h5_read_rows(struct rmap_h5 *h5, const char *path, enum rmap_element element,
+                                   int rank, const hsize_t *dims, void *rows, size_t step,
+                                   struct rmap_error *err)
+{
+    hsize_t want[RMAP_H5_RANK_MAX] = {0};
+    void *data = NULL;
+    memcpy(want, dims, (size_t)rank * sizeof *want);
+    const enum rmap_status st = read_numbers(h5, path, element, rank, want, rows, step, &data, err);
+    rmap_free(data);
     return st;
 }
 
@@ -200,14 +204,30 @@ enum rmap_status rmap_h5_read_fields(struct rmap_h5 *h5, const struct rmap_h5_fi
                                      size_t *n_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *row = NULL;
-    size_t n = 0;
-    for (size_t f = 0; f < n_field; f++)
-        RMAP_TRY(read_field(h5, &field[f], row_nbytes, &row, &n, err));
+    const size_t first_nbytes = field->width * rmap_element_nbytes(field->element);
+    hsize_t dims[2] = {0, field->width};
+    void *first = NULL;
+    char *row = NULL;
+    /* How many rows there are is believed once those of the first field are there. */
+    RMAP_TRY(rmap_h5_read(h5, field->path, field->element, field->width == 1 ? 1 : 2, dims, &first,
+                          err));
+    const size_t n = (size_t)dims[0];
+    row = rmap_alloc(n, row_nbytes);
+    if (!row)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s", field->path));
+    for (size_t i = 0; i < n; i++)
+        memcpy(row + i * row_nbytes + field->offset, (char *)first + i * first_nbytes,
+               first_nbytes);
+    for (const struct rmap_h5_field *f = field + 1; f < field + n_field; f++) {
+        dims[1] = f->width;
+        RMAP_TRY(rmap_h5_read_rows(h5, f->path, f->element, f->width == 1 ? 1 : 2, dims,
+                                   row + f->offset, row_nbytes, err));
+    }
     *row_ret = row;
     *n_ret = n;
     row = NULL;
 out:
+    rmap_free(first);
     rmap_free(row);
     return st;
 }
@@ -224,7 +244,7 @@ enum rmap_status rmap_h5_read_names(struct rmap_h5 *h5, const char *path, char *
     if (width == 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type))
         st = rmap_h5_fail(h5, path, err);
     else
-        st = read_data(h5, path, set, type, width, 1, &n, &data, err);
+        st = read_data(h5, path, set, type, width, 1, &n, NULL, 0, &data, err);
     (void)H5Tclose(type);
     (void)H5Dclose(set);
     if (st != RMAP_OK)

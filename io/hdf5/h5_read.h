@@ -30,6 +30,12 @@ enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_el
                               int rank, hsize_t *dims, void **data_ret,
                               struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same of an extent that is known, with rows one every `step` bytes from `rows` on; what is
+ * between stays as it is. Where it fails, rows may be half read. */
+enum rmap_status rmap_h5_read_rows(struct rmap_h5 *h5, const char *path, enum rmap_element element,
+                                   int rank, const hsize_t *dims, void *rows, size_t step,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* *row_ret: n structs of row_nbytes, other members 0; rmap_free. All fields have n rows. */
 enum rmap_status rmap_h5_read_fields(struct rmap_h5 *h5, const struct rmap_h5_field *field,
                                      size_t n_field, size_t row_nbytes, void **row_ret,

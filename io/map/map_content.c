@@ -5,17 +5,22 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "base/alloc.h"
 #include "io/map/map_content.h"
 
 void rmap_map_content_fini(struct rmap_map_content *content)
 {
-    for (size_t i = 0; i < content->n_tail; i++)
-        rmap_free(content->tail[i].data);
-    rmap_free(content->piece);
-    rmap_free(content->portion);
-    rmap_free(content->chunk);
+    if (content->mapped) {
+        (void)munmap(content->mapped, content->mapped_nbytes);
+    } else {
+        for (size_t i = 0; i < content->n_tail; i++)
+            rmap_free(content->tail[i].data);
+        rmap_free(content->piece);
+        rmap_free(content->portion);
+        rmap_free(content->chunk);
+    }
     rmap_free(content->tail);
     *content = (struct rmap_map_content){0};
 }
@@ -122,6 +127,23 @@ out:
     while (st != RMAP_OK && into->n_tail > n_tail)
         rmap_free(into->tail[--into->n_tail].data);
     return st;
+}
+
+enum rmap_status rmap_map_content_own(struct rmap_map_content *content, struct rmap_error *err)
+{
+    struct rmap_map_content own = {0};
+    if (!content->mapped)
+        return RMAP_OK;
+    const enum rmap_status st = rmap_map_content_add(&own, content, err);
+    if (st != RMAP_OK) {
+        rmap_map_content_fini(&own);
+        return st;
+    }
+    memcpy(own.n_row, content->n_row, sizeof own.n_row);
+    own.digest = content->digest;
+    rmap_map_content_fini(content);
+    *content = own;
+    return RMAP_OK;
 }
 
 struct piece_place {
@@ -441,6 +463,18 @@ static enum rmap_status check_order(const struct rmap_map_content *content, cons
     return RMAP_OK;
 }
 
+void rmap_map_content_run_up(struct rmap_map_content *content, size_t first)
+{
+    uint64_t work = first > 0 ? content->portion[first - 1].work : 0;
+    uint64_t reach = first > 0 ? content->portion[first - 1].reach : 0;
+    for (size_t i = first; i < content->n_portion; i++) {
+        struct rmap_portion_info *info = &content->portion[i];
+        const uint64_t end = rmap_portion_end(info);
+        info->work = work += info->n_row[RMAP_TABLE_RAY] + info->n_row[RMAP_TABLE_SEGMENT];
+        info->reach = reach = end > reach ? end : reach;
+    }
+}
+
 /* Sums must not run over, or a small file could ask for any amount of memory. */
 static enum rmap_status sum_up(struct rmap_map_content *content, const char *path,
                                struct rmap_error *err)
@@ -457,6 +491,7 @@ static enum rmap_status sum_up(struct rmap_map_content *content, const char *pat
             content->n_row[t] += portion->n_row[t];
         }
     }
+    rmap_map_content_run_up(content, 0);
     return RMAP_OK;
 }
 
@@ -470,146 +505,5 @@ enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const 
     RMAP_TRY(check_order(content, path, err));
     RMAP_TRY(sum_up(content, path, err));
 out:
-    return st;
-}
-
-/* Between ranks of one program: structs as they are, with their sizes in front. */
-struct head {
-    char magic[8];
-    uint64_t piece_nbytes, portion_nbytes, chunk_nbytes, tail_nbytes;
-    uint64_t n_piece, n_portion, n_chunk, n_tail; /* behind the tails stand their data */
-};
-
-static const char magic[8] = {'R', 'M', 'A', 'P', 'C', 'N', 'T', '2'};
-
-static struct head head_of(const struct rmap_map_content *content)
-{
-    struct head head = {.piece_nbytes = sizeof *content->piece,
-                        .portion_nbytes = sizeof *content->portion,
-                        .chunk_nbytes = sizeof *content->chunk,
-                        .tail_nbytes = sizeof *content->tail,
-                        .n_piece = content->n_piece,
-                        .n_portion = content->n_portion,
-                        .n_chunk = content->n_chunk,
-                        .n_tail = content->n_tail};
-    memcpy(head.magic, magic, sizeof magic);
-    return head;
-}
-
-static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
-{
-    if (nbytes > 0)
-        memcpy(to, from, nbytes);
-    return to + nbytes;
-}
-
-enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, uint8_t **blob_ret,
-                                       size_t *nbytes_ret, struct rmap_error *err)
-{
-    const struct head head = head_of(content);
-    size_t piece = content->n_piece * sizeof *content->piece;
-    size_t portion = content->n_portion * sizeof *content->portion;
-    size_t chunk = content->n_chunk * sizeof *content->chunk;
-    size_t tail = content->n_tail * sizeof *content->tail;
-    size_t nbytes = sizeof head + piece + portion + chunk + tail;
-    for (size_t i = 0; i < content->n_tail; i++)
-        nbytes += content->tail[i].nbytes;
-    uint8_t *blob = rmap_alloc(nbytes, 1);
-    if (!blob)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of %zu pieces",
-                              content->n_piece);
-    uint8_t *at = put(blob, &head, sizeof head);
-    at = put(at, content->piece, piece);
-    at = put(at, content->portion, portion);
-    at = put(at, content->chunk, chunk);
-    at = put(at, content->tail, tail);
-    for (size_t i = 0; i < content->n_tail; i++)
-        at = put(at, content->tail[i].data, content->tail[i].nbytes);
-    *blob_ret = blob;
-    *nbytes_ret = nbytes;
-    return RMAP_OK;
-}
-
-/* Takes n rows of row_nbytes off the front; NULL when there are not as many. */
-static void *take(const uint8_t **from, size_t *left, uint64_t n, size_t row_nbytes,
-                  struct rmap_error *err, enum rmap_status *st)
-{
-    if (*st != RMAP_OK)
-        return NULL;
-    if (n > *left / row_nbytes) {
-        *st = rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces was cut off");
-        return NULL;
-    }
-    void *rows = rmap_alloc((size_t)n, row_nbytes);
-    if (!rows)
-        *st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of pieces");
-    else if (n > 0)
-        memcpy(rows, *from, (size_t)n * row_nbytes);
-    *from += (size_t)n * row_nbytes;
-    *left -= (size_t)n * row_nbytes;
-    return rows;
-}
-
-/* The tails, whose pointers are another process's, and then their data. */
-static void take_tails(const uint8_t **from, size_t *left, uint64_t n,
-                       struct rmap_map_content *content, struct rmap_error *err,
-                       enum rmap_status *st)
-{
-    content->tail = take(from, left, n, sizeof *content->tail, err, st);
-    if (*st != RMAP_OK)
-        return;
-    content->n_tail = (size_t)n;
-    for (size_t i = 0; i < content->n_tail; i++)
-        content->tail[i].data = NULL;
-    for (size_t i = 0; i < content->n_tail; i++)
-        content->tail[i].data = take(from, left, content->tail[i].nbytes, 1, err, st);
-}
-
-static bool makes_sense(const struct rmap_map_content *content)
-{
-    bool good = true;
-    for (size_t i = 0; i < content->n_piece; i++) {
-        const struct rmap_piece_info *piece = &content->piece[i];
-        good = good && piece->name[sizeof piece->name - 1] == 0 &&
-               piece->first_chunk <= content->n_chunk &&
-               piece->n_chunk <= content->n_chunk - piece->first_chunk;
-    }
-    for (size_t i = 0; i < content->n_portion; i++)
-        good = good && content->portion[i].piece >= 0 &&
-               (size_t)content->portion[i].piece < content->n_piece;
-    for (size_t i = 0; i < content->n_tail; i++)
-        good = good && content->tail[i].piece >= 0 &&
-               (size_t)content->tail[i].piece < content->n_piece;
-    return good;
-}
-
-enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
-                                         struct rmap_map_content *into, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_map_content content = {0};
-    const struct head mine = head_of(&content);
-    struct head head;
-    if (nbytes < sizeof head)
-        return rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces was cut off");
-    memcpy(&head, blob, sizeof head);
-    if (memcmp(&head, &mine, offsetof(struct head, n_piece)) != 0)
-        return rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces is of another program");
-    const uint8_t *at = blob + sizeof head;
-    size_t left = nbytes - sizeof head;
-    content.piece = take(&at, &left, head.n_piece, sizeof *content.piece, err, &st);
-    content.portion = take(&at, &left, head.n_portion, sizeof *content.portion, err, &st);
-    content.chunk = take(&at, &left, head.n_chunk, sizeof *content.chunk, err, &st);
-    take_tails(&at, &left, head.n_tail, &content, err, &st);
-    if (st == RMAP_OK) {
-        content.n_piece = (size_t)head.n_piece;
-        content.n_portion = (size_t)head.n_portion;
-        content.n_chunk = (size_t)head.n_chunk;
-        if (left != 0 || !makes_sense(&content))
-            st = rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces makes no sense");
-    }
-    if (st == RMAP_OK)
-        st = rmap_map_content_add(into, &content, err);
-    rmap_map_content_fini(&content);
     return st;
 }

@@ -46,6 +46,10 @@ struct rmap_map_content {
     /* Of all portions; set by rmap_map_content_check. */
     uint64_t n_row[RMAP_TABLE_COUNT];
     struct rmap_digest digest;
+    /* Of processes that share them: where pieces, portions and chunks lie, in place of blocks of
+     * their own. To be read and written (by this process alone), not to be added to. */
+    void *mapped; /* munmap */
+    size_t mapped_nbytes;
 };
 
 void rmap_map_content_fini(struct rmap_map_content *content);
@@ -70,6 +74,10 @@ enum rmap_status rmap_map_content_add(struct rmap_map_content *into,
                                       const struct rmap_map_content *from,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* Before rows of a mapped content are added or taken away: a copy of its own. */
+enum rmap_status rmap_map_content_own(struct rmap_map_content *content,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Puts pieces in the order of shard and number, chunks in that of pieces, streams and indices,
  * portions in that of their first ray, tails in that of pieces and streams. */
 enum rmap_status rmap_map_content_sort(struct rmap_map_content *content,
@@ -84,12 +92,29 @@ void rmap_map_content_drop_covered(struct rmap_map_content *content, size_t *n_d
 enum rmap_status rmap_map_content_drop_open(struct rmap_map_content *content,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* The content as one block of bytes for another rank of this program, and back, appended to
- * `into`. Sizes and row numbers are checked: RMAP_FORMAT. *blob_ret: rmap_free. Tails are left
- * out: an open piece is nothing to hand over. */
-enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, uint8_t **blob_ret,
-                                       size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
+/* Running sums of the portions from `first` on; of all of them set by rmap_map_content_check. */
+void rmap_map_content_run_up(struct rmap_map_content *content, size_t first);
+
+/* Where bytes for another process go: to memory or, where there is none, to a file. */
+struct rmap_packing {
+    uint8_t *to;
+    int fd;
+    bool failed; /* to write; errno says why */
+};
+void rmap_pack(struct rmap_packing *packing, const void *from, size_t nbytes);
+
+/* The content as bytes for another process of this program, so many of them. */
+size_t rmap_map_content_packed_nbytes(const struct rmap_map_content *content);
+void rmap_map_content_pack(const struct rmap_map_content *content, struct rmap_packing *packing);
+
+/* A content whose rows are those of the blob, which outlives it; of its own are the tails' rows
+ * alone (rmap_free). Sizes are checked: RMAP_FORMAT. */
+enum rmap_status rmap_map_content_view(uint8_t *blob, size_t nbytes,
+                                       struct rmap_map_content *view_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Appends a copy of it to `into`. Row numbers are checked, too: RMAP_FORMAT. */
+enum rmap_status rmap_map_content_unpack(uint8_t *blob, size_t nbytes,
                                          struct rmap_map_content *into,
                                          struct rmap_error *err) RMAP_MUST_USE;
 

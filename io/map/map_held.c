@@ -126,6 +126,7 @@ static enum rmap_status append(struct rmap_map *map, const struct rmap_held *mor
         info[content->n_portion + i] = more->info[i];
     }
     content->n_portion = n;
+    rmap_map_content_run_up(content, n - more->n);
     return RMAP_OK;
 }
 

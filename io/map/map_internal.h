@@ -51,8 +51,6 @@ struct rmap_map {
     struct rmap_selection *selection; /* or NULL */
     double *flux_per_weight;          /* [n_source] */
     double *dim, maintenance;         /* map_dim.h: [n_source], NULL: nothing is dimmed */
-    uint64_t *work;                   /* [n_portion + 1], running sum of segments and rays */
-    uint64_t *reach;                  /* [n_portion + 1], largest end of the portions before */
 
     pthread_mutex_t lock;              /* of chunks and models */
     struct rmap_piece_chunks *chunks;  /* [n_piece] */
@@ -70,11 +68,6 @@ struct rmap_map {
     size_t held_nbytes;         /* of them */
     unsigned n_lent;            /* users beside the first (rmap_map_lend) */
 };
-
-/* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its
- * content and no sums: for making it again. */
-enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
-                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* How many runs `later` knows of beyond all those of `map`, which is 0 if it does not know these,
  * too: that many began after map's index was written. */

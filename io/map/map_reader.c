@@ -66,7 +66,7 @@ bool rmap_map_find_ray(const struct rmap_map *map, uint64_t ray, size_t *portion
         else
             high = middle;
     }
-    while (low > 0 && map->reach[low] > ray)
+    while (low > 0 && info[low - 1].reach > ray)
         if (rmap_portion_end(&info[--low]) > ray) {
             *portion = low;
             return true;
@@ -189,11 +189,12 @@ size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part)
     if (part >= n_part)
         return high;
     /* work x part / n_part without overflow; a part's share may be off by n_part. */
-    uint64_t total = map->work[high];
+    const struct rmap_portion_info *info = map->content.portion;
+    uint64_t total = high > 0 ? info[high - 1].work : 0;
     uint64_t want = total / n_part * part + total % n_part * part / n_part;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (map->work[middle] < want)
+        if ((middle > 0 ? info[middle - 1].work : 0) < want)
             low = middle + 1;
         else
             high = middle;
@@ -355,22 +356,12 @@ enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err)
 {
     const struct rmap_map_content *content = &map->content;
     struct rmap_map_summary *summary = &map->summary;
-    rmap_free(map->work);
-    rmap_free(map->reach);
     rmap_free(map->chunks);
-    map->work = rmap_alloc(content->n_portion + 1, sizeof *map->work);
-    map->reach = rmap_alloc(content->n_portion + 1, sizeof *map->reach);
     map->chunks = rmap_alloc(content->n_piece, sizeof *map->chunks);
     if (!map->paths)
         map->paths = rmap_alloc(content->n_piece, sizeof *map->paths);
-    if (!map->work || !map->reach || !map->chunks || !map->paths)
+    if (!map->chunks || !map->paths)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
-    for (size_t i = 0; i < content->n_portion; i++) {
-        uint64_t end = rmap_portion_end(&content->portion[i]);
-        map->work[i + 1] = map->work[i] + content->portion[i].n_row[RMAP_TABLE_RAY] +
-                           content->portion[i].n_row[RMAP_TABLE_SEGMENT];
-        map->reach[i + 1] = end > map->reach[i] ? end : map->reach[i];
-    }
     summary->nbytes = map->index_nbytes;
     summary->n_shard = 0;
     for (size_t i = 0; i < content->n_piece; i++) {
@@ -539,8 +530,6 @@ void rmap_map_close(struct rmap_map *map)
     rmap_map_content_fini(&map->content);
     rmap_free(map->flux_per_weight);
     rmap_free(map->dim);
-    rmap_free(map->work);
-    rmap_free(map->reach);
     rmap_free(map->chunks);
     rmap_free(map->path);
     rmap_free(map);

@@ -31,6 +31,8 @@ struct rmap_portion_info {
     uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
     struct rmap_digest digest;
     struct rmap_portion_summary summary;
+    /* Of this portion and all before it in the map: rays and segments, largest rmap_portion_end. */
+    uint64_t work, reach;
 };
 
 /* Ids of a portion ascend. In a traced one they are consecutive; one that a query picked may have
@@ -78,6 +80,10 @@ enum rmap_status rmap_map_open_found(const char *path, const struct rmap_map_lis
 /* What the index lists and nothing beside it, complete or not. */
 enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
+/* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its
+ * content and no sums: for making it again, or for who gets these from another process. */
+enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_close(struct rmap_map *map);
 
 /* The same map for one more user, who closes it, too. Of one thread. */

@@ -15,7 +15,14 @@ enum rmap_status rmap_map_state_pack(const struct rmap_map *map, uint8_t **blob_
 
 /* Puts a map into that state. RMAP_SYSTEM when the index that it was opened from is of another map
  * (it was replaced); only to be closed then. */
-enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, size_t nbytes,
+enum rmap_status rmap_map_state_take(struct rmap_map *map, uint8_t *blob, size_t nbytes,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same by memory of io/file/shared_memory.h: filled by one process, and joined by as many as
+ * share it, the first among them, so that the rows are there once. */
+enum rmap_status rmap_map_state_share(const struct rmap_map *map, int fd,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_map_state_join(struct rmap_map *map, int fd,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

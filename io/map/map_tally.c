@@ -164,23 +164,14 @@ out:
     return st;
 }
 
-/* Reads a dataset of just this shape into value; an extent of 0 must be 0 in the file, too. */
+/* Reads a dataset of just this shape into value. */
 static enum rmap_status read_values(struct rmap_h5 *h5, const char *path, int rank,
-                                    const hsize_t *want, double *value, struct rmap_error *err)
+                                    const hsize_t *dims, double *value, struct rmap_error *err)
 {
-    hsize_t dims[RMAP_H5_RANK_MAX] = {want[0], want[1], want[2]};
-    size_t n = 1;
-    void *data = NULL;
-    enum rmap_status st = rmap_h5_read(h5, path, RMAP_F64, rank, dims, &data, err);
-    for (int k = 0; st == RMAP_OK && k < rank; k++) {
-        if (dims[k] != want[k])
-            st = rmap_error_set(err, RMAP_FORMAT, "%s: %s does not fit the scene", h5->path, path);
-        n *= (size_t)want[k];
-    }
-    if (st == RMAP_OK)
-        memcpy(value, data, n * sizeof *value);
-    rmap_free(data);
-    return st;
+    size_t row_nbytes = sizeof *value;
+    for (int k = 1; k < rank; k++)
+        row_nbytes *= (size_t)dims[k];
+    return rmap_h5_read_rows(h5, path, RMAP_F64, rank, dims, value, row_nbytes, err);
 }
 
 static enum rmap_status read_image(struct rmap_h5 *h5, const struct rmap_tally *tally, size_t index,

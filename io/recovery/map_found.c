@@ -184,6 +184,7 @@ enum rmap_status rmap_map_add_salvaged(struct rmap_map *map,
     struct rmap_map_content *content = &map->content;
     size_t n_dropped = 0;
     rmap_map_forget(map);
+    RMAP_TRY(rmap_map_content_own(content, err));
     RMAP_TRY(rmap_map_content_drop_open(content, err));
     const size_t n_before = content->n_portion;
     RMAP_TRY(rmap_map_content_add(content, salvaged, err));

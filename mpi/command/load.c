@@ -18,6 +18,7 @@
 #include "io/mesh/bundle_pack.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/at_hand.h"
+#include "mpi/parallel/node.h"
 #include "mpi/parallel/progress.h"
 
 enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
@@ -173,8 +174,9 @@ out:
     return st;
 }
 
-enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
-                                struct rmap_error *err)
+/* Collective. What rank 0 has of a map becomes what all ranks have. */
+static enum rmap_status send_state(const struct rmap_context *context, struct rmap_map *map,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *blob = NULL;
@@ -188,6 +190,40 @@ enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_free(blob);
+    return st;
+}
+
+/* Collective. What the first rank of each node has becomes what its ranks have, all in the same
+ * memory. */
+static enum rmap_status share_in_node(const struct rmap_context *context,
+                                      const struct rmap_node *node, struct rmap_map *map,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (node->is_first && node->memory >= 0)
+        st = rmap_map_state_share(map, node->memory, err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
+    if (node->memory >= 0)
+        st = rmap_map_state_join(map, node->memory, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
+                                struct rmap_error *err)
+{
+    struct rmap_node node;
+    if (context->size == 1)
+        return RMAP_OK;
+    enum rmap_status st = rmap_node_init(&node, context, err);
+    RMAP_TRY(st);
+    if (node.is_first)
+        st = send_state(&node.firsts, map, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(share_in_node(context, &node, map, err));
+out:
+    rmap_node_fini(&node);
     return st;
 }
 
@@ -233,20 +269,32 @@ out:
     return st;
 }
 
-/* Collective. Rank 0 has opened the map, or failed; the others read its index and nothing else, and
- * what is beside that comes from rank 0: ranks that all look for themselves are too many for a file
- * system, and of a map that is being traced each would see another. */
+/* Collective. Rank 0 has opened the map, or failed. The first rank of each other node reads its
+ * index and nothing else, and what is beside that comes from rank 0: ranks that all look for
+ * themselves are too many for a file system, and of a map that is being traced each would see
+ * another. The other ranks of a node read the scene, and have the rows of the first. */
 static enum rmap_status join_map(const struct rmap_context *context, const char *path,
                                  enum rmap_status st, struct rmap_map **map, struct rmap_error *err)
 {
-    bool same = false;
-    if (context->rank != 0)
-        st = rmap_map_open_listed(path, map, err);
+    struct rmap_node node;
+    bool same = true;
+    if (context->size == 1)
+        return st;
+    const enum rmap_status found = rmap_node_init(&node, context, err);
+    if (st == RMAP_OK)
+        st = found;
+    if (st == RMAP_OK && context->rank != 0)
+        st = node.is_first ? rmap_map_open_listed(path, map, err)
+                           : rmap_map_open_bare(path, "map.h5", map, err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
+    if (node.is_first)
+        st = same_on_all(&node.firsts, *map, &same, err);
+    if (node.is_first && st == RMAP_OK && !same)
+        st = send_state(&node.firsts, *map, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(same_on_all(context, *map, &same, err));
-    if (!same)
-        RMAP_TRY(rmap_share_map(context, *map, err));
+    RMAP_TRY(share_in_node(context, &node, *map, err));
 out:
+    rmap_node_fini(&node);
     if (st != RMAP_OK) {
         rmap_map_close(*map);
         *map = NULL;

@@ -67,7 +67,8 @@ enum rmap_status rmap_load_accel(const struct rmap_context *context, const struc
                                  const char *isa, struct rmap_accel **accel_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective. Opens the map on every rank, in the same state on all of them. */
+/* Collective. Opens the map on every rank, in the same state on all of them; ranks of a node have
+ * its rows in the same memory. */
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
 

@@ -53,12 +53,19 @@ enum rmap_status rmap_gather_content(const struct rmap_context *context,
     uint8_t *blob = NULL;
     size_t nbytes = 0;
     uint64_t *all = rmap_alloc((size_t)context->size, sizeof *all);
-    if (!all)
+    if (!all) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d ranks", context->size);
-    else if (context->rank == 0 && mine)
+    } else if (context->rank == 0 && mine) {
         st = rmap_map_content_add(content, mine, err);
-    else if (mine && mine->n_piece > 0)
-        st = rmap_map_content_pack(mine, &blob, &nbytes, err);
+    } else if (mine && mine->n_piece > 0) {
+        nbytes = rmap_map_content_packed_nbytes(mine);
+        blob = rmap_alloc_unset(nbytes, 1);
+        if (blob)
+            rmap_map_content_pack(mine, &(struct rmap_packing){.to = blob});
+        else
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of %zu pieces",
+                                mine->n_piece);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
     const uint64_t n = nbytes;
     RMAP_TRY(RMAP_MPI(MPI_Gather(&n, 1, MPI_UINT64_T, all, 1, MPI_UINT64_T, 0, context->comm)));

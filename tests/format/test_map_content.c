@@ -186,12 +186,12 @@ static void test_gathered(void **state)
     fixture_init(&f);
     begin_map(&f);
     for (int shard = 2; shard >= 0; shard--) {
-        uint8_t *blob = NULL;
-        size_t nbytes = 0;
         struct rmap_shard_writer *writer =
             write_for_content(&f, shard, (uint64_t)shard * 8, (uint64_t)shard * 8 + 8);
-        fixture_must(rmap_map_content_pack(rmap_shard_writer_content(writer), &blob, &nbytes, &err),
-                     &err);
+        size_t nbytes = rmap_map_content_packed_nbytes(rmap_shard_writer_content(writer));
+        uint8_t *blob = rmap_alloc(nbytes, 1);
+        rmap_map_content_pack(rmap_shard_writer_content(writer),
+                              &(struct rmap_packing){.to = blob});
         rmap_shard_writer_destroy(writer);
         for (size_t cut = 0; cut < nbytes; cut += 97)
             assert_int_equal(rmap_map_content_unpack(blob, cut, &all, &err), RMAP_FORMAT);

@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
+#include "io/file/shared_memory.h"
+#include "io/map/map_content.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_reader.h"
 #include "io/map/map_state.h"
@@ -86,6 +88,36 @@ static void test_portions(void **state)
     fixture_fini(&f);
 }
 
+/* Two processes have a map's rows in the same memory, as another process finds it; what one of them
+ * writes there is its own. */
+static void share_memory(const struct fixture *f, const struct rmap_map *map, uint64_t n_ray)
+{
+    struct rmap_error err = {0};
+    struct rmap_map *sharing[2];
+    struct rmap_shared_place place;
+    const int fd = rmap_shared_memory_create(&place);
+    const int again = rmap_shared_memory_open(&place);
+    assert_true(fd >= 0 && again >= 0);
+    place.inode++;
+    assert_int_equal(rmap_shared_memory_open(&place), -1);
+    fixture_must(rmap_map_state_share(map, fd, &err), &err);
+    for (int i = 0; i < 2; i++) {
+        fixture_must(rmap_map_open_bare(f->map, "map.h5", &sharing[i], &err), &err);
+        fixture_must(rmap_map_state_join(sharing[i], i ? fd : again, &err), &err);
+    }
+    (void)close(fd);
+    (void)close(again);
+    memset(rmap_map_contents(sharing[0])->portion, 0, sizeof(struct rmap_portion_info));
+    rmap_map_close(sharing[0]);
+    assert_int_equal(read_map(f, sharing[1]), n_ray);
+    struct rmap_map_summary here, there;
+    rmap_map_summarise(map, &here);
+    rmap_map_summarise(sharing[1], &there);
+    assert_memory_equal(&here.digest, &there.digest, sizeof here.digest);
+    assert_memory_equal(here.n_row, there.n_row, sizeof here.n_row);
+    rmap_map_close(sharing[1]);
+}
+
 /* A map that was opened while a piece was written is read on when the piece got its final name and
  * others came: nothing is missing, and nothing that came since is a trouble. Another process that
  * is given the state opens the same. */
@@ -132,6 +164,7 @@ static void publish_in(enum rmap_encoding encoding)
     assert_int_equal(rmap_map_state_take(other, state, n_state - 1, &err), RMAP_FORMAT);
     rmap_map_close(other);
     rmap_free(state);
+    share_memory(&f, map, N_FLUSHED * BLOCK);
     fixture_must(rmap_map_compare_directory(map, &err), &err);
     if (rmap_map_n_trouble(map) > 0)
         fail_msg("%s", rmap_map_trouble(map, 0));
