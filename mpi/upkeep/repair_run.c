@@ -306,8 +306,11 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     RMAP_TRY(rmap_repair_remove_histories(self->path, &self->result->done, err));
     RMAP_TRY(tell_gained(self, &gained, err));
     RMAP_TRY(rmap_findings_append(&self->result->left, findings->row, findings->n, err));
-    if (self->changed || complete != self->result->summary.complete)
+    if (self->changed || complete != self->result->summary.complete) {
         RMAP_TRY(rmap_repair_write(what, &none, self->round.tally, complete, err));
+        /* Of copies of a piece, an incomplete index takes one and finds no fault in others. */
+        RMAP_TRY(rmap_repair_remove(what, &self->result->done, err));
+    }
     self->result->summary.complete = complete;
 out:
     rmap_ray_set_fini(&have);
