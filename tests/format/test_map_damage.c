@@ -19,7 +19,7 @@
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"
 
-enum { BLOCK = 400, N_BLOCK = 8 };
+enum { BLOCK = 400, N_BLOCK = 24 };
 
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
  * HDF5's own memory: the leak checker, where there is one, asks this function. */
@@ -181,7 +181,7 @@ static void test_missing_and_cut_pieces(void **state)
 {
     (void)state;
     struct fixture f;
-    write_map(&f, 96 << 10);
+    write_map(&f, 256 << 10);
     size_t nbytes = file_nbytes(map_file(&f, PIECE));
     assert_int_equal(truncate(map_file(&f, PIECE), (off_t)(nbytes / 2)), 0);
     expect(&f, RMAP_FORMAT, PIECE);
