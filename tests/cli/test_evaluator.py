@@ -4,7 +4,7 @@
 and an odd little scene must select as many rays, segments and as much flux, whatever the map's
 encoding, pieces, index of histories, and however many ranks and threads ask.
 
-RAYMAP_JUDGE says how many criteria in all (42), RAYMAP_JUDGE_SEED which (1), RAYMAP_JUDGE_RAYS
+RAYMAP_JUDGE says how many criteria in all (30), RAYMAP_JUDGE_SEED which (1), RAYMAP_JUDGE_RAYS
 how many times as many rays (1): tests/slow asks for more.
 """
 import json
@@ -23,7 +23,7 @@ from evaluator import Evaluator
 from evaluator_map import PlainMap
 
 PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
-N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "42"))
+N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "30"))
 SEED = int(os.environ.get("RAYMAP_JUDGE_SEED", "1"))
 TIMES = int(os.environ.get("RAYMAP_JUDGE_RAYS", "1"))
 EVERYTHING = N_CRITERION > 60

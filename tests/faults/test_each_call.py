@@ -14,15 +14,15 @@ OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 # Patterns of calls, what they suffer, whether from then on, and how many of them are tried in a
 # quick run and in a slow one (of each call and sort of file at least the first and the last).
 SORTS = [
-    ("*", "ENOSPC", 0, 8, 1000),
-    ("*", "ENOSPC", 1, 3, 300),
-    ("*", "EIO", 0, 3, 300),
-    ("write,pwrite", "short", 0, 2, 200),
-    ("read:*", "EIO", 0, 3, 400),
-    ("read:pread,read:read", "short", 0, 2, 200),
-    ("memory:*", "ENOMEM", 0, 5, 500),
-    ("H5*", "EIO", 0, 8, 800),
-    ("H5*", "EIO", 1, 3, 400),
+    ("*", "ENOSPC", 0, 4, 1000),
+    ("*", "ENOSPC", 1, 2, 300),
+    ("*", "EIO", 0, 2, 300),
+    ("write,pwrite", "short", 0, 1, 200),
+    ("read:*", "EIO", 0, 2, 400),
+    ("read:pread,read:read", "short", 0, 1, 200),
+    ("memory:*", "ENOMEM", 0, 3, 500),
+    ("H5*", "EIO", 0, 4, 800),
+    ("H5*", "EIO", 1, 2, 400),
     ("H5Tget_size", "EIO", 0, 1, 40),  # 0, not negative, says that it failed
 ]
 

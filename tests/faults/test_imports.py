@@ -139,7 +139,7 @@ def main():
     drawn = []
     for command in commands():
         points = [(at + 1, call, harness.kind(path)) for at, (call, path) in enumerate(command.calls)]
-        chosen = harness.spread(points, 200 if harness.SLOW else 8, lambda point: point[1:], cases.rng)
+        chosen = harness.spread(points, 200 if harness.SLOW else 6, lambda point: point[1:], cases.rng)
         print(f"{command.name}: {len(chosen)} of {len(points)}", flush=True)
         drawn += [(command, (at, call, cases.rng.choice(results.suffered(call)))) for at, call, _ in chosen]
     cases.rng.shuffle(drawn)

@@ -28,7 +28,7 @@ const said = []; // errors of any page
 
 async function open(browser, address, options) {
   const file = path.basename(address);
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, colorScheme: "light", ...options });
+  const context = await browser.newContext({ viewport: { width: 1024, height: 700 }, colorScheme: "light", ...options });
   const page = await context.newPage();
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && said.push(`${file}: ${message.text()}`));
   page.on("pageerror", (error) => said.push(`${file}: ${error.message}`));
