@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "io/file/text_file.h"
+#include "io/mesh/mesh_origin.h"
 
 static void free_list(char **list, size_t n)
 {
@@ -71,42 +72,22 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
     return st;
 }
 
-static enum rmap_status put_text(struct rmap_bundle *bundle, const char *text,
-                                 struct rmap_error *err)
-{
-    char *copy = rmap_strdup(text);
-    if (!copy)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-    rmap_free(bundle->text);
-    bundle->text = copy;
-    bundle->text_nbytes = strlen(copy);
-    return RMAP_OK;
-}
-
 enum rmap_status rmap_bundle_of_text(const char *path, const char *text,
                                      struct rmap_scene_options *options,
                                      struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
     struct rmap_bundle *bundle = NULL;
     enum rmap_status st = begin(path, options, &bundle, err);
-    if (st == RMAP_OK)
-        st = put_text(bundle, text, err);
-    if (st == RMAP_OK)
-        *bundle_ret = bundle;
-    else
+    if (st != RMAP_OK)
+        return st;
+    bundle->text = rmap_strdup(text);
+    if (!bundle->text) {
         rmap_bundle_destroy(bundle);
-    return st;
-}
-
-enum rmap_status rmap_bundle_edit(struct rmap_bundle *bundle, const char *text,
-                                  struct rmap_scene_options *options, struct rmap_error *err)
-{
-    if (options) {
-        rmap_scene_options_fini(&bundle->options);
-        bundle->options = *options;
-        *options = (struct rmap_scene_options){0};
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
     }
-    return put_text(bundle, text, err);
+    bundle->text_nbytes = strlen(text);
+    *bundle_ret = bundle;
+    return RMAP_OK;
 }
 
 void rmap_bundle_destroy(struct rmap_bundle *bundle)
@@ -116,6 +97,7 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle)
     for (size_t i = 0; i < bundle->n_mesh; i++) {
         rmap_free(bundle->mesh[i].geometry);
         rmap_mesh_destroy(bundle->mesh[i].mesh);
+        rmap_mesh_origin_destroy(bundle->mesh[i].origin);
     }
     rmap_free(bundle->mesh);
     for (size_t i = 0; i < bundle->n_grid; i++) {
@@ -180,6 +162,7 @@ enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *ge
         return RMAP_SYSTEM;
     bundle->mesh = list;
     bundle->mesh[bundle->n_mesh].geometry = name;
+    bundle->mesh[bundle->n_mesh].origin = NULL;
     bundle->mesh[bundle->n_mesh++].mesh = mesh;
     return RMAP_OK;
 }
@@ -236,4 +219,51 @@ enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *
     bundle->plugin[bundle->n_plugin].field = name;
     bundle->plugin[bundle->n_plugin++].xxh3 = xxh3;
     return RMAP_OK;
+}
+
+static enum rmap_status share_files(const struct rmap_bundle *from, struct rmap_bundle *bundle,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < from->n_file && st == RMAP_OK; i++) {
+        char *text = rmap_alloc(from->file[i].nbytes + 1, 1);
+        if (!text)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a part of a scene");
+        memcpy(text, from->file[i].text, from->file[i].nbytes);
+        st = rmap_bundle_add_file(bundle, from->file[i].name, text, from->file[i].nbytes, err);
+        if (st != RMAP_OK)
+            rmap_free(text);
+    }
+    return st;
+}
+
+enum rmap_status rmap_bundle_share(const struct rmap_bundle *from, const char *text,
+                                   struct rmap_scene_options *options,
+                                   struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    struct rmap_bundle *bundle = NULL;
+    enum rmap_status st = rmap_bundle_of_text(from->path, text, options, &bundle, err);
+    RMAP_TRY(st);
+    for (size_t i = 0; i < from->n_mesh; i++) {
+        RMAP_TRY(rmap_bundle_add_mesh(bundle, from->mesh[i].geometry, from->mesh[i].mesh, err));
+        (void)rmap_mesh_hold(from->mesh[i].mesh);
+    }
+    for (size_t i = 0; i < from->n_grid; i++) {
+        RMAP_TRY(rmap_bundle_add_grid(bundle, from->grid[i].field, from->grid[i].grid, err));
+        (void)rmap_grid_hold(from->grid[i].grid);
+    }
+    RMAP_TRY(share_files(from, bundle, err));
+    for (size_t i = 0; i < from->n_ray_set; i++) {
+        RMAP_TRY(rmap_bundle_add_ray_set(bundle, from->ray_set[i].name, from->ray_set[i].set, err));
+        (void)rmap_file_rays_hold(from->ray_set[i].set);
+    }
+    for (size_t i = 0; i < from->n_plugin; i++)
+        RMAP_TRY(rmap_bundle_add_plugin(bundle, from->plugin[i].field, from->plugin[i].xxh3, err));
+    bundle->meshes_complete = from->meshes_complete;
+    bundle->loads_plugins = 0;
+    *bundle_ret = bundle;
+    bundle = NULL;
+out:
+    rmap_bundle_destroy(bundle);
+    return st;
 }

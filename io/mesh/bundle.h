@@ -23,6 +23,9 @@ typedef enum rmap_status rmap_map_rays_reader(const char *path, const char *dete
                                               const char *where, struct rmap_file_rays **set_ret,
                                               struct rmap_error *err);
 
+struct rmap_bundle;
+struct rmap_yaml_node;
+
 /* What part of a scene takes part, and in which light. All strings owned; NULL or 0: not given. */
 struct rmap_scene_options {
     char *simulation;
@@ -36,10 +39,17 @@ struct rmap_scene_options {
     const char *surface; /* borrowed, of who reads the scene to ask for this one alone, and traces
                             nothing: others have no scatter models. NULL: a scene as ever */
     char *cache;         /* a folder of meshes that were read before (mesh_cache.h) */
-    rmap_map_rays_reader *read_map; /* scenes are read below maps and criteria: of who can. NULL:
-                                       no source may be a map */
+    const struct rmap_yaml_node *root;     /* borrowed: the tree of the text (yaml_tree.h), without
+                                              mistakes. NULL: it is to be read */
+    const struct rmap_scene *before_scene; /* borrowed: see there; NULL: there is none */
+    const struct rmap_bundle *before; /* borrowed, of the scene as it was: meshes of the same files
+                                         are taken over. NULL: there is none */
+    rmap_map_rays_reader *read_map;   /* scenes are read below maps and criteria: of who can. NULL:
+                                         no source may be a map */
 };
 void rmap_scene_options_fini(struct rmap_scene_options *options);
+
+struct rmap_mesh_origin;
 
 struct rmap_bundle {
     char *path; /* for messages; meshes are relative to its folder */
@@ -48,8 +58,9 @@ struct rmap_bundle {
     struct rmap_scene_options options;
     size_t n_mesh;
     struct {
-        char *geometry;         /* name in the scene */
-        struct rmap_mesh *mesh; /* scaled as the scene says */
+        char *geometry;                  /* name in the scene */
+        struct rmap_mesh *mesh;          /* scaled as the scene says */
+        struct rmap_mesh_origin *origin; /* mesh_origin.h; NULL: unknown */
     } * mesh;
     size_t n_grid;
     struct {
@@ -90,10 +101,12 @@ enum rmap_status rmap_bundle_of_text(const char *path, const char *text,
                                      struct rmap_bundle **bundle_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Another text, of a scene that names no more files; other options (taken over). RMAP_SYSTEM. */
-enum rmap_status rmap_bundle_edit(struct rmap_bundle *bundle, const char *text,
-                                  struct rmap_scene_options *options,
-                                  struct rmap_error *err) RMAP_MUST_USE;
+/* The same with a text of its own and all else of `from`, whose meshes, grids and rays both hold.
+ * Of a scene that names no more files. RMAP_SYSTEM. */
+enum rmap_status rmap_bundle_share(const struct rmap_bundle *from, const char *text,
+                                   struct rmap_scene_options *options,
+                                   struct rmap_bundle **bundle_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* What a scene's file is called in new maps, so that its name is no part of the scene; maps of
  * before have the file's own. Keeps the folder, where plug-ins are found. RMAP_SYSTEM. */

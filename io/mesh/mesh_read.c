@@ -355,6 +355,10 @@ enum rmap_status rmap_mesh_read(const char *path, const struct rmap_mesh_reading
     RMAP_TRY(open_file(path, &bytes, &nbytes, err));
     st = (how->cache && nbytes >= RMAP_MESH_CACHE_LEAST ? read_kept : build)(
         path, how, bytes, nbytes, mesh_ret, left_out_ret, err);
+    if (st == RMAP_OK && (how->keep & RMAP_MESH_FLAT)) {
+        rmap_free((*mesh_ret)->surface);
+        (*mesh_ret)->surface = NULL;
+    }
 out:
     rmap_free(bytes);
     if (st == RMAP_INPUT && !trouble)

@@ -10,8 +10,9 @@
 #include "io/mesh/mesh_builder.h"
 #include "io/mesh/obj_names.h"
 
-/* Kept of texture coordinates: where u grows on each triangle, and they themselves. */
-enum { RMAP_MESH_TANGENTS = 1, RMAP_MESH_UV = 2 };
+/* Kept of texture coordinates: where u grows on each triangle, and they themselves; and of faces
+ * that lie on surfaces the triangles alone. */
+enum { RMAP_MESH_TANGENTS = 1, RMAP_MESH_UV = 2, RMAP_MESH_FLAT = 4 };
 
 struct rmap_mesh_reading {
     double scale;      /* of the file's lengths */

@@ -8,7 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/file/input_file.h"
-#include "io/mesh/mesh_read.h"
+#include "io/mesh/mesh_origin.h"
 #include "io/scene/scene_bodies.h"
 #include "io/scene/scene_geometries.h"
 #include "io/scene/scene_keys.h"
@@ -242,10 +242,15 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
         return NULL;
     struct rmap_error note = {0};
     char **cache = &reader->bundle->options.cache;
-    struct rmap_mesh_reading how = {scale, uv ? RMAP_MESH_UV : 0, *cache, &note};
+    struct rmap_mesh_reading how = {scale, (uv ? RMAP_MESH_UV : 0) | (exact ? 0 : RMAP_MESH_FLAT),
+                                    *cache, &note};
     for (size_t i = 0; i < reader->scene->n_surface; i++)
         how.keep |= reader->scene->surface[i].frame_uv ? RMAP_MESH_TANGENTS : 0;
-    enum rmap_status st = rmap_mesh_read(path, &how, &mesh, &left_out, &reader->failure);
+    struct rmap_mesh_origin *origin = rmap_mesh_origin_create(path, &how);
+    enum rmap_status st = RMAP_OK;
+    mesh = rmap_mesh_again(reader->bundle->options.before, origin, &left_out);
+    if (!mesh)
+        st = rmap_mesh_read(path, &how, &mesh, &left_out, &reader->failure);
     if (note.status != RMAP_OK)
         rmap_reader_warn(reader, at, "%s; mesh '%.60s' is read from its own file", note.text, name);
     if (note.status != RMAP_OK && note.status != RMAP_FORMAT) { /* nor will it help the others */
@@ -270,12 +275,13 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
                             "%s has no texture coordinates: leave out `uv`, or write the file with "
                             "them (.obj: vt; .ply: u v or s t; glTF: TEXCOORD_0)",
                             path);
-    if (mesh && !exact) {
-        rmap_free(mesh->surface);
-        mesh->surface = NULL;
-    }
     rmap_reader_made(reader, at, st);
-    return keep_mesh(reader, name, mesh);
+    mesh = keep_mesh(reader, name, mesh);
+    if (mesh && !left_out.elsewhere)
+        rmap_mesh_origin_keep(reader->bundle, origin, &left_out);
+    else
+        rmap_mesh_origin_destroy(origin);
+    return mesh;
 }
 
 /* Made meshes are kept as read ones are: a sine may differ where the map is opened. */

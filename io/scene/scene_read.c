@@ -88,8 +88,12 @@ static enum rmap_status parse(struct rmap_reader *reader)
     if (st != RMAP_OK ||
         reader->diagnostics->n_error > 0) /* half a scene has mistakes without end */
         return st;
-    st = rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
-                         reader->diagnostics, reader->err);
+    /* What includes files is read with them. */
+    st = options->root && !rmap_yaml_get(options->root, "include") &&
+                 !strstr(reader->bundle->text, RMAP_INCLUDE_MARK)
+             ? rmap_yaml_duplicate(options->root, &reader->root, reader->err)
+             : rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
+                               reader->diagnostics, reader->err);
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
     if (st == RMAP_OK)
@@ -149,7 +153,9 @@ static void name_bundled(struct rmap_reader *reader)
 static void finish(struct rmap_reader *reader)
 {
     reader->scene->totals_on_demand = reader->bundle->options.surface != NULL;
+    reader->scene->before = reader->bundle->options.before_scene;
     enum rmap_status st = rmap_scene_finish(reader->scene, &reader->failure);
+    reader->scene->before = NULL;
     if (st == RMAP_INPUT)
         rmap_reader_error(reader, NULL, "%s", reader->failure.text);
     else if (st != RMAP_OK)
@@ -196,6 +202,9 @@ static enum rmap_status read_with(const struct rmap_receivers *receivers,
     uselocale(before);
     freelocale(plain);
     fini(&reader);
+    bundle->options.root = NULL; /* borrowed until here */
+    bundle->options.before = NULL;
+    bundle->options.before_scene = NULL;
     if (st != RMAP_OK) {
         rmap_scene_destroy(reader.scene);
         return st;

@@ -11,7 +11,8 @@
 #include <yaml.h>
 
 #include "base/alloc.h"
-#include "io/scene/yaml_tree.h"
+#include "io/scene/scene_include.h"
+#include "io/scene/yaml_follow.h"
 
 /* Where a node stands, or a key with its value. */
 struct span {
@@ -38,6 +39,24 @@ static bool begins(const yaml_event_t *event)
 static bool ends(const yaml_event_t *event)
 {
     return event->type == YAML_SEQUENCE_END_EVENT || event->type == YAML_MAPPING_END_EVENT;
+}
+
+/* So many characters further. */
+static size_t skip(const char *text, size_t at, size_t character)
+{
+    for (; character > 0 && text[at]; character--)
+        for (at++; (text[at] & 0xC0) == 0x80;)
+            at++;
+    return at;
+}
+
+/* libyaml counts characters, texts are bytes. */
+static void count_bytes(const char *text, struct span *span)
+{
+    const struct span in = *span;
+    span->before = skip(text, strncmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0, in.before);
+    span->first = skip(text, span->before, in.first - in.before);
+    span->end = skip(text, span->first, in.end - in.first);
 }
 
 /* The event at that place is the first of n_node nodes (2: a key and its value). Of a block,
@@ -79,19 +98,9 @@ static bool span_of(const char *text, int line, int column, bool is_scalar, int 
         yaml_event_delete(&event);
     }
     yaml_parser_delete(&parser);
+    if (n_node == 0)
+        count_bytes(text, span);
     return n_node == 0;
-}
-
-/* libyaml counts characters, texts are bytes. */
-static size_t byte_of(const char *text, size_t character)
-{
-    size_t at = 0;
-    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0)
-        at = 3;
-    for (; character > 0 && text[at]; character--)
-        for (at++; (text[at] & 0xC0) == 0x80;)
-            at++;
-    return at;
 }
 
 /* Whether a text says the same in YAML without quotes. */
@@ -167,7 +176,7 @@ static void put_path(FILE *out, const char *path, const json_t *value)
 static void put_item(FILE *out, const char *text, const struct span *span, const char *name,
                      const json_t *value)
 {
-    const size_t end = byte_of(text, span->end), line = end + strcspn(text + end, "\n");
+    const size_t end = span->end, line = end + strcspn(text + end, "\n");
     json_t *item = json_pack("{s:s}", "name", name);
     (void)json_object_update(item, (json_t *)(uintptr_t)value);
     if (span->flow)
@@ -183,7 +192,7 @@ static void put_item(FILE *out, const char *text, const struct span *span, const
 static void put_changed(FILE *out, const char *text, const struct span *span, const char *rest,
                         const json_t *value)
 {
-    const size_t first = byte_of(text, span->first), end = byte_of(text, span->end);
+    const size_t first = span->first, end = span->end;
     if (!*rest) {
         fprintf(out, "%.*s%s", (int)first, text, first == end ? " " : "");
         put_value(out, value);
@@ -210,9 +219,9 @@ static size_t skip_comments(const char *text, size_t at)
 /* Out of brackets: with the comma behind it, or as the last with the one before. */
 static void put_without_entry(FILE *out, const char *text, const struct span *span)
 {
-    const size_t first = byte_of(text, span->first), end = byte_of(text, span->end);
+    const size_t first = span->first, end = span->end;
     const size_t next = skip_comments(text, end);
-    const size_t comma = skip_comments(text, byte_of(text, span->before));
+    const size_t comma = skip_comments(text, span->before);
     if (text[next] == ',') {
         fprintf(out, "%.*s%s", (int)first, text, text + next + 1 + strspn(text + next + 1, " "));
     } else if (comma < first && text[comma] == ',') {
@@ -226,7 +235,7 @@ static void put_without_entry(FILE *out, const char *text, const struct span *sp
 /* Out of a block: the lines that it has for itself, with what is said behind it. */
 static void put_without_lines(FILE *out, const char *text, const struct span *span, bool is_item)
 {
-    size_t first = byte_of(text, span->first), end = byte_of(text, span->end), line;
+    size_t first = span->first, end = span->end, line;
     if (is_item) /* with its dash */
         while (first > 0 && text[--first] != '-')
             continue;
@@ -241,14 +250,18 @@ static void put_without_lines(FILE *out, const char *text, const struct span *sp
     fprintf(out, "%.*s%s", (int)first, text, text + (end < strlen(text) ? end : strlen(text)));
 }
 
-static enum rmap_status parse(const char *text, struct rmap_yaml_node **root,
-                              struct rmap_error *err)
+/* Its tree, unless it has it. */
+static enum rmap_status parse(struct rmap_scene_text *scene, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_diagnostics found;
+    if (scene->root)
+        return RMAP_OK;
     rmap_diagnostics_init(&found, "scene");
-    enum rmap_status st = rmap_yaml_parse(text, strlen(text), root, &found, err);
+    st = rmap_yaml_parse(scene->text, strlen(scene->text), &scene->root, &found, err);
     if (st == RMAP_INPUT)
         (void)rmap_error_set(err, st, "%s", found.n ? found.item[0].text : "the text is no YAML");
+    scene->is_sound = found.n == 0;
     rmap_diagnostics_fini(&found);
     return st;
 }
@@ -261,15 +274,22 @@ static enum rmap_status refuse(const char *path, const char *rest, struct rmap_e
                           path, rest);
 }
 
+/* A value that was written in the place of another. */
+struct replaced {
+    struct rmap_yaml_node *node; /* NULL: that is not what was done */
+    struct span span;
+};
+
 /* value NULL: what the path leads to goes. */
-static enum rmap_status write_one(FILE *out, const char *text, const struct rmap_yaml_node *root,
-                                  const char *path, const json_t *value, struct rmap_error *err)
+static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene, const char *path,
+                                  const json_t *value, struct replaced *replaced,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const char *rest = path;
+    const char *text = scene->text, *rest = path;
     const struct rmap_yaml_item *item = NULL;
     struct span span = {0};
-    const struct rmap_yaml_node *node = rmap_yaml_find(root, path, &rest, &item);
+    const struct rmap_yaml_node *node = rmap_yaml_find(scene->root, path, &rest, &item);
     const bool scalar = node->kind == RMAP_YAML_SCALAR,
                adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
     if (!value) {
@@ -289,54 +309,90 @@ static enum rmap_status write_one(FILE *out, const char *text, const struct rmap
             put_item(out, text, &span, rest, value);
         else
             put_changed(out, text, &span, rest, value);
+        if (!*rest && item)
+            *replaced = (struct replaced){item->value, span};
     }
 out:
     return st;
 }
 
-/* *text, whose tree is root, becomes the changed one, or is as it was. */
-static enum rmap_status change_parsed(char **text, const struct rmap_yaml_node *root,
-                                      const char *path, const json_t *value, struct rmap_error *err)
+static bool is_flat(const json_t *value)
 {
-    enum rmap_status st = RMAP_SYSTEM;
+    bool flat = !json_is_object(value);
+    for (size_t i = 0; flat && i < json_array_size(value); i++)
+        flat =
+            !json_is_array(json_array_get(value, i)) && !json_is_object(json_array_get(value, i));
+    return flat;
+}
+
+/* The tree becomes that of the changed text, as if it was read anew; or there is none any more. */
+static void follow(struct rmap_scene_text *scene, const struct replaced *replaced,
+                   const json_t *value, const char *written)
+{
+    const char *text = scene->text;
+    const size_t first = replaced->span.first, nbytes = replaced->span.end - first;
+    /* Anchors have copies elsewhere, included files lines of their own. */
+    if (replaced->node && is_flat(value) && !strchr(text, '&') &&
+        !strstr(text, RMAP_INCLUDE_MARK) &&
+        rmap_yaml_follow(scene->root, replaced->node, text + first, nbytes, written + first,
+                         nbytes + strlen(written) - strlen(text)))
+        return;
+    rmap_yaml_destroy(scene->root);
+    scene->root = NULL;
+}
+
+/* On failure the text is as it was. */
+static enum rmap_status change_one(struct rmap_scene_text *scene, const char *path,
+                                   const json_t *value, struct rmap_error *err)
+{
     char *written = NULL, *copy = NULL;
     size_t n = 0;
-    FILE *out = open_memstream(&written, &n);
+    struct replaced replaced = {0};
+    enum rmap_status st = parse(scene, err);
+    FILE *out = st == RMAP_OK ? open_memstream(&written, &n) : NULL;
     if (out)
-        st = write_one(out, *text, root, path, value, err);
+        st = write_one(out, scene, path, value, &replaced, err);
     if (out && fclose(out) == 0 && st == RMAP_OK)
         copy = rmap_strdup(written);
+    if (copy)
+        follow(scene, &replaced, value, copy);
     free(written);
-    if (st != RMAP_OK && out)
+    if (st != RMAP_OK)
         return st;
     if (!copy)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
-    rmap_free(*text);
-    *text = copy;
+    rmap_free(scene->text);
+    scene->text = copy;
     return RMAP_OK;
 }
 
-static enum rmap_status change_one(char **text, const char *path, const json_t *value,
-                                   struct rmap_error *err)
+void rmap_scene_text_fini(struct rmap_scene_text *scene)
 {
-    struct rmap_yaml_node *root = NULL;
-    enum rmap_status st = parse(*text, &root, err);
+    rmap_free(scene->text);
+    rmap_yaml_destroy(scene->root);
+    *scene = (struct rmap_scene_text){0};
+}
+
+static enum rmap_status begin(struct rmap_scene_text *from, struct rmap_scene_text *scene,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = parse(from, err);
+    scene->is_sound = from->is_sound;
     if (st == RMAP_OK)
-        st = change_parsed(text, root, path, value, err);
-    rmap_yaml_destroy(root);
+        st = rmap_yaml_duplicate(from->root, &scene->root, err);
+    if (st == RMAP_OK && !(scene->text = rmap_strdup(from->text)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
     return st;
 }
 
-enum rmap_status rmap_scene_text_change(const char *text, const json_t *remove,
-                                        const json_t *values, char **text_ret,
+enum rmap_status rmap_scene_text_change(struct rmap_scene_text *from, const json_t *remove,
+                                        const json_t *values, struct rmap_scene_text *scene_ret,
                                         struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    char *now = rmap_strdup(text);
     const char *path;
     json_t *value;
-    if (!now)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
+    struct rmap_scene_text now = {0};
+    enum rmap_status st = begin(from, &now, err);
     for (size_t i = 0; i < json_array_size(remove) && st == RMAP_OK; i++) {
         path = json_string_value(json_array_get(remove, i));
         st = path ? change_one(&now, path, NULL, err)
@@ -348,9 +404,9 @@ enum rmap_status rmap_scene_text_change(const char *text, const json_t *remove,
             st = change_one(&now, path, value, err);
     }
     if (st == RMAP_OK)
-        *text_ret = now;
+        *scene_ret = now;
     else
-        rmap_free(now);
+        rmap_scene_text_fini(&now);
     return st;
 }
 
@@ -388,41 +444,34 @@ static const char *section_of(const struct rmap_yaml_node *root, const char *nam
     return NULL;
 }
 
-enum rmap_status rmap_scene_text_move(const char *text, const char *name, const json_t *by,
-                                      char **text_ret, struct rmap_error *err)
+enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *name,
+                                      const json_t *by, struct rmap_scene_text *scene_ret,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_yaml_node *root = NULL;
     const struct rmap_yaml_node *node = NULL;
     double place[3] = {0.0, 0.0, 0.0};
-    char path[512], *moved = NULL;
-    json_t *at = NULL;
+    char path[512];
     bool right = json_array_size(by) == 3;
     for (size_t i = 0; i < 3 && right; i++)
         right = json_is_number(json_array_get(by, i));
     if (!right)
         return rmap_error_set(err, RMAP_USAGE, "'by' is a list of three numbers");
-    RMAP_TRY(parse(text, &root, err));
-    if (!section_of(root, name, path, sizeof path - 3, &node))
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name));
+    st = parse(from, err);
+    if (st != RMAP_OK)
+        return st;
+    if (!section_of(from->root, name, path, sizeof path - 3, &node))
+        return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
     if (!read_place(rmap_yaml_get(node, "at"), place))
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
-                                "the `at` of '%s' is not three numbers without units: change it "
-                                "in the text",
-                                name));
+        return rmap_error_set(err, RMAP_INPUT,
+                              "the `at` of '%s' is not three numbers without units: change it "
+                              "in the text",
+                              name);
     for (size_t i = 0; i < 3; i++)
         place[i] += json_number_value(json_array_get(by, i));
     (void)strcat(path, ".at");
-    at = json_pack("[f, f, f]", place[0], place[1], place[2]);
-    moved = rmap_strdup(text);
-    if (!moved)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text"));
-    RMAP_TRY(change_parsed(&moved, root, path, at, err));
-    *text_ret = moved;
-    moved = NULL;
-out:
-    rmap_free(moved);
-    json_decref(at);
-    rmap_yaml_destroy(root);
+    json_t *values = json_pack("{s:[f, f, f]}", path, place[0], place[1], place[2]);
+    st = rmap_scene_text_change(from, NULL, values, scene_ret, err);
+    json_decref(values);
     return st;
 }

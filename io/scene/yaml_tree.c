@@ -20,7 +20,7 @@ struct builder {
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
     const char *text; /* ends with 0 */
-    size_t n_node, n_copied, n_part;
+    size_t n_node, n_copied, copied_max, n_part;
     const struct rmap_yaml_node **anchor; /* in the tree */
     size_t n_anchor, cap_anchor;
     struct rmap_yaml_item *open; /* items of lists and mappings that are being read */
@@ -153,7 +153,7 @@ static enum rmap_status copy_node(struct builder *b, const struct rmap_yaml_node
                                   yaml_mark_t mark, int depth, struct rmap_yaml_node **node_ret)
 {
     enum rmap_status st = RMAP_OK;
-    if (++b->n_copied > RMAP_YAML_COPY_MAX)
+    if (++b->n_copied > b->copied_max)
         return give_up(b, mark, "this alias expands to too much");
     if (depth > RMAP_YAML_DEPTH_MAX)
         return give_up(b, mark, "nested too deeply (at most 64 levels)");
@@ -179,9 +179,24 @@ enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rm
                                 struct rmap_yaml_node **node_ret, struct rmap_error *err)
 {
     struct rmap_diagnostics unheard = {0};
-    struct builder b = {.pool = in->pool, .diagnostics = &unheard, .err = err};
+    struct builder b = {
+        .pool = in->pool, .diagnostics = &unheard, .copied_max = RMAP_YAML_COPY_MAX, .err = err};
     const enum rmap_status st = copy_node(&b, from, (yaml_mark_t){0}, 0, node_ret);
     rmap_diagnostics_fini(&unheard);
+    return st;
+}
+
+enum rmap_status rmap_yaml_duplicate(const struct rmap_yaml_node *root,
+                                     struct rmap_yaml_node **root_ret, struct rmap_error *err)
+{
+    struct builder b = {.pool = rmap_alloc(1, sizeof *b.pool), .copied_max = SIZE_MAX, .err = err};
+    if (!b.pool)
+        return no_memory(err);
+    const enum rmap_status st = copy_node(&b, root, (yaml_mark_t){0}, 0, root_ret);
+    if (st != RMAP_OK) {
+        rmap_pool_fini(b.pool);
+        rmap_free(b.pool);
+    }
     return st;
 }
 
@@ -555,6 +570,7 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     struct builder b = {.pool = rmap_alloc(1, sizeof *b.pool),
                         .diagnostics = diagnostics,
                         .err = err,
+                        .copied_max = RMAP_YAML_COPY_MAX,
                         .text = copy};
     if (!copy || !b.pool || !yaml_parser_initialize(&b.parser)) {
         rmap_free(copy);

@@ -66,6 +66,11 @@ enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rm
                                 struct rmap_yaml_node **node_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* A tree of its own that is the same. RMAP_SYSTEM. */
+enum rmap_status rmap_yaml_duplicate(const struct rmap_yaml_node *root,
+                                     struct rmap_yaml_node **root_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* A list or mapping without items for the tree of `in`; NULL when memory is short. */
 struct rmap_yaml_node *rmap_yaml_new(const struct rmap_yaml_node *in, enum rmap_yaml_kind kind,
                                      int line, int column);

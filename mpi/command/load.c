@@ -50,22 +50,18 @@ out:
     return st;
 }
 
-/* Of the scene at hand: its text as it is by now, with the meshes of its map or beside its file. */
+/* Of the scene at hand: its text as it is by now, with all else of its map, or with the files
+ * beside it, of which those that are as they were are not read again. */
 static enum rmap_status bundle_at_hand(const struct rmap_at_hand *at_hand,
                                        struct rmap_scene_options *options,
                                        struct rmap_bundle **bundle_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    uint8_t *blob = NULL;
-    size_t nbytes = 0;
-    if (!at_hand->bundle)
-        return rmap_bundle_of_text(at_hand->path, at_hand->text, options, bundle_ret, err);
-    RMAP_TRY(rmap_bundle_pack(at_hand->bundle, &blob, &nbytes, err));
-    RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle_ret, err));
-    st = rmap_bundle_edit(*bundle_ret, at_hand->text, options, err);
-out:
-    rmap_free(blob);
-    return st;
+    options->root = at_hand->root;
+    options->before_scene = at_hand->map ? rmap_map_scene(at_hand->map) : NULL;
+    if (at_hand->is_map)
+        return rmap_bundle_share(at_hand->bundle, at_hand->text, options, bundle_ret, err);
+    options->before = at_hand->bundle;
+    return rmap_bundle_of_text(at_hand->path, at_hand->text, options, bundle_ret, err);
 }
 
 enum rmap_status rmap_load_bundle(const struct rmap_context *context, const char *path,

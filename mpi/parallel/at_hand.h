@@ -9,10 +9,12 @@
 #include "io/map/map_reader.h"
 
 struct rmap_at_hand {
-    const char *path;                 /* the name; other names are files as ever */
-    struct rmap_map *map;             /* lent to each command (rmap_map_lend) */
-    const char *text;                 /* of the scene as it is by now */
-    const struct rmap_bundle *bundle; /* its meshes and tables; NULL: the files beside it */
+    const char *path;                  /* the name; other names are files as ever */
+    struct rmap_map *map;              /* lent to each command (rmap_map_lend) */
+    const char *text;                  /* of the scene as it is by now */
+    const struct rmap_yaml_node *root; /* its tree, without mistakes; NULL: it is to be read */
+    const struct rmap_bundle *bundle;  /* its meshes and tables; NULL: none were read yet */
+    bool is_map;                       /* these are all there are: no file is read */
     void (*progressed)(void *context, double share); /* of long work, on rank 0; NULL: untold */
     void *context;
 };

@@ -67,13 +67,16 @@ static enum rmap_status answer_quit(struct rmap_serve *self, const json_t *messa
 static enum rmap_status answer_check(struct rmap_serve *self, const json_t *message,
                                      json_t **result, struct rmap_error *err)
 {
-    const char *own_text = self->at_hand.text;
+    const struct rmap_at_hand before = self->at_hand;
     const char *text = json_string_value(json_object_get(message, "text"));
-    if (text)
+    if (text) {
         self->at_hand.text = text;
+        self->at_hand.root = NULL;
+    }
     enum rmap_status st =
         rmap_serve_command_run(self, rmap_serve_command_find("check"), message, result, err);
-    self->at_hand.text = own_text;
+    self->at_hand.text = before.text;
+    self->at_hand.root = before.root;
     const bool told = st == RMAP_INPUT && json_object_get(self->details, "diagnostics");
     if (told) {
         *result = self->details;

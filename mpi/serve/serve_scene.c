@@ -77,7 +77,7 @@ static void take_map(struct rmap_serve *self, struct rmap_map *map)
 static void drop_texts_from(struct rmap_serve *self, size_t first)
 {
     for (size_t i = first; i < self->n_text; i++)
-        rmap_free(self->text[i]);
+        rmap_scene_text_fini(&self->text[i]);
     if (self->n_text > first)
         self->n_text = first;
     if (self->saved != SIZE_MAX && self->saved >= first)
@@ -94,65 +94,102 @@ void rmap_serve_scene_fini(struct rmap_serve *self)
     rmap_free((char *)(uintptr_t)self->at_hand.path);
 }
 
-/* Behind the one that is now; those that were undone go. Takes the text over on success. */
-static enum rmap_status push_text(struct rmap_serve *self, char *text, struct rmap_error *err)
+/* The scene is what that text of the list says. */
+static void look_at(struct rmap_serve *self, size_t number)
 {
+    const struct rmap_scene_text *text = &self->text[number];
+    self->now = number;
+    self->at_hand.text = text->text;
+    self->at_hand.root = text->is_sound ? text->root : NULL;
+}
+
+/* Behind the one that is now; those that were undone go. Takes the text over on success. Trees are
+ * kept of what the next edit may change: this text, or the one before. */
+static enum rmap_status push_text(struct rmap_serve *self, struct rmap_scene_text *text,
+                                  struct rmap_error *err)
+{
+    const enum rmap_status st = RMAP_RESERVE(self->text, self->cap_text, self->n_text + 1, err);
+    if (st != RMAP_OK)
+        return st;
     drop_texts_from(self, self->n_text > 0 ? self->now + 1 : 0);
     if (self->n_text >= UNDO_MAX) {
-        rmap_free(self->text[0]);
+        rmap_scene_text_fini(&self->text[0]);
         memmove(self->text, self->text + 1, (self->n_text - 1) * sizeof *self->text);
         self->n_text--;
         self->saved = self->saved == 0 || self->saved == SIZE_MAX ? SIZE_MAX : self->saved - 1;
     }
-    const enum rmap_status st = RMAP_RESERVE(self->text, self->cap_text, self->n_text + 1, err);
-    if (st != RMAP_OK)
-        return st;
-    self->now = self->n_text++;
-    self->text[self->now] = text;
-    self->at_hand.text = text;
+    for (size_t i = 0; i + 1 < self->n_text; i++) {
+        rmap_yaml_destroy(self->text[i].root);
+        self->text[i].root = NULL;
+    }
+    self->text[self->n_text] = *text;
+    *text = (struct rmap_scene_text){0};
+    look_at(self, self->n_text++);
     return RMAP_OK;
 }
 
-/* Collective. The scene of at_hand.text, with no rays yet; *text_ret (rmap_free): its text with
- * those of the files that it includes. NULL: not wanted. */
-static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct rmap_map **map_ret,
-                              char **text_ret, struct rmap_error *err)
+/* What takes the place of the scene and of its rays. */
+struct opening {
+    struct rmap_map *map;
+    struct rmap_bundle *bundle;
+    struct rmap_scene_text text;
+    char *path;
+};
+
+static void opening_fini(struct opening *opened)
+{
+    rmap_map_close(opened->map);
+    rmap_bundle_destroy(opened->bundle);
+    rmap_scene_text_fini(&opened->text);
+    rmap_free(opened->path);
+}
+
+/* Collective. The scene of at_hand.text, with no rays yet; its text is with those of the files that
+ * it includes. */
+static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct opening *opened,
+                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options options = {.read_map = rmap_map_light_read};
     struct rmap_diagnostics found;
-    struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     rmap_diagnostics_init(&found, self->at_hand.path);
-    RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found, &bundle,
-                                  &scene, err));
-    st = rmap_map_hold(self->context.size, seed, scene, map_ret, err);
+    RMAP_TRY(rmap_load_scene_told(&self->context, self->at_hand.path, &options, &found,
+                                  &opened->bundle, &scene, err));
+    st = rmap_map_hold(self->context.size, seed, scene, &opened->map, err);
     if (st == RMAP_OK)
         scene = NULL;
     st = rmap_agree(&self->context, st, err);
-    if (st == RMAP_OK && text_ret) {
-        *text_ret = bundle->text;
-        bundle->text = NULL;
+    if (st == RMAP_OK) {
+        opened->text.text = opened->bundle->text;
+        opened->bundle->text = NULL;
     }
 out:
     if (st != RMAP_OK && self->context.rank == 0 && found.n > 0)
         self->details = json_pack("{s:o}", "diagnostics", rmap_json_diagnostics(&found));
     rmap_diagnostics_fini(&found);
     rmap_scene_destroy(scene);
-    rmap_bundle_destroy(bundle);
     return st;
+}
+
+static void put_bundle(struct rmap_serve *self, struct opening *opened)
+{
+    rmap_bundle_destroy(self->bundle);
+    self->at_hand.bundle = self->bundle = opened->bundle;
+    opened->bundle = NULL;
 }
 
 enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed, struct rmap_error *err)
 {
-    struct rmap_map *map = NULL;
-    const enum rmap_status st = build(self, seed, &map, NULL, err);
+    struct opening opened = {0};
+    const enum rmap_status st = build(self, seed, &opened, err);
     if (st == RMAP_OK) {
-        put_map(self, map);
+        put_bundle(self, &opened);
+        put_map(self, opened.map);
+        opened.map = NULL;
         self->seed = seed;
-    } else {
-        rmap_map_close(map);
     }
+    opening_fini(&opened);
     return st;
 }
 
@@ -181,30 +218,37 @@ out:
     return st;
 }
 
-/* What is being opened in the place of something else. */
-struct opening {
-    struct rmap_map *map;
-    struct rmap_bundle *bundle;
-    char *text, *path;
-};
-
 /* Collective. */
 static enum rmap_status open_map(const struct rmap_serve *self, struct opening *opened,
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint8_t *blob = NULL;
-    size_t nbytes = 0;
     RMAP_TRY(rmap_load_map(&self->context, opened->path, &opened->map, err));
     const struct rmap_bundle *bundle = rmap_map_bundle(opened->map);
-    st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
-    if (st == RMAP_OK)
-        st = rmap_bundle_unpack(blob, nbytes, &opened->bundle, err);
-    if (st == RMAP_OK && !(opened->text = rmap_strdup(bundle->text)))
+    st = rmap_bundle_share(bundle, bundle->text, NULL, &opened->bundle, err);
+    if (st == RMAP_OK && !(opened->text.text = rmap_strdup(bundle->text)))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
     st = rmap_agree(&self->context, st, err);
 out:
-    rmap_free(blob);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status open_scene(struct rmap_serve *self, struct opening *opened,
+                                   struct rmap_error *err)
+{
+    char *own = NULL;
+    enum rmap_status st = read_text(self, opened->path, &own, err);
+    RMAP_TRY(st);
+    self->at_hand.path = opened->path;
+    self->at_hand.text = own;
+    self->at_hand.root = NULL;
+    self->at_hand.bundle = NULL;
+    self->at_hand.is_map = false;
+    self->context.at_hand = &self->at_hand;
+    st = build(self, self->seed, opened, err);
+out:
+    rmap_free(own);
     return st;
 }
 
@@ -218,27 +262,19 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a name");
     RMAP_TRY(rmap_agree(&self->context, st, err));
     self->context.at_hand = NULL; /* it is a file that is opened, whatever its name */
-    st = is_scene ? read_text(self, path, &opened.text, err) : open_map(self, &opened, err);
+    st = is_scene ? open_scene(self, &opened, err) : open_map(self, &opened, err);
     self->context.at_hand = &self->at_hand;
     RMAP_TRY(st);
-    self->at_hand.path = opened.path;
-    self->at_hand.bundle = opened.bundle;
-    self->at_hand.text = opened.text;
-    if (is_scene) {
-        char *own = opened.text;
-        opened.text = NULL;
-        st = build(self, self->seed, &opened.map, &opened.text, err);
-        rmap_free(own);
-        RMAP_TRY(st);
-    }
     drop_texts_from(self, 0);
-    st = rmap_agree(&self->context, push_text(self, opened.text, err), err);
+    st = rmap_agree(&self->context, push_text(self, &opened.text, err), err);
     RMAP_TRY(st);
-    opened.text = NULL;
     take_map(self, opened.map);
+    opened.map = NULL;
     forget_last(self);
-    rmap_bundle_destroy(self->bundle);
-    self->bundle = opened.bundle;
+    put_bundle(self, &opened);
+    self->at_hand.path = opened.path;
+    opened.path = NULL;
+    self->at_hand.is_map = !is_scene;
     rmap_free((char *)(uintptr_t)before.path);
     self->saved = 0;
     if (!is_scene)
@@ -246,10 +282,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     return RMAP_OK;
 out:
     self->at_hand = before;
-    rmap_map_close(opened.map);
-    rmap_bundle_destroy(opened.bundle);
-    rmap_free(opened.text);
-    rmap_free(opened.path);
+    opening_fini(&opened);
     return st;
 }
 
@@ -262,10 +295,11 @@ static void tell_change(struct rmap_serve *self)
 
 static json_t *state_of(const struct rmap_serve *self)
 {
-    return json_pack(
-        "{s:I, s:I, s:I, s:b, s:s, s:s}", "revision", (json_int_t)self->revision, "undo",
-        (json_int_t)self->now, "redo", (json_int_t)(self->n_text - self->now - 1), "saved",
-        (int)(self->now == self->saved), "file", self->at_hand.path, "text", self->text[self->now]);
+    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s}", "revision", (json_int_t)self->revision,
+                     "undo", (json_int_t)self->now, "redo",
+                     (json_int_t)(self->n_text - self->now - 1), "saved",
+                     (int)(self->now == self->saved), "file", self->at_hand.path, "text",
+                     self->text[self->now].text);
 }
 
 enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,
@@ -282,20 +316,29 @@ enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message,
     return RMAP_OK;
 }
 
-/* Collective. The scene becomes that of the text, which must be on the list: at_hand.text.
- * whole_ret: as for build. */
-static enum rmap_status change(struct rmap_serve *self, const char *text, char **whole_ret,
+/* Collective. The scene becomes that of the text, which gets those of the files that it includes.
+ */
+static enum rmap_status change(struct rmap_serve *self, struct rmap_scene_text *text,
                                struct rmap_error *err)
 {
-    const char *before = self->at_hand.text;
-    struct rmap_map *map = NULL;
-    self->at_hand.text = text;
-    const enum rmap_status st = build(self, self->seed, &map, whole_ret, err);
-    self->at_hand.text = st == RMAP_OK ? text : before;
-    if (st == RMAP_OK)
-        take_map(self, map);
-    else
-        rmap_map_close(map);
+    const struct rmap_at_hand before = self->at_hand;
+    struct opening opened = {0};
+    self->at_hand.text = text->text;
+    self->at_hand.root = text->is_sound ? text->root : NULL;
+    const enum rmap_status st = build(self, self->seed, &opened, err);
+    self->at_hand.text = before.text;
+    self->at_hand.root = before.root;
+    if (st == RMAP_OK) {
+        put_bundle(self, &opened);
+        take_map(self, opened.map);
+        opened.map = NULL;
+        if (strcmp(text->text, opened.text.text) != 0) {
+            rmap_scene_text_fini(text);
+            *text = opened.text;
+            opened.text = (struct rmap_scene_text){0};
+        }
+    }
+    opening_fini(&opened);
     return st;
 }
 
@@ -317,15 +360,16 @@ static enum rmap_status base_of(const struct rmap_serve *self, const json_t *ame
 }
 
 /* The text that an edit of `now` leads to. */
-static enum rmap_status edited(const char *now, const json_t *message, char **text_ret,
-                               struct rmap_error *err)
+static enum rmap_status edited(struct rmap_scene_text *now, const json_t *message,
+                               struct rmap_scene_text *text_ret, struct rmap_error *err)
 {
     const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
                  *remove = json_object_get(message, "remove");
     const char *move = json_string_value(json_object_get(message, "move"));
     if (json_is_string(text)) {
-        *text_ret = rmap_strdup(json_string_value(text));
-        return *text_ret ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
+        text_ret->text = rmap_strdup(json_string_value(text));
+        return text_ret->text ? RMAP_OK
+                              : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
     }
     if (json_is_object(set) || json_is_array(remove))
         return rmap_scene_text_change(now, remove, set, text_ret, err);
@@ -340,22 +384,20 @@ static enum rmap_status edited(const char *now, const json_t *message, char **te
 enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
-    char *text = NULL, *whole = NULL;
+    struct rmap_scene_text text = {0};
     size_t base;
     enum rmap_status st = base_of(self, json_object_get(message, "amend"), &base, err);
     if (st == RMAP_OK)
-        st = edited(self->text[base], message, &text, err);
+        st = edited(&self->text[base], message, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    RMAP_TRY(change(self, text, &whole, err));
+    RMAP_TRY(change(self, &text, err));
     self->now = base;
-    st = rmap_agree(&self->context, push_text(self, whole, err), err);
+    st = rmap_agree(&self->context, push_text(self, &text, err), err);
     RMAP_TRY(st);
-    whole = NULL;
     tell_change(self);
     *result = state_of(self);
 out:
-    rmap_free(text);
-    rmap_free(whole);
+    rmap_scene_text_fini(&text);
     return st;
 }
 
@@ -363,10 +405,10 @@ out:
 static enum rmap_status go(struct rmap_serve *self, size_t to, json_t **result,
                            struct rmap_error *err)
 {
-    const enum rmap_status st = change(self, self->text[to], NULL, err);
+    const enum rmap_status st = change(self, &self->text[to], err);
     if (st != RMAP_OK)
         return st;
-    self->now = to;
+    look_at(self, to);
     tell_change(self);
     *result = state_of(self);
     return RMAP_OK;
@@ -396,7 +438,7 @@ static enum rmap_status save_files(const struct rmap_serve *self, const char *pa
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_include_part own, part;
-    const char *at = self->text[self->now];
+    const char *at = self->text[self->now].text;
     char *text = NULL, *file = NULL;
     (void)rmap_include_next(&at, &own);
     while (st == RMAP_OK && rmap_include_next(&at, &part)) {

@@ -9,6 +9,7 @@
 #include <jansson.h>
 
 #include "accel/accel.h"
+#include "io/scene/scene_text.h"
 #include "mpi/command/command.h"
 #include "mpi/parallel/at_hand.h"
 #include "mpi/serve/serve_cancel.h"
@@ -28,7 +29,7 @@ struct rmap_serve {
     struct rmap_context context; /* what commands are run with */
     struct rmap_at_hand at_hand;
     struct rmap_map *map;
-    struct rmap_bundle *bundle; /* of a map that was opened; NULL: of a scene's file */
+    struct rmap_bundle *bundle; /* of at_hand, without a text */
     struct rmap_accel *accel;   /* of the map's scene; NULL: not yet */
     /* Of before the last edits: what the scene still has of it is taken over. NULL: none. */
     struct rmap_map *last; /* with rays */
@@ -36,7 +37,7 @@ struct rmap_serve {
     struct rmap_reuse reuse; /* of `last`, while a trace goes on */
     int isa_level;
 
-    char **text; /* [n_text] of the scene, oldest first; `now` is its number */
+    struct rmap_scene_text *text; /* [n_text] of the scene, oldest first; `now` is its number */
     size_t n_text, cap_text, now, saved;
     uint64_t revision; /* goes up with every change */
 

@@ -98,6 +98,7 @@ static enum rmap_status load(const struct group *group, const struct rmap_scene_
     struct rmap_scene_options own = {.simulation = rmap_strdup(with->simulation),
                                      .color = rmap_strdup(with->color),
                                      .allows_plugins = with->allows_plugins,
+                                     .before = group->run->bundle,
                                      .read_map = with->read_map};
     enum rmap_status st = copy_list(with->set, with->n_set, &own.set, &own.n_set, err);
     if (st == RMAP_OK)

@@ -265,6 +265,10 @@ struct rmap_scene {
     uint64_t seed;                          /* of that map: of draws at detectors */
     bool is_mixed;                          /* that map has other colour spaces, too */
 
+    const struct rmap_scene
+        *before; /* borrowed by rmap_scene_finish: bounds of objects that stand
+                    there with the same mesh are taken over. NULL: there is none */
+
     /* Derived by rmap_scene_finish. */
     bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */
     double worth[RMAP_CHANNEL_MAX]; /* of a photon on the channel, in any unit */

@@ -4,6 +4,7 @@
  */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "scene/bounds.h"
@@ -100,23 +101,47 @@ static bool is_worth_a_grid(const struct rmap_geometry *geometry, size_t n_insta
            geometry->mesh->n_vertex >= WORTH_A_GRID / n_instance;
 }
 
+/* As it stands in the scene of before: at the same number, or at that from the end. */
+static bool take_bounds(struct rmap_scene *scene, size_t i)
+{
+    const struct rmap_scene *before = scene->before;
+    const struct rmap_object *object = &scene->object[i];
+    if (!before || scene->geometry[object->geometry].kind != RMAP_GEOMETRY_MESH)
+        return false;
+    for (size_t at = i, tries = 0; tries < 2;
+         tries++, at = before->n_object - (scene->n_object - i)) {
+        const struct rmap_object *old = at < before->n_object ? &before->object[at] : NULL;
+        if (!old ||
+            before->geometry[old->geometry].mesh != scene->geometry[object->geometry].mesh ||
+            memcmp(&old->to_world, &object->to_world, sizeof old->to_world) != 0)
+            continue;
+        scene->object_bounds[i] = before->object_bounds[at];
+        return true;
+    }
+    return false;
+}
+
 enum rmap_status rmap_scene_bound_objects(struct rmap_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t *n_instance = rmap_alloc(scene->n_geometry, sizeof *n_instance);
     struct rmap_vertex_grid **grid =
         rmap_alloc(scene->n_geometry, sizeof(struct rmap_vertex_grid *));
+    bool *is_known = rmap_alloc(scene->n_object, sizeof *is_known);
     rmap_free(scene->object_bounds);
     scene->object_bounds = rmap_alloc(scene->n_object, sizeof *scene->object_bounds);
-    if (!scene->object_bounds || !n_instance || !grid)
+    if (!scene->object_bounds || !n_instance || !grid || !is_known)
         RMAP_TRY(
             rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object));
     for (size_t i = 0; i < scene->n_object; i++)
-        n_instance[scene->object[i].geometry]++;
+        if (!(is_known[i] = take_bounds(scene, i)))
+            n_instance[scene->object[i].geometry]++;
     for (size_t i = 0; i < scene->n_geometry; i++) /* without memory there is none */
         if (is_worth_a_grid(&scene->geometry[i], n_instance[i]))
             grid[i] = rmap_vertex_grid_create(scene->geometry[i].mesh);
     for (size_t i = 0; i < scene->n_object; i++) {
+        if (is_known[i])
+            continue;
         const struct rmap_object *object = &scene->object[i];
         const struct rmap_vertex_grid *own = grid[object->geometry];
         if (!own || !rmap_vertex_grid_bounds(own, &object->to_world, &scene->object_bounds[i]))
@@ -126,6 +151,7 @@ out:
     for (size_t i = 0; grid && i < scene->n_geometry; i++)
         rmap_vertex_grid_destroy(grid[i]);
     rmap_free(grid);
+    rmap_free(is_known);
     rmap_free(n_instance);
     return st;
 }

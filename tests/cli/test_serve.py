@@ -193,6 +193,49 @@ def check_included():
         assert whole.status()["digest"] == digest
 
 
+def write_mesh(height):
+    corner = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, height)]
+    with open("body.stl", "w") as file:
+        file.write("solid s\n")
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)):
+            file.write("facet normal 0 0 0\nouter loop\n" + "".join("vertex %g %g %g\n" % corner[i] for i in face) +
+                       "endloop\nendfacet\n")
+        file.write("endsolid s\n")
+
+
+def check_meshes():
+    """What an edit takes over of the scene before is what reading it anew gives, and a file that changed is read again."""
+    write_mesh(1)
+    with open("meshes.yaml", "w") as file:
+        file.write("raymap: 1\nmedia: {air: {index: 1}, glass: {index: 1.5}}\nsurfaces: {clear: {type: fresnel}}\n"
+                   "geometries: {body: {type: mesh, file: body.stl}, other: {type: mesh, file: body.stl, scale: 2}}\nobjects:\n" +
+                   "".join(f"- {{name: o{i}, geometry: {'other' if i == 2 else 'body'}, at: [{i}, 0, 5], surface: clear, "
+                           "outside: air, inside: glass}\n" for i in range(5)) +
+                   "sources: [{name: lamp, type: point, at: [2, 0.3, 0], medium: air, cone: 40}]\n")
+    changes = [{"move": "o1", "by": [0, 0.2, 1]}, {"remove": ["objects.o0"]}, {"set": {"geometries.other.scale": 1.5}},
+               {"set": {"objects.o2.scale": 20}}, {"set": {"media.glass.index": 1.6}}]
+    with raymap.serve.start("meshes.yaml") as scene, raymap.serve.start("meshes.yaml", before=["mpirun", "--oversubscribe", "-np", "2"]) as ranks:
+        def traced(server):
+            server.trace(4096)
+            return server.status()["digest"]
+        seen = {traced(scene)}
+        for i, change in enumerate([*changes, None]):
+            if change:
+                scene.edit(**change)
+                ranks.edit(**change)
+            else:
+                write_mesh(0.5)
+                scene.undo()
+                ranks.undo()
+            digests = [traced(scene), traced(ranks)]
+            scene.save(file="now.yaml", force=True)
+            if i in (1, 3, 5):  # read anew
+                with raymap.serve.start("now.yaml") as anew:
+                    digests.append(traced(anew))
+            assert len(set(digests)) == 1 and digests[0] not in seen, (change, digests)
+            seen.add(digests[0])
+
+
 def check_set_as_command_line():
     """An edit of the text is what --set is, in scenes that are written in various ways."""
     equal = 0
@@ -486,7 +529,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()

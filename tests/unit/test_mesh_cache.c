@@ -17,6 +17,7 @@
 #include "base/alloc.h"
 #include "io/file/input_file.h"
 #include "io/mesh/mesh_cache.h"
+#include "io/mesh/mesh_origin.h"
 #include "scene/scene_same.h"
 
 enum { SIDE = 40 }; /* 3200 triangles, 100 KB of text */
@@ -121,6 +122,48 @@ static void test_is_used(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* The mesh that a bundle has of the file as it is now; NULL: none. */
+static const struct rmap_mesh *again(const struct rmap_bundle *bundle,
+                                     const struct rmap_mesh_reading *how)
+{
+    struct rmap_mesh_left_out left_out = {0};
+    struct rmap_mesh_origin *origin = rmap_mesh_origin_create("a.obj", how);
+    struct rmap_mesh *mesh = rmap_mesh_again(bundle, origin, &left_out);
+    rmap_mesh_origin_destroy(origin);
+    assert_int_equal(left_out.degenerate, mesh ? 1 : 0);
+    rmap_mesh_destroy(mesh); /* the bundle has it */
+    return mesh;
+}
+
+static void test_is_taken_over(void **state)
+{
+    (void)state;
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_mesh *mesh = NULL;
+    struct rmap_mesh_left_out left_out = {0};
+    struct rmap_mesh_reading other = plain;
+    write_hills("a.obj", 1);
+    assert_int_equal(rmap_bundle_of_text("", "", NULL, &bundle, NULL), RMAP_OK);
+    struct rmap_mesh_origin *origin = rmap_mesh_origin_create("a.obj", &plain);
+    assert_int_equal(rmap_mesh_read("a.obj", &plain, &mesh, &left_out, NULL), RMAP_OK);
+    assert_int_equal(rmap_bundle_add_mesh(bundle, "hills", mesh, NULL), RMAP_OK);
+    assert_null(again(bundle, &plain)); /* of what file it is has not been said */
+    rmap_mesh_origin_keep(bundle, origin, &left_out);
+    assert_ptr_equal(again(bundle, &plain), mesh);
+    assert_null(again(NULL, &plain));
+    other.scale = 1;
+    assert_null(again(bundle, &other));
+    other = plain;
+    other.keep = RMAP_MESH_FLAT;
+    assert_null(again(bundle, &other));
+    write_hills("a.obj", 2); /* as long as before */
+    assert_null(again(bundle, &plain));
+    assert_int_equal(unlink("a.obj"), 0);
+    assert_null(again(bundle, &plain));
+    rmap_bundle_destroy(bundle);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 static void test_damage(void **state)
 {
     (void)state;
@@ -184,9 +227,8 @@ static void test_short_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_is_used),
-        cmocka_unit_test(test_damage),
-        cmocka_unit_test(test_no_place),
+        cmocka_unit_test(test_is_used),      cmocka_unit_test(test_is_taken_over),
+        cmocka_unit_test(test_damage),       cmocka_unit_test(test_no_place),
         cmocka_unit_test(test_short_memory),
     };
     char folder[] = "kept-XXXXXX";

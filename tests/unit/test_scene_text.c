@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Edits of a scene's text: a tree that follows them is that of the text read anew, to each line and
+ * column; what it cannot follow has none.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/alloc.h"
+#include "base/count.h"
+#include "io/file/input_file.h"
+#include "io/scene/scene_text.h"
+#include "io/scene/yaml_tree.h"
+
+static void check_same(const struct rmap_yaml_node *a, const struct rmap_yaml_node *b)
+{
+    assert_int_equal(a->kind, b->kind);
+    assert_int_equal(a->line, b->line);
+    assert_int_equal(a->column, b->column);
+    assert_int_equal(a->quoted, b->quoted);
+    assert_int_equal(a->text != NULL, b->text != NULL);
+    if (a->text)
+        assert_string_equal(a->text, b->text);
+    assert_int_equal(a->n_item, b->n_item);
+    for (size_t i = 0; i < a->n_item; i++) {
+        assert_int_equal(a->item[i].line, b->item[i].line);
+        assert_int_equal(a->item[i].column, b->item[i].column);
+        assert_int_equal(a->item[i].key != NULL, b->item[i].key != NULL);
+        if (a->item[i].key)
+            assert_string_equal(a->item[i].key, b->item[i].key);
+        check_same(a->item[i].value, b->item[i].value);
+    }
+}
+
+static void check_tree(const struct rmap_scene_text *scene)
+{
+    struct rmap_yaml_node *root = NULL;
+    struct rmap_diagnostics found;
+    struct rmap_error err = {0};
+    rmap_diagnostics_init(&found, "scene");
+    assert_int_equal(rmap_yaml_parse(scene->text, strlen(scene->text), &root, &found, &err),
+                     RMAP_OK);
+    assert_int_equal(found.n, 0);
+    check_same(scene->root, root);
+    rmap_yaml_destroy(root);
+    rmap_diagnostics_fini(&found);
+}
+
+static uint64_t random_state = 1;
+
+static unsigned draw(size_t below)
+{
+    random_state = random_state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (unsigned)((random_state >> 33) % below);
+}
+
+/* Down a random way through the tree; it ends somewhere. */
+static void random_path(const struct rmap_yaml_node *node, char *path, size_t nbytes)
+{
+    path[0] = 0;
+    while (node->n_item > 0 && draw(8)) {
+        const size_t at = draw(node->n_item), used = strlen(path);
+        if (node->item[at].key)
+            (void)snprintf(path + used, nbytes - used, "%s%s", used ? "." : "", node->item[at].key);
+        else
+            (void)snprintf(path + used, nbytes - used, "%s%zu", used ? "." : "", at + 1);
+        node = node->item[at].value;
+    }
+}
+
+static const char *const value_text[] = {"3.25",
+                                         "-17",
+                                         "true",
+                                         "null",
+                                         "\"white\"",
+                                         "\"2 mm\"",
+                                         "\"a: b # c\"",
+                                         "\"\"",
+                                         "\"é ü\"",
+                                         "[1, 2.5, -3e-7]",
+                                         "[\"a, b\", \"{\"]",
+                                         "{\"type\": \"lambert\"}",
+                                         "[[1, 2], [3]]"};
+
+static bool read_tree(struct rmap_scene_text *scene)
+{
+    struct rmap_diagnostics found;
+    struct rmap_error err = {0};
+    rmap_diagnostics_init(&found, "scene");
+    scene->is_sound =
+        rmap_yaml_parse(scene->text, strlen(scene->text), &scene->root, &found, &err) == RMAP_OK;
+    rmap_diagnostics_fini(&found);
+    return scene->is_sound;
+}
+
+/* How many of the edits a tree followed. */
+static size_t edit(const char *path, const char *text, size_t n_edit)
+{
+    struct rmap_scene_text scene = {0};
+    size_t nbytes = 0, n_followed = 0;
+    uint8_t *bytes = NULL;
+    if (path)
+        assert_int_equal(rmap_input_file_read(path, 1 << 20, &bytes, &nbytes, NULL), RMAP_OK);
+    const char *whole = path ? (const char *)bytes : text;
+    for (size_t i = 0; i < n_edit; i++) {
+        struct rmap_scene_text next = {0};
+        struct rmap_error err = {0};
+        char at[400];
+        /* After so many a scene is hardly one any more; an anchor that an alias needs may go. */
+        if (i % 20 == 0 || (!scene.root && !read_tree(&scene))) {
+            rmap_scene_text_fini(&scene);
+            scene.text = rmap_strdup(whole);
+            assert_true(read_tree(&scene));
+        }
+        random_path(scene.root, at, sizeof at);
+        json_t *value = json_loads(value_text[draw(RMAP_COUNT(value_text))], JSON_DECODE_ANY, NULL);
+        json_t *values = json_pack("{s:o}", at, value);
+        const enum rmap_status st = rmap_scene_text_change(&scene, NULL, values, &next, &err);
+        json_decref(values);
+        if (st != RMAP_OK) {
+            assert_int_equal(st, RMAP_INPUT);
+            continue;
+        }
+        if (next.root)
+            check_tree(&next);
+        n_followed += next.root != NULL;
+        check_tree(&scene); /* which is as it was */
+        rmap_scene_text_fini(&scene);
+        scene = next;
+    }
+    rmap_scene_text_fini(&scene);
+    rmap_free(bytes);
+    assert_int_equal(rmap_alloc_live(), 0);
+    return n_followed;
+}
+
+static void test_follows(void **state)
+{
+    (void)state;
+    static const char *const example[] = {"double-gauss", "room", "luneburg", "light-guide"};
+    for (size_t i = 0; i < RMAP_COUNT(example); i++) {
+        char path[400];
+        (void)snprintf(path, sizeof path, "%s/examples/%s/scene.yaml", RAYMAP_SOURCE_DIR,
+                       example[i]);
+        assert_in_range(edit(path, NULL, 400), 100, 400);
+    }
+    assert_in_range(
+        edit(NULL, "\xEF\xBB\xBF\"é\": {ü: [1, 'ö', {ä: 5}], b: 7, c: {d: e}} # ß\n", 200), 50,
+        200);
+}
+
+/* An anchor's copies would have to follow, too. */
+static void test_does_not_follow(void **state)
+{
+    (void)state;
+    assert_int_equal(edit(NULL, "a: [&x {b: 1}, 4]\n\"*c\": {d: *x}\ne: [1, 2]\n", 60), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_follows),
+                                       cmocka_unit_test(test_does_not_follow)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
