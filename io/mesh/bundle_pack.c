@@ -6,6 +6,7 @@
  * tables, then the tangents of meshes that have them, then rays of files, then the surfaces that
  * faces of meshes lie on, and then texture coordinates.
  */
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -381,35 +382,47 @@ out:
     return st;
 }
 
+/* n numbers of `size` bytes as they lie. */
+static enum rmap_status take_array(struct cursor *in, void *to, size_t n, size_t size)
+{
+    if (in->left / size < n)
+        return damaged(in, "numbers exceed what is there");
+    if (n)
+        memcpy(to, in->at, n * size);
+    in->at += n * size;
+    in->left -= n * size;
+    return RMAP_OK;
+}
+
 static enum rmap_status take_points(struct cursor *in, float (*point)[3], size_t n)
 {
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; i < 3 * n; i++) {
-        uint32_t bits = 0;
-        RMAP_TRY(take_u32(in, &bits));
-        memcpy(&point[i / 3][i % 3], &bits, sizeof bits);
-        if (!isfinite(point[i / 3][i % 3]))
-            RMAP_TRY(damaged(in, "a vertex lies nowhere"));
-    }
-out:
-    return st;
+    const float *number = (const float *)point;
+    bool finite = true;
+    enum rmap_status st = take_array(in, point, n, sizeof *point);
+    for (size_t i = 0; st == RMAP_OK && i < 3 * n; i++)
+        finite &= fabsf(number[i]) <= FLT_MAX;
+    return st == RMAP_OK && !finite ? damaged(in, "a vertex lies nowhere") : st;
+}
+
+/* Each below `end`. */
+static enum rmap_status take_indices(struct cursor *in, uint32_t *index, size_t n, size_t end,
+                                     const char *trouble)
+{
+    uint32_t most = 0;
+    enum rmap_status st = take_array(in, index, n, sizeof *index);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++)
+        most = index[i] > most ? index[i] : most;
+    return st == RMAP_OK && n > 0 && most >= end ? damaged(in, trouble) : st;
 }
 
 static enum rmap_status take_mesh_arrays(struct cursor *in, struct rmap_mesh *mesh)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(take_points(in, mesh->vertex, mesh->n_vertex));
-    for (size_t i = 0; i < 3 * mesh->n_triangle; i++) {
-        uint32_t *index = &mesh->triangle[i / 3][i % 3];
-        RMAP_TRY(take_u32(in, index));
-        if (*index >= mesh->n_vertex)
-            RMAP_TRY(damaged(in, "a triangle has a vertex that is not there"));
-    }
-    for (size_t i = 0; i < mesh->n_triangle; i++) {
-        RMAP_TRY(take_u32(in, &mesh->face[i]));
-        if (mesh->face[i] >= mesh->n_face)
-            RMAP_TRY(damaged(in, "a triangle has a face that is not there"));
-    }
+    RMAP_TRY(take_indices(in, (uint32_t *)mesh->triangle, 3 * mesh->n_triangle, mesh->n_vertex,
+                          "a triangle has a vertex that is not there"));
+    RMAP_TRY(take_indices(in, mesh->face, mesh->n_triangle, mesh->n_face,
+                          "a triangle has a face that is not there"));
     for (size_t i = 0; i < mesh->n_face; i++)
         RMAP_TRY(take_text(in, &mesh->face_name[i]));
 out:
@@ -454,16 +467,6 @@ out:
     return st;
 }
 
-static enum rmap_status take_doubles(struct cursor *in, double *value, size_t n)
-{
-    if (in->left / sizeof *value < n)
-        return damaged(in, "numbers exceed what is there");
-    memcpy(value, in->at, n * sizeof *value);
-    in->at += n * sizeof *value;
-    in->left -= n * sizeof *value;
-    return RMAP_OK;
-}
-
 /* The count is checked against what is there before memory is taken for it. */
 static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret)
 {
@@ -478,12 +481,12 @@ static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret
             RMAP_TRY(damaged(in, "a grid exceeds what is there"));
         count *= n[axis];
     }
-    RMAP_TRY(take_doubles(in, frame, 6));
+    RMAP_TRY(take_array(in, frame, 6, sizeof(double)));
     st = rmap_grid_create(n, rmap_vec3(frame[0], frame[1], frame[2]),
                           rmap_vec3(frame[3], frame[4], frame[5]), &grid, &why);
     if (st != RMAP_OK)
         return st == RMAP_SYSTEM ? no_memory(in) : damaged(in, why.text);
-    RMAP_TRY(take_doubles(in, grid->value, count));
+    RMAP_TRY(take_array(in, grid->value, count, sizeof(double)));
     *grid_ret = grid;
     grid = NULL;
 out:
@@ -592,7 +595,7 @@ static enum rmap_status take_surface(struct cursor *in, struct rmap_true_surface
     uint32_t kind = 0;
     double number[SURFACE_NUMBERS] = {0};
     RMAP_TRY(take_u32(in, &kind));
-    RMAP_TRY(take_doubles(in, number, SURFACE_NUMBERS));
+    RMAP_TRY(take_array(in, number, SURFACE_NUMBERS, sizeof(double)));
     if (kind > RMAP_TRUE_TORUS)
         RMAP_TRY(damaged(in, "a surface is of no kind"));
     *surface = (struct rmap_true_surface){.kind = (enum rmap_true_kind)kind,
@@ -658,7 +661,7 @@ static enum rmap_status take_rays(struct cursor *in, struct rmap_file_rays **set
     set->n_holder = 1;
     RMAP_TRY(take_count(in, 24, &set->n));
     RMAP_TRY(take_u32(in, &bits));
-    RMAP_TRY(take_doubles(in, said, 4));
+    RMAP_TRY(take_array(in, said, 4, sizeof(double)));
     RMAP_TRY(take_name(in, &title));
     if (strlen(title) >= sizeof set->title || set->n == 0 || !(said[0] >= 0.0 && said[0] < 1e9) ||
         bits / RAYS_UNIT > RMAP_FLUX_J || !(said[3] >= 0.0 && said[3] <= RMAP_FILE_RAYS_LOOSE))
