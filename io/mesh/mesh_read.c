@@ -322,7 +322,7 @@ static enum rmap_status read_kept(const char *path, const struct rmap_mesh_readi
                                   const uint8_t *bytes, size_t nbytes, struct rmap_mesh **mesh_ret,
                                   struct rmap_mesh_left_out *left_out_ret, struct rmap_error *err)
 {
-    struct rmap_mesh_kept kept = {0};
+    struct rmap_kept kept = {0};
     struct rmap_mesh *mesh = NULL;
     struct rmap_error note = {0};
     enum rmap_status st = RMAP_OK,
@@ -335,7 +335,7 @@ static enum rmap_status read_kept(const char *path, const struct rmap_mesh_readi
     if (found != RMAP_SYSTEM && !left_out_ret->elsewhere)
         found = rmap_mesh_kept_write(&kept, mesh, left_out_ret, &note);
 out:
-    rmap_mesh_kept_fini(&kept);
+    rmap_kept_fini(&kept);
     *mesh_ret = mesh;
     if (how->note)
         *how->note = note;
@@ -353,7 +353,7 @@ enum rmap_status rmap_mesh_read(const char *path, const struct rmap_mesh_reading
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
     RMAP_TRY(open_file(path, &bytes, &nbytes, err));
-    st = (how->cache && nbytes >= RMAP_MESH_CACHE_LEAST ? read_kept : build)(
+    st = (how->cache && nbytes >= RMAP_KEPT_LEAST ? read_kept : build)(
         path, how, bytes, nbytes, mesh_ret, left_out_ret, err);
     if (st == RMAP_OK && (how->keep & RMAP_MESH_FLAT)) {
         rmap_free((*mesh_ret)->surface);

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/file/kept_file.h"
 #include "io/scene/scene_attributes.h"
 #include "io/scene/scene_cameras.h"
 #include "io/scene/scene_channels.h"
@@ -26,6 +27,7 @@
 #include "io/scene/scene_species.h"
 #include "io/scene/scene_surfaces.h"
 #include "io/scene/scene_turbid.h"
+#include "io/scene/yaml_pack.h"
 
 static void check_version(struct rmap_reader *reader)
 {
@@ -80,6 +82,45 @@ static void read_sections(struct rmap_reader *reader)
         section[i](reader);
 }
 
+static enum rmap_status parse_text(struct rmap_reader *reader)
+{
+    return rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
+                           reader->diagnostics, reader->err);
+}
+
+/* The tree as it was kept of an earlier reading, or else kept for later. That it cannot be is no
+ * failure. */
+static enum rmap_status parse_kept(struct rmap_reader *reader)
+{
+    const struct rmap_bundle *bundle = reader->bundle;
+    struct rmap_kept kept = {0};
+    struct rmap_error note = {0};
+    uint8_t *bytes = NULL;
+    const uint8_t *body = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = RMAP_OK,
+                     found = rmap_kept_init(&kept, bundle->options.cache, bundle->path, "scene",
+                                            ".scene", bundle->text, bundle->text_nbytes, &note);
+    if (found == RMAP_OK)
+        found = rmap_kept_read(&kept, &bytes, &body, &nbytes, &note);
+    if (bytes)
+        found = rmap_yaml_unpack(body, nbytes, &reader->root, &note);
+    rmap_free(bytes);
+    bytes = NULL;
+    if (reader->root)
+        goto out;
+    RMAP_TRY(parse_text(reader));
+    if (found != RMAP_SYSTEM && reader->diagnostics->n == 0 &&
+        rmap_yaml_pack(reader->root, &bytes, &nbytes, &note) == RMAP_OK)
+        found = rmap_kept_write(&kept, bytes, nbytes, &note);
+    if (note.status != RMAP_OK)
+        rmap_reader_warn(reader, reader->root, "%s; the scene's own text is read", note.text);
+out:
+    rmap_free(bytes);
+    rmap_kept_fini(&kept);
+    return st;
+}
+
 static enum rmap_status parse(struct rmap_reader *reader)
 {
     const struct rmap_scene_options *options = &reader->bundle->options;
@@ -89,11 +130,14 @@ static enum rmap_status parse(struct rmap_reader *reader)
         reader->diagnostics->n_error > 0) /* half a scene has mistakes without end */
         return st;
     /* What includes files is read with them. */
-    st = options->root && !rmap_yaml_get(options->root, "include") &&
-                 !strstr(reader->bundle->text, RMAP_INCLUDE_MARK)
-             ? rmap_yaml_duplicate(options->root, &reader->root, reader->err)
-             : rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
-                               reader->diagnostics, reader->err);
+    const bool alone = !strstr(reader->bundle->text, RMAP_INCLUDE_MARK);
+    if (options->root && alone && !rmap_yaml_get(options->root, "include"))
+        st = rmap_yaml_duplicate(options->root, &reader->root, reader->err);
+    else if (options->cache && !options->before && alone &&
+             reader->bundle->text_nbytes >= RMAP_KEPT_LEAST)
+        st = parse_kept(reader);
+    else
+        st = parse_text(reader);
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
     if (st == RMAP_OK)

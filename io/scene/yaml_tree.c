@@ -122,6 +122,15 @@ static struct rmap_yaml_node *new_node(struct rmap_pool *pool, enum rmap_yaml_ki
     return node;
 }
 
+struct rmap_yaml_node *rmap_yaml_create(void)
+{
+    struct rmap_pool *pool = rmap_alloc(1, sizeof *pool);
+    struct rmap_yaml_node *node = pool ? new_node(pool, RMAP_YAML_SCALAR, 0, 0) : NULL;
+    if (!node)
+        rmap_free(pool);
+    return node;
+}
+
 struct rmap_yaml_node *rmap_yaml_new(const struct rmap_yaml_node *in, enum rmap_yaml_kind kind,
                                      int line, int column)
 {

@@ -66,6 +66,9 @@ enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rm
                                 struct rmap_yaml_node **node_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* A tree of one empty node. NULL when memory is short. */
+struct rmap_yaml_node *rmap_yaml_create(void);
+
 /* A tree of its own that is the same. RMAP_SYSTEM. */
 enum rmap_status rmap_yaml_duplicate(const struct rmap_yaml_node *root,
                                      struct rmap_yaml_node **root_ret,

@@ -77,12 +77,12 @@ static uint8_t *read_file(const char *path, size_t *nbytes)
 }
 
 /* Where it is kept. */
-static void find_kept(const char *path, struct rmap_mesh_kept *kept)
+static void find_kept(const char *path, struct rmap_kept *kept)
 {
     struct rmap_mesh_reading how = plain;
     size_t nbytes = 0;
     uint8_t *bytes = read_file(path, &nbytes);
-    *kept = (struct rmap_mesh_kept){0};
+    *kept = (struct rmap_kept){0};
     how.cache = "kept/here";
     assert_int_equal(rmap_mesh_kept_init(kept, path, &how, bytes, nbytes, NULL), RMAP_OK);
     rmap_free(bytes);
@@ -94,7 +94,7 @@ static void test_is_used(void **state)
     struct rmap_mesh *other = NULL, *mesh = NULL;
     struct rmap_mesh_left_out left_out = {0};
     struct rmap_mesh_reading how = plain;
-    struct rmap_mesh_kept kept;
+    struct rmap_kept kept;
     write_hills("a.obj", 1);
     write_hills("b.obj", 2);
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_OK);
@@ -118,7 +118,7 @@ static void test_is_used(void **state)
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_OK);
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_OK);
     assert_int_equal(unlink("b.obj"), 0);
-    rmap_mesh_kept_fini(&kept);
+    rmap_kept_fini(&kept);
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
@@ -167,7 +167,7 @@ static void test_is_taken_over(void **state)
 static void test_damage(void **state)
 {
     (void)state;
-    struct rmap_mesh_kept kept;
+    struct rmap_kept kept;
     write_hills("a.obj", 1);
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_OK);
     find_kept("a.obj", &kept);
@@ -192,7 +192,7 @@ static void test_damage(void **state)
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_FORMAT); /* and made anew */
     assert_int_equal(check_read("a.obj", "kept/here"), RMAP_OK);
     rmap_free(whole);
-    rmap_mesh_kept_fini(&kept);
+    rmap_kept_fini(&kept);
 }
 
 static void test_no_place(void **state)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Edits of a scene's text: a tree that follows them is that of the text read anew, to each line and
- * column; what it cannot follow has none.
+ * column; what it cannot follow has none. A tree that is packed is the same afterwards; bytes that
+ * are none are refused.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -16,7 +17,7 @@
 #include "base/count.h"
 #include "io/file/input_file.h"
 #include "io/scene/scene_text.h"
-#include "io/scene/yaml_tree.h"
+#include "io/scene/yaml_pack.h"
 
 static void check_same(const struct rmap_yaml_node *a, const struct rmap_yaml_node *b)
 {
@@ -38,6 +39,18 @@ static void check_same(const struct rmap_yaml_node *a, const struct rmap_yaml_no
     }
 }
 
+static void check_packed(const struct rmap_yaml_node *root)
+{
+    struct rmap_yaml_node *again = NULL;
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    assert_int_equal(rmap_yaml_pack(root, &bytes, &nbytes, NULL), RMAP_OK);
+    assert_int_equal(rmap_yaml_unpack(bytes, nbytes, &again, NULL), RMAP_OK);
+    check_same(root, again);
+    rmap_yaml_destroy(again);
+    rmap_free(bytes);
+}
+
 static void check_tree(const struct rmap_scene_text *scene)
 {
     struct rmap_yaml_node *root = NULL;
@@ -50,6 +63,7 @@ static void check_tree(const struct rmap_scene_text *scene)
     check_same(scene->root, root);
     rmap_yaml_destroy(root);
     rmap_diagnostics_fini(&found);
+    check_packed(scene->root);
 }
 
 static uint64_t random_state = 1;
@@ -162,9 +176,40 @@ static void test_does_not_follow(void **state)
     assert_int_equal(edit(NULL, "a: [&x {b: 1}, 4]\n\"*c\": {d: *x}\ne: [1, 2]\n", 60), 0);
 }
 
+static void test_hostile_bytes(void **state)
+{
+    (void)state;
+    static const char text[] = "a: {b: [1, 'two', {c: d}], e: }\nf: [[], {}, \"\"]\n";
+    struct rmap_scene_text scene = {.text = rmap_strdup(text)};
+    uint8_t *bytes = NULL, *copy = NULL;
+    size_t nbytes = 0, n_refused = 0;
+    assert_true(read_tree(&scene));
+    assert_int_equal(rmap_yaml_pack(scene.root, &bytes, &nbytes, NULL), RMAP_OK);
+    for (size_t i = 0; i < 20000; i++) {
+        struct rmap_yaml_node *root = NULL;
+        const size_t cut = draw(2) ? nbytes : draw(nbytes);
+        copy = rmap_alloc(cut + 1, 1); /* so that reading beyond is seen */
+        memcpy(copy, bytes, cut);
+        for (size_t k = draw(4); cut > 0 && k > 0; k--)
+            copy[draw(cut)] = (uint8_t)draw(256);
+        const enum rmap_status st = rmap_yaml_unpack(copy, cut, &root, NULL);
+        assert_true(st == RMAP_OK || (st == RMAP_FORMAT && !root));
+        n_refused += st != RMAP_OK;
+        if (root)
+            check_packed(root);
+        rmap_yaml_destroy(root);
+        rmap_free(copy);
+    }
+    assert_in_range(n_refused, 10000, 19000);
+    rmap_free(bytes);
+    rmap_scene_text_fini(&scene);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_follows),
-                                       cmocka_unit_test(test_does_not_follow)};
+                                       cmocka_unit_test(test_does_not_follow),
+                                       cmocka_unit_test(test_hostile_bytes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
