@@ -10,6 +10,7 @@
 #include "base/grouped.h"
 #include "io/file/kept_file.h"
 #include "io/scene/scene_attributes.h"
+#include "io/scene/scene_boxes.h"
 #include "io/scene/scene_cameras.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_detectors.h"
@@ -197,9 +198,12 @@ static void name_bundled(struct rmap_reader *reader)
 static void finish(struct rmap_reader *reader)
 {
     reader->scene->totals_on_demand = reader->bundle->options.surface != NULL;
+    struct rmap_boxes boxes = {0};
+    rmap_boxes_find(reader, &boxes);
     reader->scene->before = reader->bundle->options.before_scene;
     enum rmap_status st = rmap_scene_finish(reader->scene, &reader->failure);
     reader->scene->before = NULL;
+    rmap_boxes_keep(reader, st, &boxes);
     if (st == RMAP_INPUT)
         rmap_reader_error(reader, NULL, "%s", reader->failure.text);
     else if (st != RMAP_OK)

@@ -265,9 +265,9 @@ struct rmap_scene {
     uint64_t seed;                          /* of that map: of draws at detectors */
     bool is_mixed;                          /* that map has other colour spaces, too */
 
-    const struct rmap_scene
-        *before; /* borrowed by rmap_scene_finish: bounds of objects that stand
-                    there with the same mesh are taken over. NULL: there is none */
+    /* Borrowed by rmap_scene_finish, of bounds that are not worked out again; or NULL: */
+    const struct rmap_scene *before; /* objects that stand there with the same mesh */
+    const double *known_box; /* [n_object][6]: lower and upper, of meshes without true surfaces */
 
     /* Derived by rmap_scene_finish. */
     bool fluoresces; /* some medium has species: a ray has one wavelength from its beginning */

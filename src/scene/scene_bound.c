@@ -101,18 +101,27 @@ static bool is_worth_a_grid(const struct rmap_geometry *geometry, size_t n_insta
            geometry->mesh->n_vertex >= WORTH_A_GRID / n_instance;
 }
 
-/* As it stands in the scene of before: at the same number, or at that from the end. */
+/* As they are known, or as the object stands in the scene of before: at the same number, or at that
+ * from the end. */
 static bool take_bounds(struct rmap_scene *scene, size_t i)
 {
     const struct rmap_scene *before = scene->before;
     const struct rmap_object *object = &scene->object[i];
-    if (!before || scene->geometry[object->geometry].kind != RMAP_GEOMETRY_MESH)
+    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+    if (geometry->kind != RMAP_GEOMETRY_MESH)
+        return false;
+    if (scene->known_box && !geometry->mesh->surface) {
+        const double *box = &scene->known_box[6 * i];
+        scene->object_bounds[i] = (struct rmap_bounds){.lower = rmap_vec3(box[0], box[1], box[2]),
+                                                       .upper = rmap_vec3(box[3], box[4], box[5])};
+        return true;
+    }
+    if (!before)
         return false;
     for (size_t at = i, tries = 0; tries < 2;
          tries++, at = before->n_object - (scene->n_object - i)) {
         const struct rmap_object *old = at < before->n_object ? &before->object[at] : NULL;
-        if (!old ||
-            before->geometry[old->geometry].mesh != scene->geometry[object->geometry].mesh ||
+        if (!old || before->geometry[old->geometry].mesh != geometry->mesh ||
             memcmp(&old->to_world, &object->to_world, sizeof old->to_world) != 0)
             continue;
         scene->object_bounds[i] = before->object_bounds[at];

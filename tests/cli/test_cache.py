@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Meshes that --cache, or RAYMAP_CACHE, keeps give the same rays; what is damaged there is told and made anew, and a
+"""What --cache, or RAYMAP_CACHE, keeps gives the same rays; what is damaged there is told and made anew, and a
 place that cannot be written fails nothing."""
 import json
 import os
@@ -61,3 +61,25 @@ write_hill(0.4)  # takes the place of what it was
 high = trace("--cache", "kept/meshes", "--threads", "1")[0]
 assert high == trace("--cache", "scene.yaml/below")[0] != low and kept().stat().st_size == len(whole)
 assert "cannot" in trace("--cache", "scene.yaml/below")[1]
+
+# The text and the boxes of a scene of many instances.
+N = 1500
+scene = pathlib.Path("scene.yaml")
+scene.write_text(scene.read_text().replace("objects: [{name: hill, geometry: hill, surface: white, inside: air, outside: air}]", "objects:\n" + "".join(
+    f"- {{name: hill{i}, geometry: hill, at: [{i % 40 - 20}, {i // 40 - 20}, {i % 7}], scale: 0.1, surface: white, outside: air}}\n" for i in range(N))))
+plain = trace()[0]
+assert trace("--cache", "many")[0] == plain
+files = {file.suffix: file for file in pathlib.Path("many").iterdir()}
+assert set(files) == {".mesh", ".scene", ".boxes"}, files
+made = {suffix: file.stat().st_mtime_ns for suffix, file in files.items()}
+assert trace("--cache", "many") == (plain, "")
+assert made == {suffix: file.stat().st_mtime_ns for suffix, file in files.items()}
+whole = {suffix: file.read_bytes() for suffix, file in files.items()}
+for suffix in (".scene", ".boxes"):
+    files[suffix].write_bytes(whole[suffix][:-100] + bytes(100))
+digest, said = trace("--cache", "many")
+assert digest == plain and said.count("its checksum does not hold") == 1 and str(files[".scene"]) in said, said
+assert {suffix: file.read_bytes() for suffix, file in files.items()} == whole
+write_hill(0.2)  # whose boxes are others
+moved = trace("--cache", "many", "--set", "objects.hill7.at=[0, 0, 9]")[0]
+assert moved == trace("--set", "objects.hill7.at=[0, 0, 9]")[0] != plain
