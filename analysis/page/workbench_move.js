@@ -60,7 +60,7 @@ byId("move-text").addEventListener("click", () => {
   textEditor.focus();
 });
 
-const move = (name, by) => change("edit", { move: name, by });
+const move = (name, by) => change("edit", { move: name, by, axes: "world" });
 
 byId("move").addEventListener("submit", (event) => {
   event.preventDefault();
@@ -167,7 +167,7 @@ async function step(dragging) {
   dragging.refused = "";
   const { answer } = dragging;
   await settling(async () => {
-    dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, ...(answer ? { amend: answer.revision } : {}) });
+    dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, axes: "world", ...(answer ? { amend: answer.revision } : {}) });
     live.revision = dragging.answer.revision;
     await traceAgain();
   });

@@ -353,8 +353,8 @@ enum rmap_status rmap_mesh_read(const char *path, const struct rmap_mesh_reading
     if (trouble)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble));
     RMAP_TRY(open_file(path, &bytes, &nbytes, err));
-    st = (how->cache && nbytes >= RMAP_KEPT_LEAST ? read_kept : build)(
-        path, how, bytes, nbytes, mesh_ret, left_out_ret, err);
+    st = (how->cache && nbytes >= RMAP_KEPT_LEAST ? read_kept : build)(path, how, bytes, nbytes,
+                                                                       mesh_ret, left_out_ret, err);
     if (st == RMAP_OK && (how->keep & RMAP_MESH_FLAT)) {
         rmap_free((*mesh_ret)->surface);
         (*mesh_ret)->surface = NULL;

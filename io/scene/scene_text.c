@@ -250,8 +250,7 @@ static void put_without_lines(FILE *out, const char *text, const struct span *sp
     fprintf(out, "%.*s%s", (int)first, text, text + (end < strlen(text) ? end : strlen(text)));
 }
 
-/* Its tree, unless it has it. */
-static enum rmap_status parse(struct rmap_scene_text *scene, struct rmap_error *err)
+enum rmap_status rmap_scene_text_parse(struct rmap_scene_text *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_diagnostics found;
@@ -348,7 +347,7 @@ static enum rmap_status change_one(struct rmap_scene_text *scene, const char *pa
     char *written = NULL, *copy = NULL;
     size_t n = 0;
     struct replaced replaced = {0};
-    enum rmap_status st = parse(scene, err);
+    enum rmap_status st = rmap_scene_text_parse(scene, err);
     FILE *out = st == RMAP_OK ? open_memstream(&written, &n) : NULL;
     if (out)
         st = write_one(out, scene, path, value, &replaced, err);
@@ -376,7 +375,7 @@ void rmap_scene_text_fini(struct rmap_scene_text *scene)
 static enum rmap_status begin(struct rmap_scene_text *from, struct rmap_scene_text *scene,
                               struct rmap_error *err)
 {
-    enum rmap_status st = parse(from, err);
+    enum rmap_status st = rmap_scene_text_parse(from, err);
     scene->is_sound = from->is_sound;
     if (st == RMAP_OK)
         st = rmap_yaml_duplicate(from->root, &scene->root, err);
@@ -407,71 +406,5 @@ enum rmap_status rmap_scene_text_change(struct rmap_scene_text *from, const json
         *scene_ret = now;
     else
         rmap_scene_text_fini(&now);
-    return st;
-}
-
-/* Three numbers without units; missing: none. */
-static bool read_place(const struct rmap_yaml_node *node, double place[3])
-{
-    if (!node)
-        return true;
-    if (node->kind != RMAP_YAML_LIST || node->n_item != 3)
-        return false;
-    for (size_t i = 0; i < 3; i++) {
-        const struct rmap_yaml_node *item = node->item[i].value;
-        char *end = NULL;
-        if (item->kind != RMAP_YAML_SCALAR || !item->text[0])
-            return false;
-        place[i] = strtod(item->text, &end);
-        if (*end)
-            return false;
-    }
-    return true;
-}
-
-/* The section that has something of that name; NULL: none. */
-static const char *section_of(const struct rmap_yaml_node *root, const char *name, char *path,
-                              size_t nbytes, const struct rmap_yaml_node **node_ret)
-{
-    static const char *const section[] = {"objects", "sources", "detectors", "cameras"};
-    for (size_t i = 0; i < sizeof section / sizeof *section; i++) {
-        const char *rest = path;
-        (void)snprintf(path, nbytes, "%s.%s", section[i], name);
-        *node_ret = rmap_yaml_find(root, path, &rest, NULL);
-        if (!*rest)
-            return section[i];
-    }
-    return NULL;
-}
-
-enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *name,
-                                      const json_t *by, struct rmap_scene_text *scene_ret,
-                                      struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_yaml_node *node = NULL;
-    double place[3] = {0.0, 0.0, 0.0};
-    char path[512];
-    bool right = json_array_size(by) == 3;
-    for (size_t i = 0; i < 3 && right; i++)
-        right = json_is_number(json_array_get(by, i));
-    if (!right)
-        return rmap_error_set(err, RMAP_USAGE, "'by' is a list of three numbers");
-    st = parse(from, err);
-    if (st != RMAP_OK)
-        return st;
-    if (!section_of(from->root, name, path, sizeof path - 3, &node))
-        return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
-    if (!read_place(rmap_yaml_get(node, "at"), place))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "the `at` of '%s' is not three numbers without units: change it "
-                              "in the text",
-                              name);
-    for (size_t i = 0; i < 3; i++)
-        place[i] += json_number_value(json_array_get(by, i));
-    (void)strcat(path, ".at");
-    json_t *values = json_pack("{s:[f, f, f]}", path, place[0], place[1], place[2]);
-    st = rmap_scene_text_change(from, NULL, values, scene_ret, err);
-    json_decref(values);
     return st;
 }

@@ -8,6 +8,7 @@
 #include <jansson.h>
 
 #include "base/status.h"
+#include "base/vec.h"
 #include "io/scene/yaml_tree.h"
 
 /* A text with its tree, which follows the changes of values that are plain or lists of such. */
@@ -17,6 +18,10 @@ struct rmap_scene_text {
     bool is_sound;               /* the tree is all that reading found: no mistakes */
 };
 void rmap_scene_text_fini(struct rmap_scene_text *scene);
+
+/* Makes the tree, unless it is there. RMAP_INPUT: the text is no YAML. */
+enum rmap_status rmap_scene_text_parse(struct rmap_scene_text *scene,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* The text without some keys or items of lists (["objects.lens", ...]; NULL: none), and then with
  * other values: {"objects.lens.at": [0, 0, 5], ...}. Key paths are those of --set. Keys that are
@@ -28,9 +33,11 @@ enum rmap_status rmap_scene_text_change(struct rmap_scene_text *from, const json
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* The text with an object, group, source or detector `by` so much ([x, y, z], in the units of the
- * scene and the frame of its `at`) elsewhere. */
+ * scene) elsewhere. frame: that of its `at`, when `by` is along the axes of the world; NULL: it is
+ * along those of that frame. */
 enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *name,
-                                      const json_t *by, struct rmap_scene_text *scene_ret,
+                                      const json_t *by, const struct rmap_affine *frame,
+                                      struct rmap_scene_text *scene_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

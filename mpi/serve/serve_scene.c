@@ -23,6 +23,7 @@
 #include "mpi/serve/save_below.h"
 #include "mpi/session/session_words.h"
 #include "portion/event.h"
+#include "scene/scene_edit.h"
 
 enum { UNDO_MAX = 1000 };
 
@@ -360,8 +361,9 @@ static enum rmap_status base_of(const struct rmap_serve *self, const json_t *ame
 }
 
 /* The text that an edit of `now` leads to. */
-static enum rmap_status edited(struct rmap_scene_text *now, const json_t *message,
-                               struct rmap_scene_text *text_ret, struct rmap_error *err)
+static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_text *now,
+                               const json_t *message, struct rmap_scene_text *text_ret,
+                               struct rmap_error *err)
 {
     const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
                  *remove = json_object_get(message, "remove");
@@ -373,8 +375,15 @@ static enum rmap_status edited(struct rmap_scene_text *now, const json_t *messag
     }
     if (json_is_object(set) || json_is_array(remove))
         return rmap_scene_text_change(now, remove, set, text_ret, err);
-    if (move)
-        return rmap_scene_text_move(now, move, json_object_get(message, "by"), text_ret, err);
+    if (move) {
+        const struct rmap_affine frame = rmap_scene_frame_of(rmap_map_scene(self->map), move);
+        const char *axes = json_string_value(json_object_get(message, "axes"));
+        const bool world = axes && strcmp(axes, "world") == 0;
+        if (!world && json_object_get(message, "axes") && (!axes || strcmp(axes, "own") != 0))
+            return rmap_error_set(err, RMAP_USAGE, "'axes' is \"own\" or \"world\"");
+        return rmap_scene_text_move(now, move, json_object_get(message, "by"),
+                                    world ? &frame : NULL, text_ret, err);
+    }
     return rmap_error_set(
         err, RMAP_USAGE,
         "edit wants a 'text', or keys and values in 'set' and a list of keys in 'remove', or an "
@@ -388,7 +397,7 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
     size_t base;
     enum rmap_status st = base_of(self, json_object_get(message, "amend"), &base, err);
     if (st == RMAP_OK)
-        st = edited(&self->text[base], message, &text, err);
+        st = edited(self, &self->text[base], message, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
     RMAP_TRY(change(self, &text, err));
     self->now = base;

@@ -22,6 +22,19 @@ bool rmap_scene_part_find(const struct rmap_scene *scene, const char *name,
     return part->group >= 0 || part->object >= 0;
 }
 
+struct rmap_affine rmap_scene_frame_of(const struct rmap_scene *scene, const char *name)
+{
+    struct rmap_scene_part part;
+    int32_t parent = -1;
+    if (rmap_scene_part_find(scene, name, &part))
+        parent =
+            part.group < 0 ? scene->object[part.object].parent : scene->group[part.group].parent;
+    for (size_t i = 0; part.group < 0 && part.object < 0 && i < scene->n_source; i++)
+        if (strcmp(scene->source[i].name, name) == 0)
+            parent = scene->source[i].parent;
+    return parent < 0 ? rmap_affine_identity() : scene->group[parent].to_world;
+}
+
 static bool holds(const struct rmap_scene *scene, struct rmap_scene_part part, size_t object)
 {
     return part.group < 0 ? (size_t)part.object == object

@@ -236,6 +236,25 @@ def check_meshes():
             seen.add(digests[0])
 
 
+def check_axes():
+    """A move along the world's axes of what stands in groups that are turned and scaled."""
+    with open("turned.yaml", "w") as file:
+        file.write("raymap: 1\nmedia: {air: {index: 1}}\nsurfaces: {black: {type: absorber}}\n"
+                   "geometries: {wall: {type: rectangle, size: [9, 9]}}\nobjects:\n"
+                   "- name: stage\n  at: [5, 0, 0]\n  rotate: [0, 0, 90]\n  scale: 2\n  objects:\n"
+                   "  - {name: wall, geometry: wall, at: [0, 1, 0], surface: black, outside: air}\n"
+                   "  sources: [{name: lamp, type: point, at: [0, 0, -9], medium: air}]\n"
+                   "sources: [{name: free, type: point, at: [1, 2, 3], medium: air}]\n")
+    with raymap.serve.start("turned.yaml") as scene:
+        assert "at: [0.5, 1, 0]" in scene.move("wall", 0, 1, 0, axes="world")["text"]
+        assert "at: [0, 0, -8]" in scene.move("lamp", 0, 0, 2, axes="world")["text"]
+        assert "at: [0, -1, -8]" in scene.move("lamp", 2, 0, 0, axes="world")["text"]
+        assert "at: [1, 3, 3]" in scene.move("free", 0, 1, 0, axes="world")["text"]
+        assert "at: [6, 0, 0]" in scene.move("stage", 1, 0, 0, axes="world")["text"]
+        assert "at: [0.5, 2, 0]" in scene.move("wall", 0, 1, 0, axes="own")["text"] != scene.move("wall", 0, 1, 0)["text"]
+        refused(scene.move, "wall", 0, 1, 0, axes="mine", status=2)
+
+
 def check_set_as_command_line():
     """An edit of the text is what --set is, in scenes that are written in various ways."""
     equal = 0
@@ -529,7 +548,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_axes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()

@@ -127,8 +127,9 @@ class Server:
         return self.ask("edit", **({"text": text} if text is not None else {}), **values)
 
     def move(self, name: str, x: float, y: float, z: float, **keys: Any) -> Any:
-        """An object or group, source or detector by so much. amend=moved["revision"]: in the place
-        of the move that had this answer, from where it was before."""
+        """An object or group, source or detector by so much; axes="world": not in the frame of its
+        group. amend=moved["revision"]: in the place of the move that had this answer, from where it
+        was before."""
         return self.ask("edit", move=name, by=[x, y, z], **keys)
 
     def save(self, file: Optional[Path] = None, force: bool = False) -> Any:
