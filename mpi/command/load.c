@@ -85,8 +85,33 @@ static enum rmap_status read_scene(const struct rmap_context *context, const cha
     return st == RMAP_OK ? rmap_scene_read(*bundle, scene, found, err) : st;
 }
 
-/* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. */
+/* Has it the same meshes as the scene at hand, one for one? They need not be sent. */
+static bool has_meshes_at_hand(const struct rmap_bundle *bundle, const struct rmap_bundle *at_hand)
+{
+    bool same = at_hand && at_hand->n_mesh == bundle->n_mesh;
+    for (size_t i = 0; same && i < bundle->n_mesh; i++)
+        same = bundle->mesh[i].mesh == at_hand->mesh[i].mesh &&
+               strcmp(bundle->mesh[i].geometry, at_hand->mesh[i].geometry) == 0;
+    return same;
+}
+
+static enum rmap_status take_meshes_at_hand(struct rmap_bundle *bundle,
+                                            const struct rmap_bundle *at_hand,
+                                            struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < at_hand->n_mesh && st == RMAP_OK; i++) {
+        st = rmap_bundle_add_mesh(bundle, at_hand->mesh[i].geometry, at_hand->mesh[i].mesh, err);
+        if (st == RMAP_OK)
+            (void)rmap_mesh_hold(at_hand->mesh[i].mesh);
+    }
+    return st;
+}
+
+/* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. at_hand:
+ * what its meshes and the like are taken of; NULL: it has them itself. */
 static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
+                                      const struct rmap_at_hand *at_hand,
                                       struct rmap_bundle **bundle, struct rmap_scene **scene,
                                       struct rmap_error *err)
 {
@@ -94,6 +119,11 @@ static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
     rmap_diagnostics_init(&diagnostics, "scene");
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
+    if (at_hand) {
+        RMAP_TRY(take_meshes_at_hand(*bundle, at_hand->bundle, err));
+        (*bundle)->options.root = at_hand->root;
+        (*bundle)->options.before_scene = rmap_map_scene(at_hand->map);
+    }
     (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map, */
     (*bundle)->options.allows_plugins = true; /* and was allowed to load them */
     RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
@@ -128,15 +158,23 @@ enum rmap_status rmap_load_scene_told(const struct rmap_context *context, const 
     struct rmap_scene *scene = NULL;
     uint8_t *blob = NULL;
     size_t nbytes = 0;
+    bool at_hand = false;
     if (context->rank == 0)
         st = read_scene(context, path, options, found, &bundle, &scene, err);
-    if (st == RMAP_OK && context->rank == 0 && context->size > 1)
-        st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    if (st == RMAP_OK && context->rank == 0 && context->size > 1) {
+        struct rmap_bundle sent = *bundle;
+        at_hand = context->at_hand && strcmp(path, context->at_hand->path) == 0 &&
+                  has_meshes_at_hand(bundle, context->at_hand->bundle);
+        sent.n_mesh = at_hand ? 0 : bundle->n_mesh;
+        st = rmap_bundle_pack(&sent, &blob, &nbytes, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
     if (context->size > 1) {
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&at_hand, 1, MPI_C_BOOL, 0, context->comm)));
         RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
         if (context->rank != 0)
-            st = rebuild_scene(blob, nbytes, &bundle, &scene, err);
+            st = rebuild_scene(blob, nbytes, at_hand ? context->at_hand : NULL, &bundle, &scene,
+                               err);
         RMAP_TRY(rmap_agree(context, st, err));
     }
     *bundle_ret = bundle;
