@@ -23,15 +23,21 @@ static const double SMALL = 0.5;
 /* Cubes are numbered up to here. */
 static const double FARTHEST = 0x1p62;
 
+enum rmap_status rmap_irradiance_too_many(const struct rmap_irradiance_cells *self,
+                                          struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_USAGE,
+                          "more than %u triangles or cells of %.4g %s: ask for longer --cells, "
+                          "fewer objects or --faces",
+                          RMAP_IRRADIANCE_CELLS_MAX, self->shape_length, self->scene->unit);
+}
+
 enum rmap_status rmap_irradiance_add_facet(struct rmap_irradiance_cells *self,
                                            const struct rmap_irradiance_facet *given,
                                            const struct rmap_vec3 *corner, struct rmap_error *err)
 {
     if (self->n_facet == RMAP_IRRADIANCE_CELLS_MAX)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "more than %u triangles or cells of %.4g %s: ask for longer --cells, "
-                              "fewer objects or --faces",
-                              RMAP_IRRADIANCE_CELLS_MAX, self->shape_length, self->scene->unit);
+        return rmap_irradiance_too_many(self, err);
     enum rmap_status st = RMAP_RESERVE(self->facet, self->cap_facet, self->n_facet + 1, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(self->corner, self->cap_corner, self->n_corner + given->n_corner, err);
@@ -144,6 +150,17 @@ static enum rmap_status join(struct rmap_irradiance_cells *self, struct rmap_err
 
 /* ---- meshes ---- */
 
+static double area_of(const struct rmap_vec3 c[3])
+{
+    return 0.5 * rmap_length(rmap_cross(rmap_sub(c[1], c[0]), rmap_sub(c[2], c[0])));
+}
+
+/* More than there may be, even if all were equilateral. */
+static bool is_too_large(const struct rmap_irradiance_cells *self, const struct rmap_vec3 c[3])
+{
+    return area_of(c) / RMAP_IRRADIANCE_CELLS_MAX > 0.25 * sqrt(3.0) * self->length * self->length;
+}
+
 static enum rmap_status split(struct rmap_irradiance_cells *self, size_t node, int32_t triangle,
                               const struct rmap_vec3 c[3], struct rmap_error *err)
 {
@@ -158,14 +175,13 @@ static enum rmap_status split(struct rmap_irradiance_cells *self, size_t node, i
         }
     }
     if (!(longest > self->length)) {
-        const struct rmap_vec3 across = rmap_cross(rmap_sub(c[1], c[0]), rmap_sub(c[2], c[0]));
         self->node[node] =
             (struct rmap_irradiance_node){(uint32_t)self->n_facet, RMAP_IRRADIANCE_LEAF};
-        return rmap_irradiance_add_facet(
-            self,
-            &(struct rmap_irradiance_facet){
-                .area = 0.5 * rmap_length(across), .n_corner = 3, .triangle = triangle},
-            c, err);
+        return rmap_irradiance_add_facet(self,
+                                         &(struct rmap_irradiance_facet){.area = area_of(c),
+                                                                         .n_corner = 3,
+                                                                         .triangle = triangle},
+                                         c, err);
     }
     const size_t half = self->n_node;
     const struct rmap_vec3 middle = rmap_scale(rmap_add(c[edge], c[(edge + 1) % 3]), 0.5);
@@ -215,7 +231,8 @@ static enum rmap_status cut_mesh(struct rmap_irradiance_cells *self,
         rmap_irradiance_corners(object, mesh, i, corner);
         self->node[first + i] = (struct rmap_irradiance_node){0, RMAP_IRRADIANCE_NONE};
         if (rmap_irradiance_has_face(choice, mesh, i))
-            st = split(self, first + i, (int32_t)i, corner, err);
+            st = is_too_large(self, corner) ? rmap_irradiance_too_many(self, err)
+                                            : split(self, first + i, (int32_t)i, corner, err);
     }
     return st;
 }

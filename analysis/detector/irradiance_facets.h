@@ -14,6 +14,10 @@ enum rmap_status rmap_irradiance_add_facet(struct rmap_irradiance_cells *cells,
                                            const struct rmap_vec3 *corner,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
+/* RMAP_USAGE, that they are more than there may be. */
+enum rmap_status rmap_irradiance_too_many(const struct rmap_irradiance_cells *cells,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* The facets of the last part, an object with this shape; and that at a place of it. */
 enum rmap_status rmap_irradiance_cut_shape(struct rmap_irradiance_cells *cells,
                                            const struct rmap_object *object,

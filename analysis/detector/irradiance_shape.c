@@ -205,12 +205,16 @@ enum rmap_status rmap_irradiance_cut_shape(struct rmap_irradiance_cells *self,
     const double wanted =
         fmin(ceil(body.size / self->shape_length), (double)RMAP_IRRADIANCE_CELLS_MAX);
     const size_t n = (size_t)fmax(wanted, curved ? ROWS_MIN : 1), first = self->n_row;
+    uint64_t n_cell = 0;
     RMAP_TRY(RMAP_RESERVE(self->row, self->cap_row, first + n, err));
     self->n_row += n;
     self->part[self->n_part - 1].n_row = n;
     for (size_t i = 0; i < n; i++) {
         const double v[2] = {(double)i / (double)n, (double)(i + 1) / (double)n};
         self->row[first + i].n = cells_across(self, &body, v);
+        n_cell += self->row[first + i].n;
+        if (n_cell > RMAP_IRRADIANCE_CELLS_MAX)
+            RMAP_TRY(rmap_irradiance_too_many(self, err));
     }
     for (size_t i = 0; i < n; i++) {
         const double v[2] = {(double)i / (double)n, (double)(i + 1) / (double)n};

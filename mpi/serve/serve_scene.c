@@ -353,7 +353,8 @@ static enum rmap_status base_of(const struct rmap_serve *self, const json_t *ame
         return RMAP_OK;
     if (!json_is_integer(amend))
         return rmap_error_set(err, RMAP_USAGE, "'amend' is the revision that an edit led to");
-    if (self->now == 0 || (uint64_t)json_integer_value(amend) != self->revision)
+    if (self->now == 0 || self->edited != self->revision ||
+        (uint64_t)json_integer_value(amend) != self->revision)
         return rmap_error_set(err, RMAP_INPUT,
                               "the scene is no longer that of the edit to amend: edit it anew");
     *base_ret = self->now - 1;
@@ -403,6 +404,7 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
     self->now = base;
     st = rmap_agree(&self->context, push_text(self, &text, err), err);
     RMAP_TRY(st);
+    self->edited = self->revision;
     tell_change(self);
     *result = state_of(self);
 out:

@@ -40,6 +40,7 @@ struct rmap_serve {
     struct rmap_scene_text *text; /* [n_text] of the scene, oldest first; `now` is its number */
     size_t n_text, cap_text, now, saved;
     uint64_t revision; /* goes up with every change */
+    uint64_t edited;   /* that the last edit led to */
 
     enum rmap_serve_trace_state state;
     uint64_t n_ray; /* that are wanted */

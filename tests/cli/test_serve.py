@@ -133,6 +133,8 @@ def check_edits():
         assert amended["text"] == moved["text"] and (amended["undo"], amended["redo"]) == (1, 0)
         refused(lens.move, "mount", 0, 0, 9, amend=moved["revision"], status=3)
         refused(lens.move, "mount", 0, 0, 9, amend="last", status=2)
+        lens.undo()
+        refused(lens.move, "mount", 0, 0, 9, amend=lens.redo()["revision"], status=3)  # no edit led there
         lens.edit(set={"objects.mirror_box.surface": "absorber", "sources.star.flux": "2 W",
                        "limits.steps": 500})
         lens.trace(RAYS)
