@@ -14,16 +14,17 @@
 
 #include "fault_plan.h"
 
-enum { SLOTS = 1 << 20, FRAMES = 12, SHOWN = 5 };
+enum { SLOTS = 1 << 18, FRAMES = 8, SHOWN = 5 };
 
-struct slot {
-    uintptr_t block; /* 0: never used; 1: free again */
+struct origin {
     int n_frame;
     void *frame[FRAMES];
 };
 
+/* Blocks stand together, since all that is given back is looked for among them. */
 static struct {
-    struct slot *slot; /* [SLOTS], or NULL: no book is kept */
+    uintptr_t *block;      /* [SLOTS], 0: never used; 1: free again. NULL: no book is kept */
+    struct origin *origin; /* [SLOTS] */
     int out;
     size_t n_live;
     int overflown;
@@ -37,14 +38,17 @@ __attribute__((constructor)) static void open_book(void)
     if (book.out < 0)
         return;
     (void)backtrace(frame, 1); /* it loads a library, now and not in the middle of something */
-    void *room = mmap(NULL, SLOTS * sizeof *book.slot, PROT_READ | PROT_WRITE,
-                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    book.slot = room == MAP_FAILED ? NULL : room;
+    void *room = mmap(NULL, SLOTS * (sizeof *book.block + sizeof *book.origin),
+                      PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (room == MAP_FAILED)
+        return;
+    book.block = room;
+    book.origin = (struct origin *)(book.block + SLOTS);
 }
 
 static size_t slot_of(uintptr_t block)
 {
-    return (size_t)((block >> 4) * UINT64_C(0x9e3779b97f4a7c15) >> 44) % SLOTS;
+    return (size_t)((block >> 4) * UINT64_C(0x9e3779b97f4a7c15) >> 40) % SLOTS;
 }
 
 static void lock_book(void)
@@ -61,8 +65,8 @@ static void unlock_book(void)
 static void enter(void *given)
 {
     uintptr_t block = (uintptr_t)given;
-    struct slot as = {.block = block};
-    if (!book.slot || !given)
+    struct origin as;
+    if (!book.block || !given)
         return;
     as.n_frame = backtrace(as.frame, FRAMES);
     lock_book();
@@ -70,9 +74,10 @@ static void enter(void *given)
         book.overflown = 1;
     } else {
         size_t at = slot_of(block);
-        while (book.slot[at].block > 1)
+        while (book.block[at] > 1)
             at = (at + 1) % SLOTS;
-        book.slot[at] = as;
+        book.block[at] = block;
+        book.origin[at] = as;
         book.n_live++;
     }
     unlock_book();
@@ -81,12 +86,12 @@ static void enter(void *given)
 static void strike_out(void *given)
 {
     uintptr_t block = (uintptr_t)given;
-    if (!book.slot || !given)
+    if (!book.block || !given)
         return;
     lock_book();
-    for (size_t at = slot_of(block), n = 0; book.slot[at].block && n < SLOTS; n++) {
-        if (book.slot[at].block == block) {
-            book.slot[at].block = 1;
+    for (size_t at = slot_of(block), n = 0; book.block[at] && n < SLOTS; n++) {
+        if (book.block[at] == block) {
+            book.block[at] = 1;
             book.n_live--;
             break;
         }
@@ -97,15 +102,15 @@ static void strike_out(void *given)
 
 __attribute__((destructor)) static void close_book(void)
 {
-    if (!book.slot)
+    if (!book.block)
         return;
-    struct slot *slot = book.slot;
-    book.slot = NULL;
+    uintptr_t *block = book.block;
+    book.block = NULL;
     (void)dprintf(book.out, "%zu%s\n", book.n_live, book.overflown ? " at least" : "");
-    for (size_t at = 0, n = 0; at < SLOTS && n < SHOWN; at++) {
-        if (slot[at].block <= 1)
+    for (size_t at = 0, n = 0; n < SHOWN && n < book.n_live; at++) {
+        if (block[at] <= 1)
             continue;
-        backtrace_symbols_fd(slot[at].frame, slot[at].n_frame, book.out);
+        backtrace_symbols_fd(book.origin[at].frame, book.origin[at].n_frame, book.out);
         (void)dprintf(book.out, "\n");
         n++;
     }
