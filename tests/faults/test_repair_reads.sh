@@ -76,12 +76,12 @@ done
 
 # The same of what a killed trace left.
 set_at_commit 3 kill
-"${at_commit[@]}" "$RAYMAP" trace scene.yaml -o cut.raymap -n 40000 --quiet --threads 1 --flush-portions 1 &
+"${at_commit[@]}" "$RAYMAP" trace scene.yaml -o cut.raymap -n 24000 --quiet --threads 1 --flush-portions 1 &
 wait $! && fail "the trace is not killed"
 saved=$(rays cut.raymap)
 # What cannot be looked at just now is not missing.
 for words in '*m.raymap repair m.raymap' \
-    '*map.h5 trace scene.yaml -n 40000 -o m.raymap --resume --quiet'; do
+    '*map.h5 trace scene.yaml -n 24000 -o m.raymap --resume --quiet'; do
     rm -rf m.raymap && cp -r cut.raymap m.raymap
     # shellcheck disable=SC2086 # words
     expect 5 'm.raymap.*: Input/output error' env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" \
@@ -89,7 +89,7 @@ for words in '*m.raymap repair m.raymap' \
         "$RAYMAP" ${words#* }
 done
 turn=0 # a quick run takes every other pair
-for words in 'repair m.raymap' 'trace scene.yaml -n 40000 -o m.raymap --resume --quiet' \
+for words in 'repair m.raymap' 'trace scene.yaml -n 24000 -o m.raymap --resume --quiet' \
     'query m.raymap registered(sensor) --count'; do
     turn=$((turn + 1))
     for call in 'read:* *.journal' 'read:* *.part' 'read:pread *map.h5' 'memory:* *'; do
@@ -98,7 +98,7 @@ for words in 'repair m.raymap' 'trace scene.yaml -n 40000 -o m.raymap --resume -
         error=EIO
         [ "${call%%:*}" = read ] || error=ENOMEM
         # shellcheck disable=SC2086 # words
-        suffer cut.raymap 40000 "$saved" "${call%% *}" "${call#* }" $error 2 $words
+        suffer cut.raymap 24000 "$saved" "${call%% *}" "${call#* }" $error 2 $words
     done
 done
 finish
