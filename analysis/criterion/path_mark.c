@@ -278,7 +278,7 @@ static struct run begin_run(const struct rmap_path_table *table, const struct rm
     run.skips = table->next[2 * (size_t)table->n_symbol] == 0;
     for (int k = 0; k < table->n_need; k++) {
         run.hit_need |= table->need[k].is_hit;
-        run.step_need |= table->need[k].is_hit ? 0 : (uint8_t)(1u << k);
+        run.step_need |= (uint8_t)(!table->need[k].is_hit << k);
     }
     return run;
 }

@@ -283,7 +283,7 @@ static void mark_test(const struct rmap_which *self, int32_t index,
     if (test->where >= 0)
         rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);
     for (size_t i = 0; i < n; i++)
-        chosen[i] |= bits[i / 64] >> i % 64 & 1;
+        chosen[i] |= (uint8_t)(bits[i / 64] >> i % 64 & 1);
 }
 
 static enum rmap_status mark_tests(const struct rmap_which *self,

@@ -303,7 +303,7 @@ enum rmap_status rmap_surface_draw(const struct rmap_surface_question *self,
 {
     struct rmap_svg *svg = NULL;
     struct rmap_surface_question more;
-    char text[400], by[200] = "", title[sizeof text + sizeof by];
+    char text[400], by[200] = "", title[sizeof text + sizeof by + 2];
     struct rmap_surface_picture its = {.scene = self->scene,
                                        .side = self->side,
                                        .n = self->n_side,

@@ -64,7 +64,7 @@ static void test_groups(void **state)
         for (size_t g = 0; g < n_group; first += size[g++]) {
             uint32_t sum = 0;
             for (size_t i = first; i < first + size[g]; i++)
-                sum += bits[i / 64] >> i % 64 & 1;
+                sum += (uint32_t)(bits[i / 64] >> i % 64 & 1);
             assert_int_equal(count[g], sum);
             assert_int_equal(rmap_bits_count(bits, first, size[g]), sum);
         }
