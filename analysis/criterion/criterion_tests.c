@@ -12,6 +12,7 @@
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "base/count.h"
+#include "base/wide.h"
 
 /* Rows marked at a time, whole words of bits: they stay in the first-level cache. */
 enum { STRIP_ROWS = 4096 };
@@ -34,8 +35,8 @@ static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
 /* Bytes that are 0 or 1 as bits. */
 static void keep_bits(const uint8_t *flag, size_t n, uint64_t *bits)
 {
-    static const uint8_t is_marked[256] = {0, 1};
-    rmap_byte_set_bits(flag, n, is_marked, bits);
+    static const uint8_t marked = 1;
+    rmap_bytes_among(flag, n, &marked, 1, bits);
 }
 
 /* A bit for each segment. size: [n_ray] segments of each ray. */
@@ -165,10 +166,8 @@ static enum rmap_status mark_path(const struct rmap_evaluation *ev,
 /* A bit for each ray that ended so. */
 static void keep_stops(const struct rmap_evaluation *ev, uint32_t stop)
 {
-    uint8_t is_it[256] = {0};
-    if (stop < sizeof is_it)
-        is_it[stop] = 1;
-    rmap_byte_set_bits(ev->portion->ray.stop, ev->n_ray, is_it, ev->evaluator->mark);
+    const uint8_t it = (uint8_t)stop;
+    rmap_bytes_among(ev->portion->ray.stop, ev->n_ray, &it, stop == it, ev->evaluator->mark);
 }
 
 /* Of rays that ended so, 1 for those whose last segment ended at one of the objects, which follow
@@ -236,11 +235,20 @@ out:
     return st;
 }
 
+RMAP_WIDE static void count_bits(const uint64_t *bits, size_t n, uint32_t *count)
+{
+    for (size_t i = 0; i < n; i += 64) {
+        const uint64_t word = bits[i / 64];
+        const size_t few = n - i < 64 ? n - i : 64;
+        for (size_t k = 0; k < few; k++)
+            count[i + k] = word >> k & 1;
+    }
+}
+
 void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks)
 {
     if (marks->n_rows)
         rmap_bits_count_groups(marks->bits, marks->n_rows, ev->n_ray, ev->count);
     else
-        for (size_t i = 0; i < ev->n_ray; i++)
-            ev->count[i] = marks->bits[i / 64] >> i % 64 & 1;
+        count_bits(marks->bits, ev->n_ray, ev->count);
 }

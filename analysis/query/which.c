@@ -271,14 +271,14 @@ void rmap_which_destroy(struct rmap_which *self)
 static void mark_test(const struct rmap_which *self, int32_t index,
                       const struct rmap_portion *portion, uint64_t *bits, uint8_t *chosen)
 {
-    static const uint8_t is_marked[256] = {0, 1};
+    static const uint8_t marked = 1;
     const struct rmap_registration_test *test = &self->criterion->node[index].registrations;
     const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
     uint8_t flag[STRIP_ROWS];
     for (struct rmap_strip strip = {0}; strip.first < n; strip.first += strip.n) {
         strip.n = n - strip.first < STRIP_ROWS ? n - strip.first : STRIP_ROWS;
         rmap_registrations_mark(self->criterion, test, portion, &strip, flag);
-        rmap_byte_set_bits(flag, strip.n, is_marked, bits + strip.first / 64);
+        rmap_bytes_among(flag, strip.n, &marked, 1, bits + strip.first / 64);
     }
     if (test->where >= 0)
         rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);

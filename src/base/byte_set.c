@@ -7,15 +7,39 @@
 
 #include "base/wide.h"
 
-void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits)
+/* Bit k of the word is byte k, 0 or 1, of 64. */
+static inline uint64_t pack(const uint8_t *flag)
 {
-    for (size_t i = 0; i < n; i += 64) {
-        uint64_t word = 0;
-        size_t few = n - i < 64 ? n - i : 64;
-        for (size_t k = 0; k < few; k++)
-            word |= (uint64_t)member[byte[i + k]] << k;
-        bits[i / 64] = word;
+    uint64_t word = 0, eight;
+    for (size_t k = 0; k < 64; k += 8) { /* flag j goes to bit 56 + j, and nothing else there */
+        memcpy(&eight, flag + k, sizeof eight);
+        word |= (eight * UINT64_C(0x0102040810204080) >> 56) << k;
     }
+    return word;
+}
+
+/* Few are compared with one by one, many looked up. */
+RMAP_WIDE void rmap_bytes_among(const uint8_t *byte, size_t n, const uint8_t *some, size_t n_some,
+                                uint64_t *bits)
+{
+    enum { FEW = 24 };
+    uint8_t member[256] = {0}, last[64] = {0};
+    for (size_t m = 0; m < n_some; m++)
+        member[some[m]] = 1;
+    for (size_t i = 0; i < n; i += 64) {
+        const uint8_t *at = byte + i;
+        uint8_t flag[64] = {0};
+        if (n - i < 64)
+            at = memcpy(last, at, n - i);
+        if (n_some > FEW)
+            rmap_byte_set_flags(at, 64, member, flag);
+        for (size_t m = 0; n_some <= FEW && m < n_some; m++)
+            for (size_t k = 0; k < 64; k++)
+                flag[k] |= at[k] == some[m];
+        bits[i / 64] = pack(flag);
+    }
+    if (n % 64 > 0)
+        bits[n / 64] &= ~(UINT64_MAX << n % 64);
 }
 
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag)

@@ -11,11 +11,12 @@
 #include <stdint.h>
 #include <string.h>
 
-/* member[b]: 1 for the bytes b of the set, or 0. Bit i % 64 of bits[i / 64] says whether byte i is
- * one; the last word has 0 behind it. */
-void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits);
+/* Bit i % 64 of bits[i / 64] says whether byte i is one of some [n_some]; the last word has 0
+ * behind it. */
+void rmap_bytes_among(const uint8_t *byte, size_t n, const uint8_t *some, size_t n_some,
+                      uint64_t *bits);
 
-/* The same as bytes 1 and 0; flag may be `byte`. */
+/* flag[i]: member[byte[i]]; flag may be `byte`. */
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag);
 
 /* Bits as above of numbers [n] with low <= number < low + span, 32 bits throughout. */

@@ -124,24 +124,37 @@ enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, size_t n_cod
     return RMAP_OK;
 }
 
-/* The k-th class of codes RMAP_STEP_RARE. */
+/* The k-th class of codes RMAP_STEP_RARE. Words are little-endian in memory, too. */
 static inline uint32_t rare_class(const struct rmap_step_codes *codes, size_t k)
 {
-    return k / 2 < codes->n_rare_word ? codes->rare[k / 2] >> 16 * (k % 2) & 0xffff : UINT32_MAX;
+    uint16_t class;
+    if (k / 2 >= codes->n_rare_word)
+        return UINT32_MAX;
+    memcpy(&class, (const char *)codes->rare + k * sizeof class, sizeof class);
+    return class;
 }
 
 void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pass, size_t n_class,
                           uint64_t *bits)
 {
-    uint8_t member[256] = {0};
+    enum { STRIP = 64 };
+    static const uint8_t rarer = RMAP_STEP_RARE;
+    uint8_t some[RMAP_STEP_RARE];
+    uint64_t rare[STRIP];
+    size_t n_some = 0, n_rare = 0;
     for (size_t i = 0; i < codes->n_code; i++)
-        member[i] = codes->class_of[i] < n_class && pass[codes->class_of[i]];
-    rmap_byte_set_bits(codes->code, codes->n, member, bits);
-    const uint8_t *end = codes->code + codes->n, *at = codes->code;
-    for (size_t k = 0; (at = memchr(at, RMAP_STEP_RARE, (size_t)(end - at))); k++, at++) {
-        const size_t i = (size_t)(at - codes->code);
-        const uint32_t class = rare_class(codes, k);
-        bits[i / 64] |= (uint64_t)(class < n_class && pass[class]) << i % 64;
+        if (codes->class_of[i] < n_class && pass[codes->class_of[i]])
+            some[n_some++] = (uint8_t)i;
+    rmap_bytes_among(codes->code, codes->n, some, n_some, bits);
+    for (size_t from = 0; from < codes->n; from += (size_t)64 * STRIP) {
+        const size_t n = codes->n - from < 64 * STRIP ? codes->n - from : 64 * STRIP;
+        rmap_bytes_among(codes->code + from, n, &rarer, 1, rare);
+        for (size_t w = 0; w < rmap_bit_words(n); w++)
+            for (uint64_t left = rare[w]; left; left &= left - 1) {
+                const uint32_t class = rare_class(codes, n_rare++);
+                const uint64_t passes = class < n_class && pass[class]; /* is anybody's guess */
+                bits[from / 64 + w] |= (left & -left) & (0 - passes);
+            }
     }
 }
 
