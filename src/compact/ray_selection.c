@@ -192,6 +192,12 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
     for (size_t i = 0, k = 0; k < n; i++, go_on(&at, &its)) {
+        for (; i < ray[k] && own.path[i] > 0; i++) { /* most are passed over so */
+            const struct rmap_path_count *count = &table->count[own.path[i]];
+            at.segment += count->n_segment;
+            at.registration += count->n_registration;
+            at.triangle += count->n_listed;
+        }
         RMAP_TRY(measure(self, table, &own, own.path[i], n_triangle > 0, &at, &its, err));
         if (ray[k] != i)
             continue;

@@ -8,33 +8,9 @@
 
 enum { FIRST_SLOTS = 256 };
 
-/* Objects differ most; odd constants spread them over the top bits. */
-static size_t home(const struct rmap_step_classes *classes, const struct rmap_step_class *step)
-{
-    const uint64_t hash = (uint64_t)(uint32_t)step->object * UINT64_C(0x9e3779b97f4a7c15) ^
-                          (uint64_t)step->event * UINT64_C(0xc2b2ae3d27d4eb4f) ^
-                          (uint64_t)(uint32_t)step->medium * UINT64_C(0x165667b19e3779f9);
-    return (size_t)(hash >> 32) & (classes->n_slot - 1);
-}
-
-uint32_t rmap_step_class_find(const struct rmap_step_classes *classes,
-                              const struct rmap_step_class *step)
-{
-    if (classes->n == 0)
-        return RMAP_NO_STEP_CLASS;
-    for (size_t s = home(classes, step); classes->slot[s] > 0;
-         s = (s + 1) & (classes->n_slot - 1)) {
-        const struct rmap_step_class *known = &classes->of[classes->slot[s] - 1];
-        if (known->object == step->object && known->event == step->event &&
-            known->medium == step->medium)
-            return classes->slot[s] - 1;
-    }
-    return RMAP_NO_STEP_CLASS;
-}
-
 static void place(struct rmap_step_classes *classes, uint32_t number)
 {
-    size_t s = home(classes, &classes->of[number]);
+    size_t s = rmap_step_class_home(classes, &classes->of[number]);
     while (classes->slot[s] > 0)
         s = (s + 1) & (classes->n_slot - 1);
     classes->slot[s] = number + 1;
