@@ -277,7 +277,10 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
 {
     struct rmap_cursor *cursor;
     enum rmap_status st = cursor_of(rays, &cursor, err);
-    return st == RMAP_OK ? rmap_cursor_own_paths(cursor, RMAP_COLUMNS_DISCRETE, own_ret, err) : st;
+    return st == RMAP_OK
+               ? rmap_cursor_own_paths(cursor, RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_id),
+                                       own_ret, err)
+               : st;
 }
 
 /* The registrations of the portion that count. */

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/query/class_tests.h"
+#include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
 #include "io/map/map_cursor.h"
@@ -253,8 +254,6 @@ static enum rmap_status sum_up_paths(struct rmap_query_known *self, bool own_alo
 {
     if (self->is_told && (own_alone || self->summary.path || !self->summary.paths))
         return RMAP_OK;
-    if (self->is_told)
-        self->own = NULL; /* without ids */
     self->is_told = true;
     return rmap_cursor_path_summary(self->cursor, own_alone, &self->summary, err);
 }
@@ -285,7 +284,7 @@ static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_err
     if (self->own)
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->own_outcome, self->own_cap, n + 1, err));
-    st = rmap_cursor_own_paths(self->cursor, 0, &self->own, err);
+    st = rmap_cursor_own_paths(self->cursor, RMAP_COLUMN_BIT(RMAP_RAY_source), &self->own, err);
 out:
     return st;
 }
@@ -398,13 +397,9 @@ out:
 
 static void count_own(const struct rmap_query_known *self, struct rmap_count *sum)
 {
-    const struct rmap_ray_columns *ray = &self->own->ray;
-    for (size_t k = 0; k < self->summary.n_own; k++) {
-        const uint32_t match = self->own_outcome[k] >> 1;
-        sum->rays += match;
-        sum->segments += ray->segment_count[k] & (0u - match);
-        add_source(sum, (size_t)ray->source[k], match);
-    }
+    const size_t n_source = rmap_map_scene(self->map)->n_source;
+    const struct rmap_sums_facts facts = {n_source, n_source <= RMAP_SUMS_SOURCES_MAX};
+    rmap_sums_add_rays(sum, self->own, self->own_outcome, &facts);
 }
 
 enum rmap_status rmap_query_known_add(struct rmap_query_known *self, size_t c, bool *is_counted_ret,

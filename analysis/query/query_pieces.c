@@ -9,6 +9,7 @@
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/query/query_known.h"
 #include "base/alloc.h"
+#include "compact/streams.h"
 #include "io/map/piece_paths.h"
 
 struct pieces {
@@ -91,7 +92,12 @@ static enum rmap_status visit_piece(struct pieces *self, size_t p, const struct 
     enum rmap_status st = RMAP_OK;
     struct rmap_piece_paths piece = {0};
     bool told;
-    RMAP_TRY(rmap_piece_paths_open(self->map, p, sum, &piece, &told, err));
+    rmap_column_set columns = 0;
+    for (size_t c = 0; c < self->n_criterion; c++)
+        if (is_discrete(self->criterion[c]))
+            columns |= rmap_criterion_columns(self->criterion[c]);
+    RMAP_TRY(rmap_piece_paths_open(self->map, p, rmap_compact_needs_rows(columns), sum, &piece,
+                                   &told, err));
     for (size_t c = 0; told && c < self->n_criterion; c++)
         if (is_discrete(self->criterion[c]))
             RMAP_TRY(count_piece(self, &piece, c, &count[c],

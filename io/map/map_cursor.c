@@ -17,6 +17,7 @@ enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set 
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
     self->columns = columns & rmap_columns_of_run(map->scene[0]->timed);
+    self->whole_paths = rmap_compact_needs_rows(self->columns);
     self->space = rmap_alloc(map->spaces.n, sizeof *self->space);
     if (!self->space) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");

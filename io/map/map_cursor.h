@@ -83,8 +83,8 @@ enum rmap_status rmap_cursor_path_sums(struct rmap_cursor *cursor,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* Of one that was summed up so, the rays with paths of their own, side by side in their order, with
- * the discrete columns that `columns` names or an earlier call did, sources, stops, counts and
- * weights, and ids unless they were summed up alone. The portion is the same one for every call. */
+ * the discrete columns and ids that `columns` names or an earlier call did, segment counts and
+ * weights. The portion is the same one for every call. */
 enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor, rmap_column_set columns,
                                        const struct rmap_portion **own_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;

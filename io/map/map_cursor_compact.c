@@ -65,11 +65,25 @@ static void count_paths(struct rmap_cursor *self, const struct rmap_portion_info
     const size_t piece = (size_t)info->piece;
     const int ray = rmap_map_piece_layout(self->map, piece)->stream[RMAP_STREAM_ray_path].table;
     const uint64_t n = self->map->content.piece[piece].stored_rows[ray];
-    const uint64_t nbytes = rmap_map_paths_stored_nbytes(self->map, piece);
+    const uint64_t nbytes =
+        rmap_map_paths_stored_nbytes(self->map, piece, rmap_compact_needs_rows(self->columns));
     const uint64_t first = info->stored_first[ray], last = first + info->stored_rows[ray];
     const uint64_t share = n > 0 ? nbytes * last / n - nbytes * first / n : 0;
     rmap_chunk_reader_set_nbytes_of_rows(self->reader,
                                          rmap_chunk_reader_nbytes_of_rows(self->reader) + share);
+}
+
+/* Heads of paths may be in hand where all is needed; who has them may go on to use them. */
+static enum rmap_status take_paths(struct rmap_cursor *self, size_t piece, struct rmap_error *err)
+{
+    const struct rmap_path_table *before = self->paths;
+    if (before && (before->is_whole || !self->whole_paths))
+        return RMAP_OK;
+    const enum rmap_status st =
+        rmap_map_paths(self->map, piece, self->whole_paths, self->reader, &self->paths, err);
+    rmap_map_paths_give_back(self->map, piece, before);
+    self->paths_piece = piece;
+    return st;
 }
 
 enum rmap_status rmap_cursor_enter_rows(struct rmap_cursor *self,
@@ -83,9 +97,7 @@ enum rmap_status rmap_cursor_enter_rows(struct rmap_cursor *self,
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         in_hand->n_row[t] = (size_t)info->n_row[t];
     RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, false, &in_hand->model, err));
-    if (!self->paths)
-        RMAP_TRY(rmap_map_paths(self->map, piece, self->reader, &self->paths, err));
-    self->paths_piece = piece;
+    RMAP_TRY(take_paths(self, piece, err));
     if (!self->streams && !rmap_map_borrow_stream(self->map, self->in_hand, RMAP_STREAM_pool64))
         count_paths(self, info);
     st = read_rows(self, info, streams, &in_hand->rows, err);
@@ -156,6 +168,7 @@ enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *self,
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor_space *space = &self->space[info->space];
     struct rmap_cursor_rows in_hand;
+    self->whole_paths = true;
     RMAP_TRY(rmap_cursor_enter_rows(self, info, rmap_compact_streams(columns, &self->header),
                                     &in_hand, err));
     RMAP_TRY(rmap_cursor_make_decoder(self, info, err));
@@ -187,6 +200,8 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, bool own_alo
         rmap_cursor_say_where(self, info, err);
         return st;
     }
+    self->header = summary;
+    self->knows_header = true;
     if (summary.weigh_one && summary.ids_run && summary.media_known &&
         summary.first_ray == info->first_ray && rmap_map_paths_fit(self->map, piece))
         *paths = (struct rmap_path_summary){
@@ -195,7 +210,9 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, bool own_alo
             .first_registration = rmap_path_table_first_registrations(self->paths),
             .path = summary.path,
             .n_own = summary.n_own,
-            .classes = summary.classed ? rmap_path_table_classes(self->paths) : NULL,
+            .classes = summary.classed && self->paths->is_whole
+                           ? rmap_path_table_classes(self->paths)
+                           : NULL,
             .n_own_segment = summary.n_own_segment};
 out:
     return st;
@@ -204,10 +221,10 @@ out:
 enum rmap_status rmap_cursor_path_sums(struct rmap_cursor *self,
                                        const struct rmap_path_sum **sum_ret, struct rmap_error *err)
 {
-    return rmap_map_path_sums(self->map, self->paths_piece, sum_ret, err);
+    return rmap_map_path_sums(self->map, self->paths_piece, true, sum_ret, err);
 }
 
-/* Weights of rays with path 0, and, where the paths of all rays are there, ids. */
+/* Weights of rays with path 0, and ids where the paths of all rays are there. */
 static void fill_own_rays(const uint32_t *path, size_t n_ray, uint64_t first_ray,
                           struct rmap_portion *own)
 {
@@ -227,24 +244,23 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     struct rmap_cursor_rows in_hand;
-    const uint64_t path = UINT64_C(1) << RMAP_STREAM_ray_path;
-    const bool has_paths = self->streams & path;
-    columns = self->own_columns | ((columns | RMAP_HEAD_COLUMNS) & RMAP_COLUMNS_DISCRETE);
-    if (columns == self->own_columns && has_paths == self->own_has_ids)
+    const rmap_column_set id = RMAP_COLUMN_BIT(RMAP_RAY_id);
+    columns = self->own_columns | (columns & (RMAP_COLUMNS_DISCRETE | id)) |
+              RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+    if (columns == self->own_columns)
         goto out;
     if (!self->own && !(self->own = rmap_alloc(1, sizeof *self->own)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     RMAP_TRY(rmap_cursor_know_header(self, err));
-    RMAP_TRY(rmap_cursor_enter_rows(
-        self, info, rmap_compact_streams(columns, &self->header) & ~(has_paths ? 0 : path),
-        &in_hand, err));
-    RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, columns,
-                                     &self->steps, self->own, err));
+    self->whole_paths |= rmap_compact_needs_rows(columns);
+    RMAP_TRY(rmap_cursor_enter_rows(self, info, rmap_compact_own_streams(columns, &self->header),
+                                    &in_hand, err));
+    RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, &self->header,
+                                     columns, &self->steps, self->own, err));
     RMAP_TRY(rmap_cursor_check_limits(self, self->own, columns, info, err));
     fill_own_rays(in_hand.rows.data[RMAP_STREAM_ray_path], in_hand.n_row[RMAP_TABLE_RAY],
                   info->first_ray, self->own);
     self->own_columns = columns;
-    self->own_has_ids = has_paths;
 out:
     *own_ret = self->own;
     return st;

@@ -46,10 +46,10 @@ struct rmap_cursor {
     size_t some_cap;
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
+    bool whole_paths;                    /* their heads are not enough */
     size_t paths_piece;                  /* whose they are */
     struct rmap_portion *own;            /* rays with paths of their own, of the portion in hand, */
-    rmap_column_set own_columns;         /* with these columns, */
-    bool own_has_ids;                    /* and ids */
+    rmap_column_set own_columns;         /* with these columns */
     struct rmap_step_buffer steps;       /* classes of their segments */
     struct rmap_path_sum *own_sum;       /* their bounds */
     size_t own_sum_cap;

@@ -73,6 +73,7 @@ static enum rmap_status decode_selected(struct rmap_cursor *self,
     struct rmap_cursor_rows in_hand;
     const struct rmap_rows *rows = NULL;
     size_t n_row[RMAP_TABLE_COUNT];
+    self->whole_paths = true;
     RMAP_TRY(rmap_cursor_enter_rows(
         self, info, rmap_compact_selection_streams(columns, &self->header), &in_hand, err));
     RMAP_TRY(rmap_cursor_make_decoder(self, info, err));

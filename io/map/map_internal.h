@@ -23,14 +23,16 @@ struct rmap_piece_chunks {
 
 /* Paths of a compact piece, while they are kept. */
 struct rmap_kept_paths {
-    struct rmap_path_table *table; /* NULL: not now */
+    struct rmap_path_table *table[2]; /* heads alone, whole; NULL: not now */
+    uint64_t stored_nbytes[2];        /* in the file */
     size_t n_user, nbytes;
-    uint64_t stored_nbytes; /* in the file */
-    uint64_t tick;          /* when it was asked for last */
-    bool names_nothing;     /* some value of it is none of the scene's */
-    bool knows_sums;
-    struct rmap_path_sum *sum; /* [its paths], NULL: the piece does not say */
+    uint64_t tick;                /* when they were asked for last */
+    bool names_nothing;           /* some value of them is none of the scene's */
+    bool knows_sums[2];           /* without lengths, with them */
+    struct rmap_path_sum *sum[2]; /* [its paths], NULL: the piece does not say */
 };
+
+void rmap_kept_paths_fini(struct rmap_kept_paths *kept); /* map_paths.c */
 
 struct rmap_map {
     char *path;

@@ -37,9 +37,9 @@ enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space, bool t
     return st;
 }
 
-static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
-                                   struct rmap_chunk_reader *reader, struct rmap_rows *rows,
-                                   struct rmap_error *err)
+static enum rmap_status read_tables(const struct rmap_map *map, size_t piece, uint32_t tables,
+                                    struct rmap_chunk_reader *reader, struct rmap_rows *rows,
+                                    struct rmap_error *err)
 {
     const struct rmap_piece_info *info = &map->content.piece[piece];
     for (int s = 0; s < rows->layout->n_stream; s++) {
@@ -51,6 +51,8 @@ static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
             return rmap_error_set(err, RMAP_FORMAT, "%s: %s has %llu rows, more than any piece has",
                                   info->name, stream->path, (unsigned long long)n);
         rows->n_row[stream->table] = (size_t)n;
+        if (!(tables & (UINT32_C(1) << stream->table)))
+            continue;
         rows->data[s] =
             rmap_alloc_unset((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
         if (!rows->data[s])
@@ -68,36 +70,51 @@ static bool is_in_scene(const struct rmap_scene *scene, const struct rmap_path_t
     const struct rmap_portion *rays = rmap_path_table_rays(table);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c) &&
+            rmap_portion_column(rays, (enum rmap_column)c) &&
             !rmap_portion_within(scene, rays, (enum rmap_column)c))
             return false;
     return true;
 }
 
-static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chunk_reader *reader,
-                             struct rmap_error *err)
+static enum rmap_status load(struct rmap_map *map, size_t piece, bool whole,
+                             struct rmap_chunk_reader *reader, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_piece_info *info = &map->content.piece[piece];
+    struct rmap_kept_paths *kept = &map->paths[piece];
     const struct rmap_compact_model *model;
     const struct rmap_piece_chunks *chunks;
+    const uint32_t heads = UINT32_C(1) << RMAP_COMPACT_PATH;
     struct rmap_rows rows = {.layout = rmap_map_piece_layout(map, piece),
                              .n_channel = rmap_map_piece_n_channel(map, piece)};
     RMAP_TRY(rmap_map_model(map, (size_t)info->space, false, &model, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
     const uint64_t before = rmap_chunk_reader_nbytes_of_rows(reader);
-    RMAP_TRY(read_whole(map, piece, reader, &rows, err));
-    map->paths[piece].stored_nbytes = rmap_chunk_reader_nbytes_of_rows(reader) - before;
+    RMAP_TRY(read_tables(map, piece, heads, reader, &rows, err));
+    kept->stored_nbytes[false] = rmap_chunk_reader_nbytes_of_rows(reader) - before;
+    if (whole)
+        RMAP_TRY(read_tables(map, piece, ~heads, reader, &rows, err));
+    kept->stored_nbytes[whole] = rmap_chunk_reader_nbytes_of_rows(reader) - before;
     rmap_chunk_reader_set_nbytes_of_rows(reader, before);
-    st = rmap_path_table_create(model, &rows, &map->paths[piece].table, err);
+    st = rmap_path_table_create(model, &rows, &kept->table[whole], err);
     if (st == RMAP_OK)
-        map->paths[piece].names_nothing = !is_in_scene(map->scene[0], map->paths[piece].table);
+        kept->names_nothing |= !is_in_scene(map->scene[0], kept->table[whole]);
     else
         rmap_error_context(err, "%s", info->name);
 out:
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(rows.data[s]);
     return st;
+}
+
+void rmap_kept_paths_fini(struct rmap_kept_paths *kept)
+{
+    for (int k = 0; k < 2; k++) {
+        rmap_path_table_destroy(kept->table[k]);
+        rmap_free(kept->sum[k]);
+    }
+    *kept = (struct rmap_kept_paths){0};
 }
 
 /* Lets tables go that nobody has, until all take no more than the budget or none is left. */
@@ -107,19 +124,17 @@ static void shrink(struct rmap_map *map)
         struct rmap_kept_paths *oldest = NULL;
         for (size_t i = 0; i < map->content.n_piece; i++) {
             struct rmap_kept_paths *kept = &map->paths[i];
-            if (kept->table && kept->n_user == 0 && (!oldest || kept->tick < oldest->tick))
+            if (kept->nbytes > 0 && kept->n_user == 0 && (!oldest || kept->tick < oldest->tick))
                 oldest = kept;
         }
         if (!oldest)
             return;
-        rmap_path_table_destroy(oldest->table);
-        rmap_free(oldest->sum);
         map->paths_nbytes -= oldest->nbytes;
-        *oldest = (struct rmap_kept_paths){0};
+        rmap_kept_paths_fini(oldest);
     }
 }
 
-enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
+enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece, bool whole,
                                 struct rmap_chunk_reader *reader,
                                 const struct rmap_path_table **paths_ret, struct rmap_error *err)
 {
@@ -127,12 +142,14 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
     enum rmap_status st = RMAP_OK;
     (void)pthread_mutex_lock(&self->paths_lock);
     struct rmap_kept_paths *kept = &self->paths[piece];
-    if (!kept->table) {
-        st = load(self, piece, reader, err);
-        kept->nbytes = st == RMAP_OK ? rmap_path_table_nbytes(kept->table) : 0;
-        self->paths_nbytes += kept->nbytes;
+    whole |= kept->table[true] != NULL;
+    if (!kept->table[whole]) {
+        st = load(self, piece, whole, reader, err);
+        const size_t nbytes = st == RMAP_OK ? rmap_path_table_nbytes(kept->table[whole]) : 0;
+        kept->nbytes += nbytes;
+        self->paths_nbytes += nbytes;
     }
-    *paths_ret = st == RMAP_OK ? kept->table : NULL;
+    *paths_ret = st == RMAP_OK ? kept->table[whole] : NULL;
     kept->n_user += st == RMAP_OK;
     kept->tick = ++self->paths_tick;
     shrink(self);
@@ -141,7 +158,7 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
 }
 
 /* A piece that is still being written says nothing yet. */
-static enum rmap_status read_sums(const struct rmap_map *map, size_t piece,
+static enum rmap_status read_sums(const struct rmap_map *map, size_t piece, bool lengths,
                                   struct rmap_path_sum **sum_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -158,7 +175,8 @@ static enum rmap_status read_sums(const struct rmap_map *map, size_t piece,
     RMAP_TRY(rmap_h5_open(&h5, path, err));
     if (!rmap_h5_has(&h5, fields.field->path))
         goto out;
-    RMAP_TRY(rmap_h5_read_fields(&h5, fields.field, fields.n, sizeof **sum_ret, &rows, &n, err));
+    RMAP_TRY(rmap_h5_read_fields(&h5, fields.field, lengths ? fields.n : 1, sizeof **sum_ret, &rows,
+                                 &n, err));
     if (n != info->stored_rows[RMAP_COMPACT_PATH])
         RMAP_TRY(rmap_error_set(err, RMAP_FORMAT, "%s: %s has not as many rows as there are paths",
                                 path, fields.field->path));
@@ -171,7 +189,7 @@ out:
     return st;
 }
 
-enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
+enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece, bool lengths,
                                     const struct rmap_path_sum **sum_ret, struct rmap_error *err)
 {
     struct rmap_map *self = inside(map);
@@ -179,28 +197,29 @@ enum rmap_status rmap_map_path_sums(const struct rmap_map *map, size_t piece,
     enum rmap_status st = RMAP_OK;
     struct rmap_error why = {0};
     (void)pthread_mutex_lock(&self->paths_lock);
-    if (!kept->knows_sums) {
+    if (!kept->knows_sums[lengths]) {
         (void)pthread_mutex_lock(&self->hdf5_lock);
-        st = read_sums(map, piece, &kept->sum, &why);
+        st = read_sums(map, piece, lengths, &kept->sum[lengths], &why);
         (void)pthread_mutex_unlock(&self->hdf5_lock);
         if (st == RMAP_FORMAT) /* its rays are whole, for all that is known: verify tells */
             st = RMAP_OK;
         else if (st != RMAP_OK && err)
             *err = why;
-        kept->knows_sums = st == RMAP_OK;
-        const size_t n =
-            kept->sum ? (size_t)map->content.piece[piece].stored_rows[RMAP_COMPACT_PATH] : 0;
-        kept->nbytes += n * sizeof *kept->sum;
-        self->paths_nbytes += n * sizeof *kept->sum;
+        kept->knows_sums[lengths] = st == RMAP_OK;
+        const size_t n = kept->sum[lengths]
+                             ? (size_t)map->content.piece[piece].stored_rows[RMAP_COMPACT_PATH]
+                             : 0;
+        kept->nbytes += n * sizeof **kept->sum;
+        self->paths_nbytes += n * sizeof **kept->sum;
     }
-    *sum_ret = kept->sum;
+    *sum_ret = kept->sum[lengths];
     (void)pthread_mutex_unlock(&self->paths_lock);
     return st;
 }
 
-uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece)
+uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece, bool whole)
 {
-    return map->paths[piece].stored_nbytes;
+    return map->paths[piece].stored_nbytes[whole];
 }
 
 bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece)

@@ -483,8 +483,7 @@ void rmap_map_forget(struct rmap_map *map)
     rmap_column_files_destroy(map->column_files);
     map->column_files = NULL;
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++) {
-        rmap_path_table_destroy(map->paths[i].table);
-        rmap_free(map->paths[i].sum);
+        rmap_kept_paths_fini(&map->paths[i]);
     }
     rmap_free(map->paths);
     map->paths = NULL;

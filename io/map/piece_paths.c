@@ -42,7 +42,7 @@ static bool add_up(const struct rmap_piece_paths *self, const struct rmap_piece_
            registrations == sum->n_row[RMAP_TABLE_REGISTRATION];
 }
 
-enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece,
+enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece, bool whole,
                                        const struct rmap_piece_sum *sum,
                                        struct rmap_piece_paths *self, bool *told_ret,
                                        struct rmap_error *err)
@@ -54,10 +54,10 @@ enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece,
         sum->n_row[RMAP_TABLE_RAY] == 0)
         goto out;
     RMAP_TRY(rmap_chunk_reader_create(map, &self->reader, err));
-    RMAP_TRY(rmap_map_paths(map, piece, self->reader, &self->table, err));
+    RMAP_TRY(rmap_map_paths(map, piece, whole, self->reader, &self->table, err));
     self->paths = rmap_path_table_rays(self->table);
     if (rmap_map_paths_fit(map, piece))
-        RMAP_TRY(rmap_map_path_sums(map, piece, &self->of, err));
+        RMAP_TRY(rmap_map_path_sums(map, piece, false, &self->of, err));
     *told_ret = self->of && add_up(self, sum);
 out:
     if (st != RMAP_OK)

@@ -20,17 +20,19 @@ enum rmap_status rmap_piece_sums(const struct rmap_map *map, struct rmap_piece_s
 
 struct rmap_piece_paths {
     const struct rmap_portion *paths; /* as rays, columns RMAP_COLUMNS_DISCRETE; borrowed */
-    const struct rmap_path_sum *of;   /* [its rays] of the piece's that have this path, each of
-                                         weight 1; all others have paths of their own; borrowed */
+    const struct rmap_path_sum *of; /* [its rays] without lengths: rays of the piece that have this
+                                       path, each of weight 1; all others have paths of their own;
+                                       borrowed */
     struct rmap_chunk_reader *reader;
     const struct rmap_path_table *table;
     const struct rmap_map *map;
     size_t piece;
 };
 
-/* *told_ret: false where the piece does not say, or says it of other portions than the map lists.
- * Errors name the piece. Else fini whatever was told. */
-enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece,
+/* whole: as for rmap_map_paths; else `paths` need not have rows but of /ray. *told_ret: false where
+ * the piece does not say, or says it of other portions than the map lists. Errors name the piece.
+ * Else fini whatever was told. */
+enum rmap_status rmap_piece_paths_open(const struct rmap_map *map, size_t piece, bool whole,
                                        const struct rmap_piece_sum *sum,
                                        struct rmap_piece_paths *self, bool *told_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;

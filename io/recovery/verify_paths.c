@@ -63,7 +63,7 @@ enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t pi
     bool told = false, same = true;
     enum rmap_status st = rmap_piece_sums(map, &sum, &why);
     if (st == RMAP_OK)
-        st = rmap_piece_paths_open(map, piece, &sum[piece], &paths, &told, &why);
+        st = rmap_piece_paths_open(map, piece, false, &sum[piece], &paths, &told, &why);
     if (st == RMAP_OK && told) {
         st = compare(map, &paths, &same, &why);
         if (st == RMAP_OK && !same) {

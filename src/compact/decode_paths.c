@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "base/wide.h"
 #include "compact/damaged.h"
 #include "compact/paths.h"
 
@@ -37,27 +38,35 @@ struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                    .registered = data[RMAP_STREAM_OWN_registered]};
 }
 
-/* At most 2^32 rays of 2^32
- * rows: no sum is too large. */
+RMAP_WIDE static uint32_t greatest(const uint32_t *number, size_t n)
+{
+    uint32_t most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = number[i] > most ? number[i] : most;
+    return most;
+}
+
+/* At most 2^32 rays of 2^32 rows: no sum is too large. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
                                       const size_t n_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     const struct rmap_path_table *table = own->table;
     size_t n_mine = own->path ? 0 : own->n;
     uint64_t n[2] = {0, 0}, own_n[2] = {0, 0};
+    if (own->path && greatest(own->path, n_row[RMAP_TABLE_RAY]) > table->n)
+        return rmap_portion_damaged("a ray refers to a path that is not there", err);
     for (size_t i = 0; own->path && i < n_row[RMAP_TABLE_RAY]; i++) {
         uint32_t path = own->path[i];
-        if (path > table->n)
-            return rmap_portion_damaged("a ray refers to a path that is not there", err);
         n[0] += table->count[path].n_segment; /* 0 for path 0 */
         n[1] += table->count[path].n_registration;
         n_mine += path == 0;
     }
     for (size_t k = 0; k < own->n; k++) {
         own_n[0] += own->segment_count[k];
-        own_n[1] += own->registration_count[k];
+        own_n[1] += own->registration_count ? own->registration_count[k] : 0;
     }
-    if (n_mine != own->n || own_n[0] != own->n_segment || own_n[1] != own->n_registration)
+    if (n_mine != own->n || own_n[0] != own->n_segment ||
+        (own->registration_count && own_n[1] != own->n_registration))
         return rmap_portion_damaged("its own paths have not as many rows as there are", err);
     if (!own->path)
         return RMAP_OK;
@@ -135,15 +144,16 @@ static inline void look_up(const struct rmap_step_classes *classes, const uint32
 void rmap_own_path_unfold(const struct rmap_own_paths *own, size_t k, size_t from,
                           const struct rmap_path_columns *out)
 {
+    if (own->classed) {
+        look_up(&own->table->classes, own->object + from, own->segment_count[k], out);
+        return;
+    }
     const struct rmap_folded_path path = {.source = own->source[k],
                                           .stop = own->stop[k],
                                           .n = own->segment_count[k],
                                           .object = own->object + from,
                                           .event = own->event + from};
-    if (own->classed)
-        look_up(&own->table->classes, path.object, path.n, out);
-    else
-        rmap_path_unfold(own->model, &path, out);
+    rmap_path_unfold(own->model, &path, out);
 }
 
 /* Those of rows from `row` on. */
@@ -300,11 +310,14 @@ void rmap_own_paths_unfold(const struct rmap_own_paths *own, rmap_column_set col
     const struct rmap_ray_columns *ray = &out->ray;
     const struct rmap_registration_columns *hit = &out->registration;
     const struct rmap_path_columns segments = segment_columns(columns, out);
-    copy(ray->source, own->source, own->n * sizeof *ray->source);
-    copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
     copy(ray->segment_count, own->segment_count, own->n * sizeof *ray->segment_count);
-    copy(ray->registration_count, own->registration_count,
-         own->n * sizeof *ray->registration_count);
+    if (columns & BIT(RMAP_RAY_source))
+        copy(ray->source, own->source, own->n * sizeof *ray->source);
+    if (columns & BIT(RMAP_RAY_stop))
+        copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
+    if (columns & BIT(RMAP_RAY_registration_count))
+        copy(ray->registration_count, own->registration_count,
+             own->n * sizeof *ray->registration_count);
     if (columns & BIT(RMAP_REGISTRATION_segment))
         copy(hit->segment, own->segment, own->n_registration * sizeof *hit->segment);
     if (columns & BIT(RMAP_REGISTRATION_detector))
@@ -312,6 +325,10 @@ void rmap_own_paths_unfold(const struct rmap_own_paths *own, rmap_column_set col
     if (columns & BIT(RMAP_REGISTRATION_registered))
         copy(hit->registered, own->registered, own->n_registration * sizeof *hit->registered);
     const bool any = segments.object || segments.event || segments.medium;
+    if (any && own->classed) {
+        look_up(&own->table->classes, own->object, own->n_segment, &segments);
+        return;
+    }
     for (size_t k = 0, from = 0; any && k < own->n; from += own->segment_count[k++]) {
         const struct rmap_path_columns to = rows_from(&segments, from);
         rmap_own_path_unfold(own, k, from, &to);

@@ -29,7 +29,7 @@ struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_rows *rows, bool classed);
 
 /* The paths exist, and their rows add up to what the index promises; without `path`, those of its
- * own to as many as are there. RMAP_FORMAT. */
+ * own to as many as are there, as far as their counts are there. RMAP_FORMAT. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
                                       const size_t n_row[RMAP_TABLE_COUNT],
                                       struct rmap_error *err) RMAP_MUST_USE;
@@ -42,7 +42,7 @@ void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
 void rmap_own_path_unfold(const struct rmap_own_paths *own, size_t k, size_t from,
                           const struct rmap_path_columns *out);
 
-/* The own paths alone, as rays side by side: what heads tell but for start_object, and what else of
+/* The own paths alone, as rays side by side: how many segments they have, and what else of
  * RMAP_COLUMNS_DISCRETE `columns` names; their rows are there. */
 void rmap_own_paths_unfold(const struct rmap_own_paths *own, rmap_column_set columns,
                            struct rmap_portion *out);

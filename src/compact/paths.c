@@ -114,13 +114,21 @@ static enum rmap_status damaged(const char *what, struct rmap_error *err)
     return rmap_error_set(err, RMAP_FORMAT, "damaged dictionary of paths: %s", what);
 }
 
-/* All of the streams of tables that have rows must be there. */
+/* Whether segments and registrations are there, too. */
+static bool are_whole(const struct rmap_rows *rows)
+{
+    bool all = true;
+    for (int s = RMAP_STREAM_PATH_object; s <= RMAP_STREAM_PATH_registered; s++)
+        all &= rows->data[s] || rows->n_row[rows->layout->stream[s].table] == 0;
+    return all;
+}
+
 static enum rmap_status check(const struct rmap_rows *rows, struct rmap_error *err)
 {
     if (rows->layout != &rmap_compact_layout)
         return rmap_error_set(err, RMAP_INTERNAL, "rows are not of the compact encoding");
-    for (int s = RMAP_STREAM_PATH_source; s <= RMAP_STREAM_PATH_registered; s++)
-        if (!rows->data[s] && rows->n_row[rows->layout->stream[s].table] > 0)
+    for (int s = RMAP_STREAM_PATH_source; s < RMAP_STREAM_PATH_object; s++)
+        if (!rows->data[s] && rows->n_row[RMAP_COMPACT_PATH] > 0)
             return rmap_error_set(err, RMAP_INTERNAL, "no rows of %s",
                                   rows->layout->stream[s].path);
     if (rows->n_row[RMAP_COMPACT_PATH] > RMAP_PATH_MAX ||
@@ -130,16 +138,16 @@ static enum rmap_status check(const struct rmap_rows *rows, struct rmap_error *e
     return RMAP_OK;
 }
 
-static enum rmap_status fill(const struct rmap_compact_model *model, const struct rmap_rows *rows,
-                             struct rmap_path_table *table, struct rmap_error *err)
+/* What heads say. */
+static enum rmap_status fill_heads(const struct rmap_rows *rows, struct rmap_path_table *table,
+                                   struct rmap_error *err)
 {
     const int32_t *source = rows->data[RMAP_STREAM_PATH_source];
     const uint8_t *stop = rows->data[RMAP_STREAM_PATH_stop];
     const uint32_t *start_object = rows->data[RMAP_STREAM_PATH_start_object],
                    *n_segment = rows->data[RMAP_STREAM_PATH_segment_count],
-                   *n_registration = rows->data[RMAP_STREAM_PATH_registration_count],
-                   *object = rows->data[RMAP_STREAM_PATH_object],
-                   *event = rows->data[RMAP_STREAM_PATH_event];
+                   *n_registration = rows->data[RMAP_STREAM_PATH_registration_count];
+    const struct rmap_ray_columns *ray = &table->rays.ray;
     size_t segment = 0, registration = 0;
     table->count[0] = (struct rmap_path_count){0};
     for (size_t i = 0; i < table->n; i++) {
@@ -153,29 +161,47 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                                                   .n_registration = n_registration[i],
                                                   .segment = segment,
                                                   .registration = registration};
-        const struct rmap_folded_path folded = {.source = source[i],
-                                                .stop = stop[i],
-                                                .n = n_segment[i],
+        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i], 0};
+        table->first_segment[i] = (uint32_t)segment;
+        table->first_registration[i] = (uint32_t)registration;
+        ray->source[i] = source[i];
+        ray->stop[i] = stop[i];
+        ray->segment_count[i] = n_segment[i];
+        ray->registration_count[i] = n_registration[i];
+        segment += n_segment[i];
+        registration += n_registration[i];
+    }
+    if (segment != table->n_segment || registration != table->n_registration)
+        return damaged("its counts say fewer rows than there are", err);
+    return RMAP_OK;
+}
+
+static void fill_rows(const struct rmap_compact_model *model, const struct rmap_rows *rows,
+                      struct rmap_path_table *table)
+{
+    const uint32_t *object = rows->data[RMAP_STREAM_PATH_object],
+                   *event = rows->data[RMAP_STREAM_PATH_event];
+    for (size_t i = 0; i < table->n; i++) {
+        const struct rmap_known_path *path = &table->path[i];
+        const size_t segment = path->segment;
+        const struct rmap_folded_path folded = {.source = path->source,
+                                                .stop = path->stop,
+                                                .n = path->n_segment,
                                                 .object = object + segment,
                                                 .event = event + segment};
         rmap_path_unfold(model, &folded,
                          &(struct rmap_path_columns){.object = table->object + segment,
                                                      .event = table->event + segment,
                                                      .medium = table->medium + segment});
-        table->count[i + 1] = (struct rmap_path_count){
-            n_segment[i], n_registration[i],
-            (uint32_t)rmap_primitives_listed(model, table->object + segment, n_segment[i])};
-        segment += n_segment[i];
-        registration += n_registration[i];
+        table->count[i + 1].n_listed =
+            (uint32_t)rmap_primitives_listed(model, table->object + segment, path->n_segment);
     }
-    if (segment != table->n_segment || registration != table->n_registration)
-        return damaged("its counts say fewer rows than there are", err);
-    if (registration > 0) {
-        memcpy(table->segment, rows->data[RMAP_STREAM_PATH_segment], registration * 4);
-        memcpy(table->detector, rows->data[RMAP_STREAM_PATH_detector], registration * 4);
-        memcpy(table->registered, rows->data[RMAP_STREAM_PATH_registered], registration);
+    const size_t n = table->n_registration;
+    if (n > 0) {
+        memcpy(table->segment, rows->data[RMAP_STREAM_PATH_segment], n * 4);
+        memcpy(table->detector, rows->data[RMAP_STREAM_PATH_detector], n * 4);
+        memcpy(table->registered, rows->data[RMAP_STREAM_PATH_registered], n);
     }
-    return RMAP_OK;
 }
 
 /* Behind the last one comes what stands for numbers that no class has. */
@@ -185,47 +211,14 @@ static enum rmap_status list_classes(struct rmap_path_table *table, struct rmap_
     struct rmap_step_classes *classes = &table->classes;
     for (size_t i = 0; i < table->n_segment; i++) {
         const struct rmap_step_class step = {table->object[i], table->event[i], table->medium[i]};
-        uint32_t number;
-        RMAP_TRY(rmap_step_class_enter(classes, &step, &number, err));
+        uint32_t number = rmap_step_class_find(classes, &step);
+        if (number == RMAP_NO_STEP_CLASS)
+            RMAP_TRY(rmap_step_class_enter(classes, &step, &number, err));
     }
     RMAP_TRY(RMAP_RESERVE(classes->of, classes->cap, classes->n + 1, err));
     classes->of[classes->n] = (struct rmap_step_class){.object = -1};
 out:
     return st;
-}
-
-/* The paths as rays of a portion. */
-static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_error *err)
-{
-    struct rmap_portion *rays = &table->rays;
-    struct rmap_ray_columns *ray = &rays->ray;
-    ray->source = rmap_alloc_unset(table->n + 1, sizeof *ray->source);
-    ray->stop = rmap_alloc_unset(table->n + 1, sizeof *ray->stop);
-    ray->segment_count = rmap_alloc_unset(table->n + 1, sizeof *ray->segment_count);
-    ray->registration_count = rmap_alloc_unset(table->n + 1, sizeof *ray->registration_count);
-    table->first_segment = rmap_alloc_unset(table->n + 1, sizeof *table->first_segment);
-    table->first_registration = rmap_alloc_unset(table->n + 1, sizeof *table->first_registration);
-    if (!table->first_segment || !table->first_registration || !ray->source || !ray->stop ||
-        !ray->segment_count || !ray->registration_count)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
-    for (size_t i = 0; i < table->n; i++) {
-        ray->source[i] = table->path[i].source;
-        ray->stop[i] = table->path[i].stop;
-        ray->segment_count[i] = table->path[i].n_segment;
-        ray->registration_count[i] = table->path[i].n_registration;
-        table->first_segment[i] = (uint32_t)table->path[i].segment;
-        table->first_registration[i] = (uint32_t)table->path[i].registration;
-    }
-    rays->segment.object = table->object;
-    rays->segment.event = table->event;
-    rays->segment.medium = table->medium;
-    rays->registration.segment = table->segment;
-    rays->registration.detector = table->detector;
-    rays->registration.registered = table->registered;
-    rays->n_row[RMAP_TABLE_RAY] = table->n;
-    rays->n_row[RMAP_TABLE_SEGMENT] = table->n_segment;
-    rays->n_row[RMAP_TABLE_REGISTRATION] = table->n_registration;
-    return RMAP_OK;
 }
 
 const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table)
@@ -248,6 +241,35 @@ const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table
     return table->first_registration;
 }
 
+static bool make_heads(struct rmap_path_table *table)
+{
+    const size_t n = table->n;
+    struct rmap_ray_columns *ray = &table->rays.ray;
+    table->path = rmap_alloc_unset(n + 1, sizeof *table->path);
+    table->count = rmap_alloc_unset(n + 1, sizeof *table->count);
+    table->first_segment = rmap_alloc_unset(n + 1, sizeof *table->first_segment);
+    table->first_registration = rmap_alloc_unset(n + 1, sizeof *table->first_registration);
+    ray->source = rmap_alloc_unset(n + 1, sizeof *ray->source);
+    ray->stop = rmap_alloc_unset(n + 1, sizeof *ray->stop);
+    ray->segment_count = rmap_alloc_unset(n + 1, sizeof *ray->segment_count);
+    ray->registration_count = rmap_alloc_unset(n + 1, sizeof *ray->registration_count);
+    return table->path && table->count && table->first_segment && table->first_registration &&
+           ray->source && ray->stop && ray->segment_count && ray->registration_count;
+}
+
+static bool make_rows(struct rmap_path_table *table)
+{
+    const size_t s = table->n_segment, r = table->n_registration;
+    table->object = rmap_alloc_unset(s + 1, sizeof *table->object);
+    table->event = rmap_alloc_unset(s + 1, sizeof *table->event);
+    table->medium = rmap_alloc_unset(s + 1, sizeof *table->medium);
+    table->segment = rmap_alloc_unset(r + 1, sizeof *table->segment);
+    table->detector = rmap_alloc_unset(r + 1, sizeof *table->detector);
+    table->registered = rmap_alloc_unset(r + 1, sizeof *table->registered);
+    return table->object && table->event && table->medium && table->segment && table->detector &&
+           table->registered;
+}
+
 enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
                                         const struct rmap_rows *rows,
                                         struct rmap_path_table **table_ret, struct rmap_error *err)
@@ -258,23 +280,25 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
     table = rmap_alloc(1, sizeof *table);
     if (!table)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
-    size_t n = table->n = rows->n_row[RMAP_COMPACT_PATH];
-    size_t s = table->n_segment = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
-    size_t r = table->n_registration = rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
-    table->path = rmap_alloc_unset(n + 1, sizeof *table->path);
-    table->count = rmap_alloc_unset(n + 1, sizeof *table->count);
-    table->object = rmap_alloc_unset(s + 1, sizeof *table->object);
-    table->event = rmap_alloc_unset(s + 1, sizeof *table->event);
-    table->medium = rmap_alloc_unset(s + 1, sizeof *table->medium);
-    table->segment = rmap_alloc_unset(r + 1, sizeof *table->segment);
-    table->detector = rmap_alloc_unset(r + 1, sizeof *table->detector);
-    table->registered = rmap_alloc_unset(r + 1, sizeof *table->registered);
-    if (!table->path || !table->count || !table->object || !table->event || !table->medium ||
-        !table->segment || !table->detector || !table->registered)
+    struct rmap_portion *rays = &table->rays;
+    table->n = rays->n_row[RMAP_TABLE_RAY] = rows->n_row[RMAP_COMPACT_PATH];
+    table->n_segment = rays->n_row[RMAP_TABLE_SEGMENT] = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
+    table->n_registration = rays->n_row[RMAP_TABLE_REGISTRATION] =
+        rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
+    table->is_whole = are_whole(rows);
+    if (!make_heads(table) || (table->is_whole && !make_rows(table)))
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
-    RMAP_TRY(fill(model, rows, table, err));
-    RMAP_TRY(list_classes(table, err));
-    RMAP_TRY(show_rays(table, err));
+    RMAP_TRY(fill_heads(rows, table, err));
+    if (table->is_whole) {
+        fill_rows(model, rows, table);
+        RMAP_TRY(list_classes(table, err));
+    }
+    rays->segment.object = table->object;
+    rays->segment.event = table->event;
+    rays->segment.medium = table->medium;
+    rays->registration.segment = table->segment;
+    rays->registration.detector = table->detector;
+    rays->registration.registered = table->registered;
     *table_ret = table;
     table = NULL;
 out:
@@ -316,7 +340,7 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
     return sizeof *table + classes->cap * sizeof *classes->of +
            classes->n_slot * sizeof *classes->slot +
            table->n * (sizeof *table->path + sizeof *table->count + head) +
-           table->n_segment * segment + table->n_registration * crossing;
+           (table->is_whole ? table->n_segment * segment + table->n_registration * crossing : 0);
 }
 
 /* A portion by the paths of its rays. */
@@ -365,17 +389,20 @@ out:
 
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
                                          const struct rmap_path_table *table,
-                                         const struct rmap_rows *rows, rmap_column_set wanted,
-                                         struct rmap_step_buffer *steps, struct rmap_portion *out,
-                                         struct rmap_error *err)
+                                         const struct rmap_rows *rows,
+                                         const struct rmap_compact_summary *header,
+                                         rmap_column_set wanted, struct rmap_step_buffer *steps,
+                                         struct rmap_portion *out, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_compact_summary summary;
     struct rmap_rows unpacked;
-    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
-    RMAP_TRY(rmap_step_codes_unpack(rows, summary.n_code, steps, &unpacked, err));
-    const struct rmap_own_paths own = rmap_own_paths(model, table, &unpacked, summary.classed);
-    const rmap_column_set columns = (RMAP_COLUMNS_DISCRETE & (wanted | RMAP_HEAD_COLUMNS)) |
+    RMAP_TRY(rmap_step_codes_unpack(rows, header->n_code, steps, &unpacked, err));
+    struct rmap_own_paths own = rmap_own_paths(model, table, &unpacked, header->classed);
+    own.path = NULL; /* no other rays are looked at */
+    if (own.registration_count)
+        RMAP_TRY(rmap_own_paths_check(&own, NULL, err));
+    const rmap_column_set columns = (RMAP_COLUMNS_DISCRETE & wanted) |
+                                    RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
                                     RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n_row[RMAP_TABLE_HISTORY_COUNT] = {own.n, own.n_segment, own.n_registration};
     rmap_portion_clear(out);

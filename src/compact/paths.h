@@ -82,6 +82,7 @@ struct rmap_path_count {
 
 struct rmap_path_table {
     size_t n, n_segment, n_registration;
+    bool is_whole; /* else what heads tell is all: neither rows, n_listed nor classes */
     struct rmap_known_path *path;
     struct rmap_path_count *count; /* [n + 1]: of path i - 1; the first is 0 */
     int32_t *object;               /* [n_segment] */
@@ -95,8 +96,9 @@ struct rmap_path_table {
     uint32_t *first_segment, *first_registration; /* [n] rows of them */
 };
 
-/* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL);
- * copied. Immutable. RMAP_FORMAT when the rows do not fit together. */
+/* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL),
+ * or from those of their heads alone; copied. Immutable. RMAP_FORMAT when the rows do not fit
+ * together. */
 enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
                                         const struct rmap_rows *rows,
                                         struct rmap_path_table **table_ret,
@@ -104,8 +106,8 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
 void rmap_path_table_destroy(struct rmap_path_table *table);
 size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory */
 
-/* The paths as rays of a portion, with columns RMAP_COLUMNS_DISCRETE; the others are NULL. Borrowed
- * from the table. Values are as untrusted as the rows. */
+/* The paths as rays of a portion, with columns RMAP_COLUMNS_DISCRETE, or those of them that are of
+ * rays; the others are NULL. Borrowed from the table. Values are as untrusted as the rows. */
 const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
 
 /* Of its segments' steps. */
@@ -126,13 +128,14 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
                        const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
                        struct rmap_compact_summary *summary, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The rays with paths of their own, side by side, of rows that were summed up: those of
- * RMAP_COLUMNS_DISCRETE that `columns` names and those that heads of paths tell, media as the paths
- * say; and room for id and weight. steps: room for their classes. out: emptied first. */
-enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
-                                         const struct rmap_path_table *table,
-                                         const struct rmap_rows *rows, rmap_column_set columns,
-                                         struct rmap_step_buffer *steps, struct rmap_portion *out,
-                                         struct rmap_error *err) RMAP_MUST_USE;
+/* The rays with paths of their own, side by side, of rows that were summed up: segment_count and
+ * those of RMAP_COLUMNS_DISCRETE that `columns` names, media as the paths say; and room for id and
+ * weight. rows: of rmap_compact_own_streams. steps: room for classes
+ * of segments. out: emptied first. RMAP_FORMAT when counts do not sum up to the rows. */
+enum rmap_status
+rmap_compact_decode_own(const struct rmap_compact_model *model, const struct rmap_path_table *table,
+                        const struct rmap_rows *rows, const struct rmap_compact_summary *header,
+                        rmap_column_set columns, struct rmap_step_buffer *steps,
+                        struct rmap_portion *out, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

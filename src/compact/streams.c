@@ -126,6 +126,11 @@ uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact
     return streams;
 }
 
+bool rmap_compact_needs_rows(rmap_column_set columns)
+{
+    return columns & ~(RMAP_HEAD_COLUMNS | COLUMN(RAY_id) | COLUMN(RAY_weight));
+}
+
 uint64_t rmap_compact_header_streams(void)
 {
     return BIT(pool64);
@@ -133,7 +138,28 @@ uint64_t rmap_compact_header_streams(void)
 
 uint64_t rmap_compact_summary_streams(bool own_alone)
 {
-    return rmap_compact_streams(0, NULL) & ~(own_alone ? BIT(ray_path) : 0);
+    return rmap_compact_header_streams() | BIT(OWN_segment_count) |
+           (own_alone ? 0 : BIT(ray_path) | BIT(OWN_registration_count));
+}
+
+uint64_t rmap_compact_own_streams(rmap_column_set columns,
+                                  const struct rmap_compact_summary *header)
+{
+    uint64_t streams = rmap_compact_streams(columns & RMAP_COLUMNS_DISCRETE, header);
+    if (columns & COLUMN(SEGMENT_medium))
+        columns |= COLUMN(SEGMENT_object);
+    if (!header->classed && (columns & (COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event))))
+        columns |= COLUMN(RAY_source) | COLUMN(RAY_stop);
+    streams &= ~BIT(OWN_start_object);
+    if (!(columns & COLUMN(RAY_id)))
+        streams &= ~BIT(ray_path);
+    if (!(columns & COLUMN(RAY_source)))
+        streams &= ~BIT(OWN_source);
+    if (!(columns & COLUMN(RAY_stop)))
+        streams &= ~BIT(OWN_stop);
+    if (!(columns & COLUMN(RAY_registration_count)))
+        streams &= ~BIT(OWN_registration_count);
+    return streams;
 }
 
 uint64_t rmap_compact_class_streams(void)

@@ -76,10 +76,18 @@ rmap_column_set rmap_compact_needs(rmap_column_set columns, bool placed);
  * whole tables, by the portion's header (NULL: not known; then all that may be needed). */
 uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact_summary *header);
 
-/* The stream of rmap_compact_summarise_header, and those of rmap_compact_summarise; that of the
- * references to paths is not among the latter where rays with paths of their own are all. */
+/* Whether more than heads of paths tells of them. */
+bool rmap_compact_needs_rows(rmap_column_set columns);
+
+/* The stream of rmap_compact_summarise_header, and those of rmap_compact_summarise; where rays with
+ * paths of their own are all, the latter are fewer. */
 uint64_t rmap_compact_header_streams(void);
 uint64_t rmap_compact_summary_streams(bool own_alone);
+
+/* Those of rmap_compact_decode_own, for some of RMAP_COLUMNS_DISCRETE; references to paths with
+ * /ray/id, which they tell. */
+uint64_t rmap_compact_own_streams(rmap_column_set columns,
+                                  const struct rmap_compact_summary *header);
 
 /* Streams of the classes that segments of own paths have, where the header says so. */
 uint64_t rmap_compact_class_streams(void);

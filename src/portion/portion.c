@@ -131,8 +131,8 @@ enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_ta
     while (cap < used + n_more)
         cap = cap < FIRST_ROWS_MIN ? FIRST_ROWS_MIN : 2 * cap;
 
-    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
-        enum rmap_column c = (enum rmap_column)i;
+    for (rmap_column_set left = grow ? RMAP_COLUMNS_ALL : columns; left; left &= left - 1) {
+        const enum rmap_column c = (enum rmap_column)__builtin_ctzll(left);
         void *start = rmap_portion_column(portion, c);
         bool wanted = start ? grow : (columns & RMAP_COLUMN_BIT(c)) != 0;
         if (rmap_column_info(c)->table != table || !wanted)

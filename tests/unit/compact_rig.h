@@ -267,6 +267,66 @@ static inline void rig_select(struct rig *rig, const struct rmap_rows *own,
     rmap_free(ray);
 }
 
+/* Those streams alone. */
+static inline struct rmap_rows rig_streams(const struct rmap_rows *rows, uint64_t streams)
+{
+    struct rmap_rows some = *rows;
+    for (int s = 0; s < rmap_compact_layout.n_stream; s++)
+        if (!(streams >> s & 1))
+            some.data[s] = NULL;
+    return some;
+}
+
+/* Rays with paths of their own, from no more streams than some columns of theirs take, beside heads
+ * of paths where these are enough. */
+static inline void rig_own(struct rig *rig, const struct rmap_rows *own,
+                           const struct rmap_portion *portion)
+{
+    const rmap_column_set some[] = {
+        RMAP_COLUMN_BIT(RMAP_RAY_source),
+        RMAP_COLUMN_BIT(RMAP_RAY_stop) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count),
+        RMAP_COLUMN_BIT(RMAP_SEGMENT_object),
+        RMAP_COLUMN_BIT(RMAP_RAY_registration_count) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector),
+        RMAP_COLUMNS_DISCRETE & ~RMAP_COLUMN_BIT(RMAP_SEGMENT_medium),
+    };
+    const uint32_t *path = own->data[RMAP_STREAM_ray_path];
+    struct rmap_error err = {0};
+    struct rmap_portion *want = NULL, *got = NULL;
+    struct rmap_step_buffer steps = {0};
+    rig_ok(rmap_portion_create(1, portion->n_channel, &want, &err), &err);
+    rig_ok(rmap_portion_create(1, portion->n_channel, &got, &err), &err);
+    for (size_t i = 0, segment = 0, registration = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        if (path[i] == 0)
+            rig_ok(rmap_portion_append_ray(want, portion, i, segment, registration, &err), &err);
+        segment += portion->ray.segment_count[i];
+        registration += portion->ray.registration_count[i];
+    }
+    for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
+        struct rmap_path_table *table = NULL;
+        struct rmap_compact_summary summary;
+        uint64_t known = UINT64_MAX;
+        for (int s = RMAP_STREAM_PATH_object; s <= RMAP_STREAM_PATH_registered; s++)
+            known &= ~((uint64_t)!rmap_compact_needs_rows(some[i]) << s);
+        const struct rmap_rows paths = rig_streams(&rig->whole, known);
+        rig_ok(rmap_path_table_create(rig->model, &paths, &table, &err), &err);
+        struct rmap_rows rows = rig_streams(own, rmap_compact_summary_streams(true));
+        rig_ok(rmap_compact_summarise(rig->model, table, &rows, portion->n_row, &summary, &err),
+               &err);
+        assert_int_equal(summary.n_own, want->n_row[RMAP_TABLE_RAY]);
+        assert_int_equal(summary.n_own_segment, want->n_row[RMAP_TABLE_SEGMENT]);
+        rows = rig_streams(own, rmap_compact_own_streams(some[i], &summary));
+        rig_ok(
+            rmap_compact_decode_own(rig->model, table, &rows, &summary, some[i], &steps, got, &err),
+            &err);
+        assert_memory_equal(got->n_row, want->n_row, RMAP_TABLE_HISTORY_COUNT * sizeof *got->n_row);
+        assert_columns_equal(want, got, some[i] | RMAP_COLUMN_BIT(RMAP_RAY_segment_count));
+        rmap_path_table_destroy(table);
+    }
+    rmap_free(steps.class);
+    rmap_portion_destroy(got);
+    rmap_portion_destroy(want);
+}
+
 /* There and back: all columns, some sets of them, and some rays. */
 static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rmap_portion *portion)
 {
@@ -294,10 +354,7 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
     rig_encode(rig, seed, portion, &own);
     rig_ok(rmap_compact_summarise_header(&own, &header, &err), &err);
     for (size_t i = 0; i < sizeof some / sizeof *some; i++) {
-        struct rmap_rows needed = own;
-        for (int s = 0; s < rmap_compact_layout.n_stream; s++)
-            if (!(rmap_compact_streams(some[i], &header) >> s & 1))
-                needed.data[s] = NULL;
+        const struct rmap_rows needed = rig_streams(&own, rmap_compact_streams(some[i], &header));
         rig_decode(rig, &needed, portion, some[i]);
         assert_columns_equal(portion, rig->decoded, some[i]);
     }
@@ -305,6 +362,7 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
     struct rmap_digest a = rmap_portion_digest(portion), b = rmap_portion_digest(rig->decoded);
     assert_true(a.low == b.low && a.high == b.high);
     rig_keep(rig, &own, portion);
+    rig_own(rig, &own, portion);
     for (size_t stride = 1; stride <= 64 && portion->n_row[RMAP_TABLE_RAY] > 0; stride *= 8)
         rig_select(rig, &own, portion, stride);
     rows_free(&own);
