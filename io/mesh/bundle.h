@@ -38,7 +38,7 @@ struct rmap_scene_options {
     char *allowing;      /* the command line that would allow them, for messages; NULL: unknown */
     const char *surface; /* borrowed, of who reads the scene to ask for this one alone, and traces
                             nothing: others have no scatter models. NULL: a scene as ever */
-    char *cache;         /* a folder of meshes that were read before (mesh_cache.h) */
+    char *cache;         /* a folder of what was made of large files before (kept_file.h) */
     const struct rmap_yaml_node *root;     /* borrowed: the tree of the text (yaml_tree.h), without
                                               mistakes. NULL: it is to be read */
     const struct rmap_scene *before_scene; /* borrowed: see there; NULL: there is none */
@@ -101,8 +101,9 @@ enum rmap_status rmap_bundle_of_text(const char *path, const char *text,
                                      struct rmap_bundle **bundle_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same with a text of its own and all else of `from`, whose meshes, grids and rays both hold.
- * Of a scene that names no more files. RMAP_SYSTEM. */
+/* The same with a text of its own and all else of `from`, whose meshes, grids and rays both hold;
+ * so what was chosen of the scene, where the options choose nothing. Of a scene that names no more
+ * files. RMAP_SYSTEM. */
 enum rmap_status rmap_bundle_share(const struct rmap_bundle *from, const char *text,
                                    struct rmap_scene_options *options,
                                    struct rmap_bundle **bundle_ret,

@@ -20,8 +20,11 @@ static bool digest(const struct rmap_scene *scene, XXH128_hash_t *digest_ret)
         return false;
     (void)XXH3_128bits_reset(state);
     for (size_t i = 0; i < scene->n_geometry; i++) {
-        const struct rmap_mesh *mesh = scene->geometry[i].mesh;
-        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH)
+        const struct rmap_mesh *mesh =
+            scene->geometry[i].kind == RMAP_GEOMETRY_MESH ? scene->geometry[i].mesh : NULL;
+        const uint64_t what[2] = {mesh ? 1 + mesh->n_vertex : 0, mesh && mesh->surface};
+        (void)XXH3_128bits_update(state, what, sizeof what);
+        if (mesh)
             (void)XXH3_128bits_update(state, mesh->vertex, mesh->n_vertex * sizeof *mesh->vertex);
     }
     for (size_t i = 0; i < scene->n_object; i++) {
@@ -50,8 +53,8 @@ void rmap_boxes_find(struct rmap_reader *reader, struct rmap_boxes *boxes)
     const uint8_t *body = NULL;
     size_t nbytes = 0;
     XXH128_hash_t content;
-    if (!bundle->options.cache || bundle->options.before || wanted < RMAP_KEPT_LEAST ||
-        !digest(scene, &content) ||
+    if (!bundle->options.cache || bundle->options.before || bundle->meshes_complete ||
+        wanted < RMAP_KEPT_LEAST || !digest(scene, &content) ||
         rmap_kept_init(&boxes->kept, bundle->options.cache, bundle->path, "boxes", ".boxes",
                        &content, sizeof content, NULL) != RMAP_OK ||
         rmap_kept_read(&boxes->kept, &boxes->bytes, &body, &nbytes, NULL) != RMAP_OK ||
@@ -65,16 +68,17 @@ void rmap_boxes_keep(struct rmap_reader *reader, enum rmap_status finished,
 {
     struct rmap_scene *scene = reader->scene;
     const size_t nbytes = scene->n_object * sizeof(double[6]);
-    bool finite = finished == RMAP_OK && boxes->kept.path && !scene->known_box;
-    double(*box)[6] = finite ? rmap_alloc(nbytes, 1) : NULL;
+    const bool wanted = finished == RMAP_OK && boxes->kept.path && !scene->known_box;
+    double(*box)[6] = wanted ? rmap_alloc(nbytes, 1) : NULL;
     for (size_t i = 0; box && i < scene->n_object; i++) {
         const struct rmap_bounds *own = &scene->object_bounds[i];
         const double side[6] = {own->lower.x, own->lower.y, own->lower.z,
                                 own->upper.x, own->upper.y, own->upper.z};
         memcpy(box[i], side, sizeof side);
-        finite = finite && !own->infinite;
     }
-    if (box && finite) /* where it cannot be written, meshes and text say so */
+    if (box &&
+        are_finite(box[0],
+                   6 * scene->n_object)) /* where it cannot be written, meshes and text say so */
         (void)!rmap_kept_write(&boxes->kept, (const uint8_t *)box, nbytes, NULL);
     scene->known_box = NULL;
     rmap_free(box);

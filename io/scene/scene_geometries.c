@@ -14,6 +14,7 @@
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_lens.h"
 #include "io/scene/scene_sags.h"
+#include "scene/scene_same.h"
 
 enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS, BOX, PRISM };
 
@@ -292,6 +293,23 @@ static struct rmap_mesh *make_body(struct rmap_reader *reader, const char *name,
                      kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node));
 }
 
+/* A body that the bundle has, as its node is now: of a scene at hand it may have been edited. */
+static struct rmap_mesh *make_again(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                    enum kind kind, struct rmap_mesh **bundled)
+{
+    struct rmap_mesh *mesh =
+        kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node);
+    if (mesh && rmap_same_mesh(mesh, *bundled)) {
+        rmap_mesh_destroy(mesh);
+        return *bundled;
+    }
+    if (mesh) {
+        rmap_mesh_destroy(*bundled);
+        *bundled = mesh;
+    }
+    return mesh;
+}
+
 static void read_mesh(struct rmap_reader *reader, const char *name,
                       const struct rmap_yaml_node *node, enum kind kind,
                       struct rmap_geometry_entry *entry)
@@ -310,6 +328,11 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
         return;
     if (!at || !(scale > 0))
         return;
+    if (mesh && kind != MESH && reader->bundle->options.before_scene) {
+        mesh = make_again(reader, node, kind, &reader->bundle->mesh[bundled->index].mesh);
+        if (!mesh)
+            return;
+    }
     if (!mesh && reader->bundle->meshes_complete) {
         rmap_reader_error(reader, at, "the mesh of geometry '%.60s' is not stored with the scene",
                           name);

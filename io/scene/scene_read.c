@@ -114,7 +114,7 @@ static enum rmap_status parse_kept(struct rmap_reader *reader)
     if (found != RMAP_SYSTEM && reader->diagnostics->n == 0 &&
         rmap_yaml_pack(reader->root, &bytes, &nbytes, &note) == RMAP_OK)
         found = rmap_kept_write(&kept, bytes, nbytes, &note);
-    if (note.status != RMAP_OK)
+    if (note.status != RMAP_OK && kept.path) /* a pipe has no place */
         rmap_reader_warn(reader, reader->root, "%s; the scene's own text is read", note.text);
 out:
     rmap_free(bytes);
@@ -134,7 +134,7 @@ static enum rmap_status parse(struct rmap_reader *reader)
     const bool alone = !strstr(reader->bundle->text, RMAP_INCLUDE_MARK);
     if (options->root && alone && !rmap_yaml_get(options->root, "include"))
         st = rmap_yaml_duplicate(options->root, &reader->root, reader->err);
-    else if (options->cache && !options->before && alone &&
+    else if (options->cache && !options->before && !reader->bundle->meshes_complete && alone &&
              reader->bundle->text_nbytes >= RMAP_KEPT_LEAST)
         st = parse_kept(reader);
     else

@@ -38,6 +38,17 @@ static int count_characters(const char *text, size_t nbytes)
     return n;
 }
 
+/* As libyaml counts lines: LF, CR, and U+0085, U+2028, U+2029 as UTF-8. */
+static bool breaks_line(const char *text, size_t nbytes)
+{
+    bool breaks = memchr(text, '\n', nbytes) || memchr(text, '\r', nbytes);
+    for (size_t i = 0; i + 1 < nbytes && !breaks; i++)
+        breaks = memcmp(text + i, "\xC2\x85", 2) == 0 ||
+                 (i + 2 < nbytes && memcmp(text + i, "\xE2\x80", 2) == 0 &&
+                  (text[i + 2] == '\xA8' || text[i + 2] == '\xA9'));
+    return breaks;
+}
+
 bool rmap_yaml_follow(struct rmap_yaml_node *root, struct rmap_yaml_node *node, const char *from,
                       size_t from_nbytes, const char *to, size_t to_nbytes)
 {
@@ -45,7 +56,8 @@ bool rmap_yaml_follow(struct rmap_yaml_node *root, struct rmap_yaml_node *node, 
     struct rmap_yaml_node *value = NULL, *copy = NULL;
     struct rmap_diagnostics found;
     rmap_diagnostics_init(&found, "value");
-    const bool can = from_nbytes > 0 && !memchr(from, '\n', from_nbytes) &&
+    const bool can = from_nbytes > 0 && !breaks_line(from, from_nbytes) &&
+                     !breaks_line(to, to_nbytes) &&
                      rmap_yaml_parse(to, to_nbytes, &value, &found, NULL) == RMAP_OK &&
                      rmap_yaml_copy(root, value, &copy, NULL) == RMAP_OK;
     if (can) {

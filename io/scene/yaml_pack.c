@@ -122,7 +122,7 @@ static enum rmap_status take_node(struct cursor *in, struct rmap_yaml_node *node
     const char *text = NULL;
     RMAP_TRY(take_number(in, &kind));
     if ((kind & KIND) > RMAP_YAML_MAP || kind > (KIND | QUOTED) || depth > RMAP_YAML_DEPTH_MAX ||
-        ++in->n_node > RMAP_YAML_NODE_MAX)
+        ++in->n_node > RMAP_YAML_NODE_MAX + RMAP_YAML_COPY_MAX)
         RMAP_TRY(damaged(in));
     node->kind = (enum rmap_yaml_kind)(kind & KIND);
     node->quoted = kind & QUOTED;

@@ -50,6 +50,12 @@ out:
     return st;
 }
 
+/* NULL: the path is that of a file. */
+static const struct rmap_at_hand *at_hand_of(const struct rmap_context *context, const char *path)
+{
+    return context->at_hand && strcmp(path, context->at_hand->path) == 0 ? context->at_hand : NULL;
+}
+
 /* Of the scene at hand: its text as it is by now, with all else of its map, or with the files
  * beside it, of which those that are as they were are not read again. */
 static enum rmap_status bundle_at_hand(const struct rmap_at_hand *at_hand,
@@ -70,7 +76,7 @@ enum rmap_status rmap_load_bundle(const struct rmap_context *context, const char
 {
     rmap_free(options->cache);
     options->cache = rmap_strdup(context->cache); /* without memory there is none */
-    if (context->at_hand && strcmp(path, context->at_hand->path) == 0)
+    if (at_hand_of(context, path))
         return bundle_at_hand(context->at_hand, options, bundle_ret, err);
     return rmap_bundle_open(path, options, bundle_ret, err);
 }
@@ -109,9 +115,9 @@ static enum rmap_status take_meshes_at_hand(struct rmap_bundle *bundle,
 }
 
 /* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. at_hand:
- * what its meshes and the like are taken of; NULL: it has them itself. */
+ * NULL, or whose scene it is, edited. has_meshes: the bundle does not, but at_hand. */
 static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
-                                      const struct rmap_at_hand *at_hand,
+                                      const struct rmap_at_hand *at_hand, bool has_meshes,
                                       struct rmap_bundle **bundle, struct rmap_scene **scene,
                                       struct rmap_error *err)
 {
@@ -119,13 +125,15 @@ static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
     rmap_diagnostics_init(&diagnostics, "scene");
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
-    if (at_hand) {
+    if (has_meshes) {
         RMAP_TRY(take_meshes_at_hand(*bundle, at_hand->bundle, err));
         (*bundle)->options.root = at_hand->root;
         (*bundle)->options.before_scene = rmap_map_scene(at_hand->map);
     }
-    (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map, */
-    (*bundle)->options.allows_plugins = true; /* and was allowed to load them */
+    if (!at_hand || !at_hand->is_map) {
+        (*bundle)->loads_plugins = 1;             /* rank 0 had it from the scene file */
+        (*bundle)->options.allows_plugins = true; /* and was allowed to load them */
+    }
     RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
 out:
     rmap_diagnostics_fini(&diagnostics);
@@ -158,23 +166,22 @@ enum rmap_status rmap_load_scene_told(const struct rmap_context *context, const 
     struct rmap_scene *scene = NULL;
     uint8_t *blob = NULL;
     size_t nbytes = 0;
-    bool at_hand = false;
+    bool has_meshes = false;
+    const struct rmap_at_hand *at_hand = at_hand_of(context, path);
     if (context->rank == 0)
         st = read_scene(context, path, options, found, &bundle, &scene, err);
     if (st == RMAP_OK && context->rank == 0 && context->size > 1) {
         struct rmap_bundle sent = *bundle;
-        at_hand = context->at_hand && strcmp(path, context->at_hand->path) == 0 &&
-                  has_meshes_at_hand(bundle, context->at_hand->bundle);
-        sent.n_mesh = at_hand ? 0 : bundle->n_mesh;
+        has_meshes = at_hand && has_meshes_at_hand(bundle, at_hand->bundle);
+        sent.n_mesh = has_meshes ? 0 : bundle->n_mesh;
         st = rmap_bundle_pack(&sent, &blob, &nbytes, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
     if (context->size > 1) {
-        RMAP_TRY(RMAP_MPI(MPI_Bcast(&at_hand, 1, MPI_C_BOOL, 0, context->comm)));
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&has_meshes, 1, MPI_C_BOOL, 0, context->comm)));
         RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
         if (context->rank != 0)
-            st = rebuild_scene(blob, nbytes, at_hand ? context->at_hand : NULL, &bundle, &scene,
-                               err);
+            st = rebuild_scene(blob, nbytes, at_hand, has_meshes, &bundle, &scene, err);
         RMAP_TRY(rmap_agree(context, st, err));
     }
     *bundle_ret = bundle;
@@ -340,7 +347,7 @@ enum rmap_status rmap_load_map(const struct rmap_context *context, const char *p
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    if (context->at_hand && strcmp(path, context->at_hand->path) == 0) {
+    if (at_hand_of(context, path)) {
         *map_ret = rmap_map_lend(context->at_hand->map);
         return RMAP_OK;
     }

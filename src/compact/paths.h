@@ -130,8 +130,8 @@ rmap_compact_summarise(const struct rmap_compact_model *model, const struct rmap
 
 /* The rays with paths of their own, side by side, of rows that were summed up: segment_count and
  * those of RMAP_COLUMNS_DISCRETE that `columns` names, media as the paths say; and room for id and
- * weight. rows: of rmap_compact_own_streams. steps: room for classes
- * of segments. out: emptied first. RMAP_FORMAT when counts do not sum up to the rows. */
+ * weight. rows: of rmap_compact_own_streams. steps: room for classes of segments. out: emptied
+ * first. RMAP_FORMAT when counts do not sum up to the rows. */
 enum rmap_status
 rmap_compact_decode_own(const struct rmap_compact_model *model, const struct rmap_path_table *table,
                         const struct rmap_rows *rows, const struct rmap_compact_summary *header,

@@ -18,8 +18,8 @@ struct rmap_scene_part {
 bool rmap_scene_part_find(const struct rmap_scene *scene, const char *name,
                           struct rmap_scene_part *part);
 
-/* The frame that the `at` of an object or a group is in, or of a source or detector of that name:
- * that of the group that it is in. */
+/* The frame that the `at` of an object, a group or a source is in: that of the group that has it;
+ * the world's for all else. */
 struct rmap_affine rmap_scene_frame_of(const struct rmap_scene *scene, const char *name);
 
 /* Can it be moved alone? Not where its place is its group's, or where more than objects hangs on

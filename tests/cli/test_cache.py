@@ -83,3 +83,13 @@ assert {suffix: file.read_bytes() for suffix, file in files.items()} == whole
 write_hill(0.2)  # whose boxes are others
 moved = trace("--cache", "many", "--set", "objects.hill7.at=[0, 0, 9]")[0]
 assert moved == trace("--set", "objects.hill7.at=[0, 0, 9]")[0] != plain
+
+# Geometries that change places: the same places of objects, the same vertices.
+mesh, ball = "{type: mesh, file: hill.stl}", "{type: sphere, radius: 3}"
+text = scene.read_text().replace("geometries: {hill: {type: mesh, file: hill.stl}}", "geometries: {hill: MESH, ball: BALL}").replace(
+    "geometry: hill, at: [-20, -20", "geometry: ball, at: [-20, -20")
+digests = []
+for one, other in ((mesh, ball), (ball, mesh)):
+    scene.write_text(text.replace("MESH", one).replace("BALL", other))
+    digests += [trace("--cache", "swapped")[0], trace()[0]]
+assert digests[0] == digests[1] != digests[2] == digests[3], digests

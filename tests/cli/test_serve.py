@@ -238,6 +238,24 @@ def check_meshes():
             seen.add(digests[0])
 
 
+def check_bodies_of_maps():
+    """A body of a map whose numbers are edited is another one, and with the old ones it is the old one."""
+    with open("block.yaml", "w") as file:
+        file.write("raymap: 1\nmedia: {air: {index: 1}, glass: {index: 1.5}}\nsurfaces: {clear: {type: fresnel}}\n"
+                   "geometries: {block: {type: box, size: [2, 2, 2]}}\nobjects: [{name: block, geometry: block, at: [0, 0, 5], surface: clear, outside: air, "
+                   "inside: glass}]\nsources: [{name: lamp, type: point, at: [0.1, 0.2, 0], medium: air, cone: 20}]\n")
+    run("trace", "block.yaml", "-n", "4096", "-o", "block.raymap", "--quiet")
+    for before in ([], ["mpirun", "--oversubscribe", "-np", "2"]):
+        with raymap.serve.start("block.raymap", before=before) as block, raymap.serve.start("block.yaml") as scene:
+            old = block.status()["digest"]
+            for size in ([2, 2, 1], [2, 2, 2]):
+                for server in (block, scene):
+                    server.edit(set={"geometries.block.size": size})
+                    server.trace(4096)
+                assert block.status()["digest"] == scene.status()["digest"]
+                assert (block.status()["digest"] == old) == (size[2] == 2)
+
+
 def check_axes():
     """A move along the world's axes of what stands in groups that are turned and scaled."""
     with open("turned.yaml", "w") as file:
@@ -454,6 +472,10 @@ def check_ranks():
         lens.move("mount", 0, 0, 1)
         assert lens.trace(RAYS)["rays_taken_over"] > 0
         assert lens.status()["digest"] == run("info", "moved.raymap", "--json")["digest"]
+        with raymap.serve.start("moved.raymap") as moved:  # what a map was traced with stays in force
+            moved.edit(set={"limits.steps": 5000})
+            moved.trace(RAYS)
+            assert moved.status()["digest"] == lens.status()["digest"]
         assert lens.query("all")["rays"]["total"] == RAYS
         check_cancel(lens, ranks_of(lens._process))
 
@@ -550,7 +572,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_axes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()

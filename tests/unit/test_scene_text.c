@@ -89,6 +89,7 @@ static void random_path(const struct rmap_yaml_node *node, char *path, size_t nb
 }
 
 static const char *const value_text[] = {"3.25",
+                                         "\"a\\u2028b\"",
                                          "-17",
                                          "true",
                                          "null",
