@@ -104,7 +104,7 @@ same mixed.raymap 'another encoding'
 expect 0 'is complete' "$RAYMAP" trace scene.yaml -o time.raymap --resume
 
 # Damaged pieces and journals are told, left out, and their rays traced again.
-begin hurt.raymap 2 4 --piece-size 2Mi --encoding plain
+begin hurt.raymap 1 4 --piece-size 2Mi --encoding plain # alone it commits more often than four times
 disturb all-ranks hurt.raymap
 piece=$(find hurt.raymap -name 'piece-*.h5' | sort | head -1)
 journal=$(find hurt.raymap -name '*.journal' | sort | head -1)
