@@ -30,6 +30,42 @@ void rmap_scene_options_fini(struct rmap_scene_options *options)
     *options = (struct rmap_scene_options){0};
 }
 
+static enum rmap_status copy_text(const char *from, char **to, struct rmap_error *err)
+{
+    if (from && !*to && !(*to = rmap_strdup(from)))
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    return RMAP_OK;
+}
+
+static enum rmap_status copy_list(char *const *from, size_t n, char ***to, size_t *n_to,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (n == 0 || *n_to > 0)
+        return RMAP_OK;
+    *to = rmap_alloc(n, sizeof **to);
+    if (!*to)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    for (; *n_to < n && st == RMAP_OK; ++*n_to)
+        st = copy_text(from[*n_to], &(*to)[*n_to], err);
+    return st;
+}
+
+enum rmap_status rmap_scene_options_choose(struct rmap_scene_options *options,
+                                           const struct rmap_scene_options *from,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(copy_text(from->simulation, &options->simulation, err));
+    RMAP_TRY(copy_text(from->color, &options->color, err));
+    RMAP_TRY(copy_list(from->only, from->n_only, &options->only, &options->n_only, err));
+    RMAP_TRY(
+        copy_list(from->without, from->n_without, &options->without, &options->n_without, err));
+    st = copy_list(from->set, from->n_set, &options->set, &options->n_set, err);
+out:
+    return st;
+}
+
 static const struct rmap_text_kind scene_file = {
     "a scene file", "YAML text", " (meshes belong into files of their own)", (size_t)64 << 20};
 
@@ -237,41 +273,6 @@ static enum rmap_status share_files(const struct rmap_bundle *from, struct rmap_
     return st;
 }
 
-static enum rmap_status copy_text(const char *from, char **to, struct rmap_error *err)
-{
-    if (from && !*to && !(*to = rmap_strdup(from)))
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-    return RMAP_OK;
-}
-
-static enum rmap_status copy_list(char *const *from, size_t n, char ***to, size_t *n_to,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (n == 0 || *n_to > 0)
-        return RMAP_OK;
-    *to = rmap_alloc(n, sizeof **to);
-    if (!*to)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-    for (; *n_to < n && st == RMAP_OK; ++*n_to)
-        st = copy_text(from[*n_to], &(*to)[*n_to], err);
-    return st;
-}
-
-/* What was chosen of the scene, where nothing else is. */
-static enum rmap_status copy_choice(const struct rmap_scene_options *from,
-                                    struct rmap_scene_options *to, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(copy_text(from->simulation, &to->simulation, err));
-    RMAP_TRY(copy_text(from->color, &to->color, err));
-    RMAP_TRY(copy_list(from->only, from->n_only, &to->only, &to->n_only, err));
-    RMAP_TRY(copy_list(from->without, from->n_without, &to->without, &to->n_without, err));
-    st = copy_list(from->set, from->n_set, &to->set, &to->n_set, err);
-out:
-    return st;
-}
-
 enum rmap_status rmap_bundle_share(const struct rmap_bundle *from, const char *text,
                                    struct rmap_scene_options *options,
                                    struct rmap_bundle **bundle_ret, struct rmap_error *err)
@@ -279,7 +280,7 @@ enum rmap_status rmap_bundle_share(const struct rmap_bundle *from, const char *t
     struct rmap_bundle *bundle = NULL;
     enum rmap_status st = rmap_bundle_of_text(from->path, text, options, &bundle, err);
     RMAP_TRY(st);
-    RMAP_TRY(copy_choice(&from->options, &bundle->options, err));
+    RMAP_TRY(rmap_scene_options_choose(&bundle->options, &from->options, err));
     for (size_t i = 0; i < from->n_mesh; i++) {
         RMAP_TRY(rmap_bundle_add_mesh(bundle, from->mesh[i].geometry, from->mesh[i].mesh, err));
         (void)rmap_mesh_hold(from->mesh[i].mesh);

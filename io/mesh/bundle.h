@@ -49,6 +49,12 @@ struct rmap_scene_options {
 };
 void rmap_scene_options_fini(struct rmap_scene_options *options);
 
+/* Chooses as `from` does (simulation, color, only, without, set) where it chooses nothing itself.
+ * RMAP_SYSTEM. */
+enum rmap_status rmap_scene_options_choose(struct rmap_scene_options *options,
+                                           const struct rmap_scene_options *from,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
 struct rmap_mesh_origin;
 
 struct rmap_bundle {
@@ -87,6 +93,13 @@ struct rmap_bundle {
     int loads_plugins;   /* 0: their fields stay empty, as in scenes from maps. Never packed: a map
                             must not make whoever opens it load code */
 };
+
+/* Whether what is made of its scene is kept in the cache: not of a scene at hand, which changes,
+ * nor of one that is not read from files. */
+static inline bool rmap_bundle_is_kept(const struct rmap_bundle *bundle)
+{
+    return bundle->options.cache && !bundle->options.before && !bundle->meshes_complete;
+}
 
 /* Reads the scene file's text (regular file or pipe, at most 64 MiB); options are taken over.
  * RMAP_INPUT: missing, a directory, empty or binary; RMAP_SYSTEM: no permission, no memory. */

@@ -53,8 +53,7 @@ void rmap_boxes_find(struct rmap_reader *reader, struct rmap_boxes *boxes)
     const uint8_t *body = NULL;
     size_t nbytes = 0;
     XXH128_hash_t content;
-    if (!bundle->options.cache || bundle->options.before || bundle->meshes_complete ||
-        wanted < RMAP_KEPT_LEAST || !digest(scene, &content) ||
+    if (!rmap_bundle_is_kept(bundle) || wanted < RMAP_KEPT_LEAST || !digest(scene, &content) ||
         rmap_kept_init(&boxes->kept, bundle->options.cache, bundle->path, "boxes", ".boxes",
                        &content, sizeof content, NULL) != RMAP_OK ||
         rmap_kept_read(&boxes->kept, &boxes->bytes, &body, &nbytes, NULL) != RMAP_OK ||

@@ -285,20 +285,17 @@ static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
     return mesh;
 }
 
-/* Made meshes are kept as read ones are: a sine may differ where the map is opened. */
-static struct rmap_mesh *make_body(struct rmap_reader *reader, const char *name,
-                                   const struct rmap_yaml_node *node, enum kind kind)
+static struct rmap_mesh *make_body(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   enum kind kind)
 {
-    return keep_mesh(reader, name,
-                     kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node));
+    return kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node);
 }
 
 /* A body that the bundle has, as its node is now: of a scene at hand it may have been edited. */
 static struct rmap_mesh *make_again(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                     enum kind kind, struct rmap_mesh **bundled)
 {
-    struct rmap_mesh *mesh =
-        kind == BOX ? rmap_reader_box(reader, node) : rmap_reader_prism(reader, node);
+    struct rmap_mesh *mesh = make_body(reader, node, kind);
     if (mesh && rmap_same_mesh(mesh, *bundled)) {
         rmap_mesh_destroy(mesh);
         return *bundled;
@@ -338,9 +335,10 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
                           name);
         return;
     }
+    /* Made meshes are kept as read ones are: a sine may differ where the map is opened. */
     if (!mesh)
         mesh = kind == MESH ? load_mesh(reader, name, at, scale, exact, uv)
-                            : make_body(reader, name, node, kind);
+                            : keep_mesh(reader, name, make_body(reader, node, kind));
     struct rmap_geometry *geometry = mesh ? add_geometry(reader, name, &entry->geometry) : NULL;
     if (!geometry)
         return;

@@ -134,7 +134,7 @@ static enum rmap_status parse(struct rmap_reader *reader)
     const bool alone = !strstr(reader->bundle->text, RMAP_INCLUDE_MARK);
     if (options->root && alone && !rmap_yaml_get(options->root, "include"))
         st = rmap_yaml_duplicate(options->root, &reader->root, reader->err);
-    else if (options->cache && !options->before && !reader->bundle->meshes_complete && alone &&
+    else if (rmap_bundle_is_kept(reader->bundle) && alone &&
              reader->bundle->text_nbytes >= RMAP_KEPT_LEAST)
         st = parse_kept(reader);
     else

@@ -7,6 +7,9 @@
 
 #include "mpi/serve/serve_state.h"
 
+/* Whether a file of that name is a scene; others are maps. */
+bool rmap_serve_is_scene_name(const char *path);
+
 /* Collective. A scene's file, or a map, in the place of what was open; on failure that stays. */
 enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path,
                                  struct rmap_error *err) RMAP_MUST_USE;

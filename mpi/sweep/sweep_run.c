@@ -79,33 +79,16 @@ static enum rmap_status edit(const struct rmap_scene_options *nominal, char *sim
     return RMAP_OK;
 }
 
-/* Copies of a list of texts. */
-static enum rmap_status copy_list(char *const *from, size_t n, char ***to, size_t *n_to,
-                                  struct rmap_error *err)
-{
-    *to = rmap_alloc(n + 1, sizeof(char *));
-    for (size_t i = 0; *to && i < n; i++, *n_to = i)
-        if (!((*to)[i] = rmap_strdup(from[i])))
-            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a variant");
-    return *to ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a variant");
-}
-
 /* Collective in the group. The scene from its files, as `raymap trace --set` reads it. */
 static enum rmap_status load(const struct group *group, const struct rmap_scene_options *with,
                              struct rmap_bundle **bundle, struct rmap_scene **scene,
                              struct rmap_error *err)
 {
-    struct rmap_scene_options own = {.simulation = rmap_strdup(with->simulation),
-                                     .color = rmap_strdup(with->color),
-                                     .allows_plugins = with->allows_plugins,
+    struct rmap_scene_options own = {.allows_plugins = with->allows_plugins,
                                      .before = group->run->bundle,
                                      .read_map = with->read_map};
-    enum rmap_status st = copy_list(with->set, with->n_set, &own.set, &own.n_set, err);
-    if (st == RMAP_OK)
-        st = copy_list(with->only, with->n_only, &own.only, &own.n_only, err);
-    if (st == RMAP_OK)
-        st = copy_list(with->without, with->n_without, &own.without, &own.n_without, err);
-    st = rmap_agree(&group->context, st, err);
+    const enum rmap_status st =
+        rmap_agree(&group->context, rmap_scene_options_choose(&own, with, err), err);
     if (st != RMAP_OK) {
         rmap_scene_options_fini(&own);
         return st;
