@@ -36,25 +36,14 @@ bool rmap_reader_known(struct rmap_reader *reader, const struct rmap_yaml_node *
     return rmap_reader_check_map(reader, node, mapping->type[type].what, mapping->type[type].keys);
 }
 
-static bool has_word(const char *words, const char *word)
-{
-    size_t len = strlen(word);
-    const char *at = words;
-    while (at && (strncmp(at, word, len) != 0 || (at[len] && at[len] != ' '))) {
-        at = strchr(at, ' ');
-        at += at != NULL;
-    }
-    return at != NULL;
-}
-
 static bool is_of_type(const struct rmap_mapping *mapping, const struct rmap_key *key, int type)
 {
     bool all = true;
     if (type >= 0)
-        return has_word(mapping->type[type].keys, key->name) &&
+        return rmap_words_have(mapping->type[type].keys, key->name) &&
                (!key->types || key->types >> type & 1);
     for (size_t t = 0; t < RMAP_COUNT(mapping->type) && mapping->type[t].keys; t++)
-        all &= has_word(mapping->type[t].keys, key->name);
+        all &= rmap_words_have(mapping->type[t].keys, key->name);
     return all && !key->types;
 }
 

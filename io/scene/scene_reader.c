@@ -123,6 +123,11 @@ bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_no
                            const char *what, const char *keys)
 {
     struct rmap_words known;
+    bool all = node->kind == RMAP_YAML_MAP;
+    for (size_t i = 0; all && i < node->n_item; i++)
+        all = rmap_words_have(keys, node->item[i].key);
+    if (all)
+        return true;
     rmap_words_split(keys, &known);
     return rmap_reader_check_keys(reader, node, what, known.word, known.n);
 }
@@ -139,6 +144,17 @@ void rmap_words_split(const char *text, struct rmap_words *words)
         words->word[same] = word;
         words->n += same == words->n;
     }
+}
+
+bool rmap_words_have(const char *text, const char *word)
+{
+    const size_t len = strlen(word);
+    const char *at = strchr(word, ' ') ? NULL : text;
+    while (at && (strncmp(at, word, len) != 0 || (at[len] && at[len] != ' '))) {
+        at = strchr(at, ' ');
+        at += at != NULL;
+    }
+    return at != NULL;
 }
 
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,

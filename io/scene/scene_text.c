@@ -1,107 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
  * Changes of a scene's text that leave the rest of it as it is written. The tree says which node is
- * meant; libyaml's events say from where to where it stands.
+ * meant, yaml_span from where to where it stands.
  */
 #include "io/scene/scene_text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <yaml.h>
 
 #include "base/alloc.h"
 #include "io/scene/scene_include.h"
 #include "io/scene/yaml_follow.h"
-
-/* Where a node stands, or a key with its value. */
-struct span {
-    size_t first, end; /* bytes; end: behind the last of its content */
-    size_t before;     /* behind the last content before it */
-    int column;        /* of the first, from 0 */
-    bool flow, empty;
-    bool in_flow; /* of the mapping or list that has it */
-};
-
-static bool is_flow(const yaml_event_t *event)
-{
-    return (event->type == YAML_SEQUENCE_START_EVENT &&
-            event->data.sequence_start.style == YAML_FLOW_SEQUENCE_STYLE) ||
-           (event->type == YAML_MAPPING_START_EVENT &&
-            event->data.mapping_start.style == YAML_FLOW_MAPPING_STYLE);
-}
-
-static bool begins(const yaml_event_t *event)
-{
-    return event->type == YAML_SEQUENCE_START_EVENT || event->type == YAML_MAPPING_START_EVENT;
-}
-
-static bool ends(const yaml_event_t *event)
-{
-    return event->type == YAML_SEQUENCE_END_EVENT || event->type == YAML_MAPPING_END_EVENT;
-}
-
-/* So many characters further. */
-static size_t skip(const char *text, size_t at, size_t character)
-{
-    for (; character > 0 && text[at]; character--)
-        for (at++; (text[at] & 0xC0) == 0x80;)
-            at++;
-    return at;
-}
-
-/* libyaml counts characters, texts are bytes. */
-static void count_bytes(const char *text, struct span *span)
-{
-    const struct span in = *span;
-    span->before = skip(text, strncmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0, in.before);
-    span->first = skip(text, span->before, in.first - in.before);
-    span->end = skip(text, span->first, in.end - in.first);
-}
-
-/* The event at that place is the first of n_node nodes (2: a key and its value). Of a block,
- * libyaml's end is where the next thing begins: its own is that of the last thing in it. */
-static bool span_of(const char *text, int line, int column, bool is_scalar, int n_node,
-                    struct span *span)
-{
-    yaml_parser_t parser;
-    yaml_event_t event;
-    int depth = 0, inside = -1, flow = -1; /* depths at which it, and what is in brackets, begins */
-    size_t last = 0;
-    bool over = false;
-    if (!yaml_parser_initialize(&parser))
-        return false;
-    yaml_parser_set_input_string(&parser, (const unsigned char *)text, strlen(text));
-    while (n_node > 0 && !over && yaml_parser_parse(&parser, &event)) {
-        const yaml_mark_t at = event.start_mark, end = event.end_mark;
-        const bool content = event.type == YAML_SCALAR_EVENT || event.type == YAML_ALIAS_EVENT;
-        depth -= ends(&event);
-        if (inside < 0 && (content || begins(&event)) && (int)at.line + 1 == line &&
-            (int)at.column + 1 == column &&
-            (event.type == YAML_ALIAS_EVENT || begins(&event) != is_scalar)) {
-            *span = (struct span){at.index,        end.index, last,     (int)at.column,
-                                  is_flow(&event), true,      flow >= 0};
-            inside = depth;
-        } else if (inside >= 0 && (content || (ends(&event) && end.index > at.index))) {
-            span->empty = span->empty && ends(&event);
-            span->end = end.index;
-        }
-        if (content || (ends(&event) && end.index > at.index))
-            last = end.index;
-        n_node -= inside == depth && (content || ends(&event));
-        if (is_flow(&event) && flow < 0)
-            flow = depth;
-        else if (ends(&event) && flow == depth)
-            flow = -1;
-        depth += begins(&event);
-        over = event.type == YAML_STREAM_END_EVENT;
-        yaml_event_delete(&event);
-    }
-    yaml_parser_delete(&parser);
-    if (n_node == 0)
-        count_bytes(text, span);
-    return n_node == 0;
-}
+#include "io/scene/yaml_span.h"
 
 /* Whether a text says the same in YAML without quotes. */
 static bool is_plain(const char *text)
@@ -173,8 +84,8 @@ static void put_path(FILE *out, const char *path, const json_t *value)
 }
 
 /* An item more of a list, {name: ..., and what the value has}, as its last. */
-static void put_item(FILE *out, const char *text, const struct span *span, const char *name,
-                     const json_t *value)
+static void put_item(FILE *out, const char *text, const struct rmap_yaml_span *span,
+                     const char *name, const json_t *value)
 {
     const size_t end = span->end, line = end + strcspn(text + end, "\n");
     json_t *item = json_pack("{s:s}", "name", name);
@@ -189,8 +100,8 @@ static void put_item(FILE *out, const char *text, const struct span *span, const
 }
 
 /* Writes the text with the node's value, or with a key more in it. */
-static void put_changed(FILE *out, const char *text, const struct span *span, const char *rest,
-                        const json_t *value)
+static void put_changed(FILE *out, const char *text, const struct rmap_yaml_span *span,
+                        const char *rest, const json_t *value)
 {
     const size_t first = span->first, end = span->end;
     if (!*rest) {
@@ -217,7 +128,7 @@ static size_t skip_comments(const char *text, size_t at)
 }
 
 /* Out of brackets: with the comma behind it, or as the last with the one before. */
-static void put_without_entry(FILE *out, const char *text, const struct span *span)
+static void put_without_entry(FILE *out, const char *text, const struct rmap_yaml_span *span)
 {
     const size_t first = span->first, end = span->end;
     const size_t next = skip_comments(text, end);
@@ -233,7 +144,8 @@ static void put_without_entry(FILE *out, const char *text, const struct span *sp
 }
 
 /* Out of a block: the lines that it has for itself, with what is said behind it. */
-static void put_without_lines(FILE *out, const char *text, const struct span *span, bool is_item)
+static void put_without_lines(FILE *out, const char *text, const struct rmap_yaml_span *span,
+                              bool is_item)
 {
     size_t first = span->first, end = span->end, line;
     if (is_item) /* with its dash */
@@ -276,7 +188,7 @@ static enum rmap_status refuse(const char *path, const char *rest, struct rmap_e
 /* A value that was written in the place of another. */
 struct replaced {
     struct rmap_yaml_node *node; /* NULL: that is not what was done */
-    struct span span;
+    struct rmap_yaml_span span;
 };
 
 /* value NULL: what the path leads to goes. */
@@ -287,14 +199,15 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
     enum rmap_status st = RMAP_OK;
     const char *text = scene->text, *rest = path;
     const struct rmap_yaml_item *item = NULL;
-    struct span span = {0};
+    struct rmap_yaml_span span = {0};
     const struct rmap_yaml_node *node = rmap_yaml_find(scene->root, path, &rest, &item);
     const bool scalar = node->kind == RMAP_YAML_SCALAR,
                adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
     if (!value) {
         const bool has_key = item && item->key;
         if (!item || *rest ||
-            !span_of(text, item->line, item->column, has_key || scalar, has_key ? 2 : 1, &span))
+            !rmap_yaml_span(text, scene->root, item->line, item->column, has_key || scalar,
+                            has_key ? 2 : 1, &span))
             RMAP_TRY(refuse(path, rest, err));
         if (span.in_flow)
             put_without_entry(out, text, &span);
@@ -302,7 +215,7 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
             put_without_lines(out, text, &span, !has_key);
     } else {
         if (!*path || (*rest && node->kind != RMAP_YAML_MAP && !adds) ||
-            !span_of(text, node->line, node->column, scalar, 1, &span))
+            !rmap_yaml_span(text, scene->root, node->line, node->column, scalar, 1, &span))
             RMAP_TRY(refuse(path, rest, err));
         if (*rest && adds)
             put_item(out, text, &span, rest, value);

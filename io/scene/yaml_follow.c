@@ -4,7 +4,7 @@
  */
 #include "io/scene/yaml_follow.h"
 
-#include <string.h>
+#include "io/scene/yaml_span.h"
 
 /* Columns behind a place in its line. */
 static void shift(struct rmap_yaml_node *node, int line, int column, int by)
@@ -38,14 +38,11 @@ static int count_characters(const char *text, size_t nbytes)
     return n;
 }
 
-/* As libyaml counts lines: LF, CR, and U+0085, U+2028, U+2029 as UTF-8. */
 static bool breaks_line(const char *text, size_t nbytes)
 {
-    bool breaks = memchr(text, '\n', nbytes) || memchr(text, '\r', nbytes);
-    for (size_t i = 0; i + 1 < nbytes && !breaks; i++)
-        breaks = memcmp(text + i, "\xC2\x85", 2) == 0 ||
-                 (i + 2 < nbytes && memcmp(text + i, "\xE2\x80", 2) == 0 &&
-                  (text[i + 2] == '\xA8' || text[i + 2] == '\xA9'));
+    bool breaks = false;
+    for (size_t i = 0; i < nbytes && !breaks; i++)
+        breaks = rmap_yaml_line_break(text + i) > 0;
     return breaks;
 }
 

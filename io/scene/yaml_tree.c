@@ -171,8 +171,11 @@ static enum rmap_status copy_node(struct builder *b, const struct rmap_yaml_node
         return no_memory(b->err);
     node->quoted = from->quoted;
     node->text = rmap_pool_strdup(b->pool, from->text);
-    if (from->text && !node->text)
+    if (from->n_item > 0)
+        node->item = rmap_pool_alloc(b->pool, from->n_item, sizeof *node->item);
+    if ((from->text && !node->text) || (from->n_item > 0 && !node->item))
         return no_memory(b->err);
+    node->cap_item = from->n_item;
     for (size_t i = 0; i < from->n_item && st == RMAP_OK; i++) {
         const struct rmap_yaml_item *item = &from->item[i];
         struct rmap_yaml_node *value = NULL;
@@ -608,10 +611,9 @@ struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const ch
     if (!node || node->kind != RMAP_YAML_MAP)
         return NULL;
     for (size_t i = 0; i < node->n_item; i++) {
-        struct rmap_yaml_node *value = node->item[i].value;
-        if (strcmp(node->item[i].key, key) == 0) {
-            return is_nothing(value) ? NULL : value;
-        }
+        const struct rmap_yaml_item *item = &node->item[i];
+        if (item->key[0] == key[0] && strcmp(item->key, key) == 0)
+            return is_nothing(item->value) ? NULL : item->value;
     }
     return NULL;
 }

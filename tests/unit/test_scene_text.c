@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Edits of a scene's text: a tree that follows them is that of the text read anew, to each line and
- * column; what it cannot follow has none. A tree that is packed is the same afterwards; bytes that
- * are none are refused.
+ * column; what it cannot follow has none. Where a node stands is the same from wherever reading
+ * begins. A tree that is packed is the same afterwards; bytes that are none are refused.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,6 +18,7 @@
 #include "io/file/input_file.h"
 #include "io/scene/scene_text.h"
 #include "io/scene/yaml_pack.h"
+#include "io/scene/yaml_span.h"
 
 static void check_same(const struct rmap_yaml_node *a, const struct rmap_yaml_node *b)
 {
@@ -177,6 +178,71 @@ static void test_does_not_follow(void **state)
     assert_int_equal(edit(NULL, "a: [&x {b: 1}, 4]\n\"*c\": {d: *x}\ne: [1, 2]\n", 60), 0);
 }
 
+/* How many nodes and entries have been found in a text from within, where reading the whole of it
+ * finds them. */
+static size_t check_spans(const char *text, const struct rmap_yaml_node *root,
+                          const struct rmap_yaml_node *node)
+{
+    const struct rmap_yaml_node nothing = {0};
+    size_t n = 0;
+    for (size_t i = 0; i <= 2 * node->n_item; i++) {
+        const struct rmap_yaml_item *item = i > 0 ? &node->item[(i - 1) / 2] : NULL;
+        const bool is_entry = item && i % 2 == 1;
+        const struct rmap_yaml_node *of = item ? item->value : node;
+        const int line = is_entry ? item->line : of->line,
+                  column = is_entry ? item->column : of->column;
+        const bool scalar = (is_entry && item->key) || of->kind == RMAP_YAML_SCALAR;
+        struct rmap_yaml_span found = {0}, right = {0};
+        const int n_node = is_entry && item->key ? 2 : 1;
+        const bool is = rmap_yaml_span(text, &nothing, line, column, scalar, n_node, &right);
+        assert_int_equal(rmap_yaml_span(text, root, line, column, scalar, n_node, &found), is);
+        if (!right.in_flow)
+            found.before = right.before = 0;
+        assert_memory_equal(&found, &right, sizeof right);
+        n += is;
+    }
+    for (size_t i = 0; i < node->n_item; i++)
+        n += check_spans(text, root, node->item[i].value);
+    return n;
+}
+
+static void test_spans(void **state)
+{
+    (void)state;
+    static const char *const text[] = {
+        "raymap: 1\nobjects:\n  - {name: a, at: [1, 2]} # x\n  - name: b\n    at:\n      - 1\n"
+        "      - - 2\n        - 3\n  -\n    name: c\nlist:\n- 1\n- two\n  words\n-\nend: 'x\n  "
+        "y'\n",
+        "\xEF\xBB\xBF\"a\": &x\n  b: [1,\n  2]\n  c: {d: e,\n   f: 1}\ng: *x\nh: !!str 5\ni: |\n  "
+        "j: k\n"
+        "  l\nm: {<<: *x, n: 1}\n",
+        "{\n\"a\": [\n1,\n2],\n\"b\":\n{\"c\": 1}}\n",
+        "a: 1\r\nb:\r  - 'x\xE2\x80\xA8y'\r  - \xC3\xA9: {\xE2\x82\xAC: [1, 2], c: 3}\nd: &y "
+        "[1]\ne: {f: *y}\n"};
+    size_t n = 0;
+    for (size_t i = 0; i < RMAP_COUNT(text); i++) {
+        struct rmap_scene_text scene = {.text = rmap_strdup(text[i])};
+        assert_true(read_tree(&scene));
+        n += check_spans(scene.text, scene.root, scene.root);
+        rmap_scene_text_fini(&scene);
+    }
+    assert_true(n > 100);
+}
+
+/* The comma before a bracket is not one of what stands in it. */
+static void test_last_entry_goes(void **state)
+{
+    (void)state;
+    struct rmap_scene_text scene = {.text = rmap_strdup("a: [1, {b: 2}]\n")}, next = {0};
+    json_t *remove = json_pack("[s]", "a.2.b");
+    assert_int_equal(rmap_scene_text_change(&scene, remove, NULL, &next, NULL), RMAP_OK);
+    assert_string_equal(next.text, "a: [1, {}]\n");
+    json_decref(remove);
+    rmap_scene_text_fini(&next);
+    rmap_scene_text_fini(&scene);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 static void test_hostile_bytes(void **state)
 {
     (void)state;
@@ -209,8 +275,9 @@ static void test_hostile_bytes(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_follows),
-                                       cmocka_unit_test(test_does_not_follow),
-                                       cmocka_unit_test(test_hostile_bytes)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_follows), cmocka_unit_test(test_does_not_follow),
+        cmocka_unit_test(test_spans), cmocka_unit_test(test_last_entry_goes),
+        cmocka_unit_test(test_hostile_bytes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
