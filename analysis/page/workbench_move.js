@@ -167,7 +167,7 @@ async function step(dragging) {
   dragging.refused = "";
   const { answer } = dragging;
   await settling(async () => {
-    dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, axes: "world", ...(answer ? { amend: answer.revision } : {}) });
+    dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, axes: "world", brief: true, ...(answer ? { amend: answer.revision } : {}) });
     live.revision = dragging.answer.revision;
     await traceAgain();
   });
@@ -184,7 +184,7 @@ async function drop(dragging, keep) {
   }
   await follow(dragging);
   const { answer, refused } = dragging, isOurs = answer && live.heard <= answer.revision;
-  if (answer && isOurs && keep) showScene(answer);
+  if (answer && isOurs && keep) showScene(await ask("scene"));
   else if (answer && isOurs)
     await settling(async () => {
       showScene(await ask("undo"));

@@ -286,13 +286,15 @@ static void tell_change(struct rmap_serve *self)
                                                 (json_int_t)self->revision));
 }
 
-static json_t *state_of(const struct rmap_serve *self)
+/* With the text, unless the answer is to be brief. */
+static json_t *state_of(const struct rmap_serve *self, const json_t *message)
 {
-    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s}", "revision", (json_int_t)self->revision,
+    const bool brief = json_is_true(json_object_get(message, "brief"));
+    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*}", "revision", (json_int_t)self->revision,
                      "undo", (json_int_t)self->now, "redo",
                      (json_int_t)(self->n_text - self->now - 1), "saved",
                      (int)(self->now == self->saved), "file", self->at_hand.path, "text",
-                     self->text[self->now].text);
+                     brief ? NULL : self->text[self->now].text);
 }
 
 enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,
@@ -305,7 +307,7 @@ enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message,
     if (st != RMAP_OK)
         return st;
     tell_change(self);
-    *result = state_of(self);
+    *result = state_of(self, message);
     return RMAP_OK;
 }
 
@@ -398,49 +400,46 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
     RMAP_TRY(st);
     self->edited = self->revision;
     tell_change(self);
-    *result = state_of(self);
+    *result = state_of(self, message);
 out:
     rmap_scene_text_fini(&text);
     return st;
 }
 
 /* To another text of the list. */
-static enum rmap_status go(struct rmap_serve *self, size_t to, json_t **result,
-                           struct rmap_error *err)
+static enum rmap_status go(struct rmap_serve *self, size_t to, const json_t *message,
+                           json_t **result, struct rmap_error *err)
 {
     const enum rmap_status st = change(self, &self->text[to], err);
     if (st != RMAP_OK)
         return st;
     look_at(self, to);
     tell_change(self);
-    *result = state_of(self);
+    *result = state_of(self, message);
     return RMAP_OK;
 }
 
 enum rmap_status rmap_serve_undo(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
-    (void)message;
     if (self->now == 0)
         return rmap_error_set(err, RMAP_INPUT, "there is nothing to undo");
-    return go(self, self->now - 1, result, err);
+    return go(self, self->now - 1, message, result, err);
 }
 
 enum rmap_status rmap_serve_redo(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
-    (void)message;
     if (self->now + 1 >= self->n_text)
         return rmap_error_set(err, RMAP_INPUT, "there is nothing to redo");
-    return go(self, self->now + 1, result, err);
+    return go(self, self->now + 1, message, result, err);
 }
 
 enum rmap_status rmap_serve_scene(struct rmap_serve *self, const json_t *message, json_t **result,
                                   struct rmap_error *err)
 {
-    (void)message;
     (void)err;
-    *result = state_of(self);
+    *result = state_of(self, message);
     (void)json_object_update(*result, rmap_session_names_json(rmap_map_scene(self->map)));
     return RMAP_OK;
 }

@@ -129,8 +129,9 @@ def check_edits():
         assert "{name: mount, geometry: flange, at: [0, 0, 80.5]" in moved["text"] and not moved["saved"]
         assert moved["text"].count("#") == before["text"].count("#")
         for step in [-7, 0.25, 1.5]:  # a drag is one edit, and one step of undo
-            amended = lens.move("mount", 0, 0, step, amend=lens.status()["revision"])
-        assert amended["text"] == moved["text"] and (amended["undo"], amended["redo"]) == (1, 0)
+            amended = lens.move("mount", 0, 0, step, amend=lens.status()["revision"], brief=True)
+        assert lens.scene()["text"] == moved["text"] and (amended["undo"], amended["redo"]) == (1, 0)
+        assert amended.keys() | {"text"} == moved.keys() and "text" not in amended
         refused(lens.move, "mount", 0, 0, 9, amend=moved["revision"], status=3)
         refused(lens.move, "mount", 0, 0, 9, amend="last", status=2)
         lens.undo()
