@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
- * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
- * gradient media are made of stands at the end, where there is any.
+ * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What came later
+ * stands at the end, where there is any, each in its turn.
  */
 #ifndef RMAP_BUNDLE_PACK_H
 #define RMAP_BUNDLE_PACK_H
