@@ -13,7 +13,7 @@
 #include "io/scene/scene_cameras.h"
 #include "io/scene/scene_faces.h"
 #include "io/scene/scene_keys.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 #include "io/scene/scene_reader.h"
 #include "io/scene/scene_reading.h"
 #include "io/scene/scene_response.h"

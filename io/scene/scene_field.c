@@ -11,7 +11,7 @@
 #include "io/scene/scene_field.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_media.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 #include "optics/spectrum.h"
 #include "scene/bounds.h"
 

@@ -12,7 +12,7 @@
 #include "io/rays/ray_file.h"
 #include "io/scene/scene_channels.h"
 #include "io/scene/scene_geometries.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 
 static struct rmap_file_rays *in_bundle(const struct rmap_bundle *bundle, const char *name)
 {

@@ -11,7 +11,7 @@
 #include "formula/azimuth.h"
 #include "io/scene/scene_environment.h"
 #include "io/scene/scene_keys.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 #include "io/scene/scene_sky_models.h"
 #include "optics/sun.h"
 #include "scene/bounds.h"

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 #include "scene/bounds.h"
 
 /* The object of that name; of a group its first one, which of a lens is its front surface. -1 after

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "io/scene/scene_channels.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 #include "io/scene/scene_ray_files.h"
 #include "scene/file_rays.h"
 

@@ -10,7 +10,7 @@
 #include "base/alloc.h"
 #include "base/count.h"
 #include "io/scene/scene_field.h"
-#include "io/scene/scene_objects.h"
+#include "io/scene/scene_placement.h"
 
 static bool find_body(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       struct rmap_volume *volume)
