@@ -50,7 +50,7 @@ static const struct rmap_option options[] = {
          "path:group"},
     {"top", 0, "N", "so many classes of --by path (default 10)", "by"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
-    {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
+    {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 128Mi)"},
     {"output", 'o', "OUT...",
      "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
     {"force", 'f', NULL, "replace OUT", "output"},
