@@ -143,13 +143,16 @@ function triangles(packed) {
   return { place, corner: unpack(packed.corner) };
 }
 
-/* By what they are made of: those of the data before serve again. */
-let geometries = new Map(), geometriesBefore = new Map();
-whenScene(() => [geometries, geometriesBefore] = [new Map(), geometries]);
+/* By what they are made of (keys: of those of the scene): those of the data before serve again. */
+let geometries = new Map(), geometriesBefore = new Map(), geometryKeys = [];
+whenScene(() => {
+  [geometries, geometriesBefore] = [new Map(), geometries];
+  geometryKeys = data.geometries.map((one) => JSON.stringify(one));
+});
 
 /* Geometry g, made when its first object needs it. */
 function geometryOf(g) {
-  const key = JSON.stringify(data.geometries[g]);
+  const key = geometryKeys[g];
   if (geometries.has(key)) return geometries.get(key);
   const { place, corner } = geometriesBefore.has(key) ? {} : triangles(data.geometries[g]);
   const made = geometriesBefore.get(key) || { solid: creased(place, corner), line: edges(place, corner) };
