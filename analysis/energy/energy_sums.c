@@ -187,24 +187,27 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
     enum rmap_status st = RMAP_OK;
     const rmap_column_set media = RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
     const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counted;
     size_t segment = 0, registration = 0;
     RMAP_TRY(rmap_fold_fetch(rays, rmap_energy_columns(sums->scope) & ~media, err));
     if (sums->scope->ends && needs_media(rays))
         RMAP_TRY(rmap_fold_fetch(rays, media, err));
+    counted = rmap_registrations_counted(rays);
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
-        const bool counts = !rays->match || rays->match[i];
-        const struct alike one = {portion, rmap_registrations_counted(rays), i,
-                                  portion->ray.weight[i], 1.0};
+        const size_t first = registration;
+        registration += n;
         if (sums->scope->ends)
             segment += portion->ray.segment_count[i];
-        if (counts && sums->scope->ends)
+        if (rays->match && !rays->match[i])
+            continue;
+        const struct alike one = {portion, counted, i, portion->ray.weight[i], 1.0};
+        if (sums->scope->ends)
             add_end(sums, &one, segment);
-        if (counts && sums->scope->counts)
+        if (sums->scope->counts)
             add_count(sums, &one);
-        if (counts && n > 0)
-            add_registrations(sums, &one, registration, n);
-        registration += n;
+        if (n > 0)
+            add_registrations(sums, &one, first, n);
     }
 out:
     return st;

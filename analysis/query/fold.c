@@ -162,6 +162,7 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
     const rmap_column_set all = columns_of(self->fold) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
     struct rmap_cursor *cursor = self->cursor;
+    const uint32_t *row = NULL;
     rays->portion = NULL;
     if (!rmap_map_selects(self->fold->map, rays->index, columns))
         goto out;
@@ -180,9 +181,11 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
         goto out;
     if (self->marker)
         RMAP_TRY(rmap_query_marker_cursor(self->marker, &cursor, err));
-    RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, err));
+    RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, &row, err));
     if (rays->portion) {
-        rays->match = NULL;
+        for (size_t s = 0; s < rays->portion->n_row[RMAP_TABLE_RAY]; s++) /* row[s] >= s */
+            self->match[s] = rays->match[row[s]];
+        rays->match = self->match;
         rays->scanner = NULL;
     }
 out:

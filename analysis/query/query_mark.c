@@ -187,11 +187,12 @@ enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, cons
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *rows = NULL;
     struct rmap_portion **picked = &self->picked[rmap_map_portion(self->map, portion)->space];
+    const uint32_t *row;
     size_t segment = 0, registration = 0;
     if (!self->whole)
         RMAP_TRY(rmap_cursor_create(self->map, RMAP_COLUMNS_ALL, &self->whole, err));
     RMAP_TRY(rmap_cursor_enter(self->whole, portion, &rows, err));
-    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, RMAP_COLUMNS_ALL, rays_ret, err));
+    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, RMAP_COLUMNS_ALL, rays_ret, &row, err));
     if (*rays_ret)
         goto out;
     RMAP_TRY(rmap_cursor_fetch(self->whole, RMAP_COLUMNS_ALL, err));

@@ -5,6 +5,7 @@
  */
 #include <string.h>
 
+#include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query_known.h"
 #include "analysis/query/query_outcomes.h"
 #include "analysis/query/query_sums.h"
@@ -15,6 +16,7 @@ struct rmap_query_outcomes {
     const struct rmap_map *map;
     const struct rmap_criterion *const *criterion;
     size_t n_criterion, n_source;
+    rmap_column_set more; /* that rays which match are asked for */
     struct rmap_evaluator evaluator;
     struct rmap_cursor *cursor;           /* columns of the criteria and the sums */
     struct rmap_query_known *known_paths; /* or NULL */
@@ -107,6 +109,7 @@ enum rmap_status rmap_query_outcomes_create(const struct rmap_map *map,
     self->criterion = criterion;
     self->n_criterion = n_criterion;
     self->n_source = rmap_map_scene(map)->n_source;
+    self->more = more;
     RMAP_TRY(rmap_query_known_create(map, criterion, n_criterion, &self->known_paths, err));
     RMAP_TRY(rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion) | more,
                                 &self->cursor, err));
@@ -158,6 +161,21 @@ static enum rmap_status evaluate_columns(struct rmap_query_outcomes *self, size_
     return rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, outcome, err);
 }
 
+/* What decides rays that paths leave open: `and` and `or` ask no discrete test of theirs again. */
+static rmap_column_set rest_columns(const struct rmap_criterion *criterion)
+{
+    const struct rmap_criterion_node *node = &criterion->node[criterion->root];
+    rmap_column_set columns = 0;
+    while (node->kind == RMAP_CRITERION_NOT)
+        node = &criterion->node[node->first];
+    if (node->kind != RMAP_CRITERION_AND && node->kind != RMAP_CRITERION_OR)
+        return node->columns;
+    for (int32_t child = node->first; child >= 0; child = criterion->node[child].next)
+        if (criterion->node[child].columns & ~RMAP_COLUMNS_DISCRETE)
+            columns |= criterion->node[child].columns;
+    return columns;
+}
+
 /* Decides rays that are open by these columns, which some may stay open by: those rays alone are
  * decoded, where they are few. */
 static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
@@ -166,9 +184,11 @@ static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *few = NULL;
+    const uint32_t *row = NULL;
     if (!memchr(outcome, RMAP_OUTCOME_OPEN, self->n_ray))
         return RMAP_OK;
-    RMAP_TRY(rmap_cursor_select(self->cursor, outcome, RMAP_OUTCOME_OPEN, columns, &few, err));
+    RMAP_TRY(
+        rmap_cursor_select(self->cursor, outcome, RMAP_OUTCOME_OPEN, columns, &few, &row, err));
     if (!few)
         RMAP_TRY(query_outcomes_fetch(self, columns, err));
     const struct rmap_criterion_input input = {.portion = few ? few : self->portion,
@@ -177,9 +197,11 @@ static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
                                                .flux_per_weight =
                                                    rmap_map_flux_per_weight(self->map)};
     RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->open, err));
-    for (size_t i = 0, s = 0; i < self->n_ray; i++)
-        if (outcome[i] == RMAP_OUTCOME_OPEN)
-            outcome[i] = self->open[few ? s++ : i];
+    const size_t n = input.portion->n_row[RMAP_TABLE_RAY];
+    for (size_t s = 0; s < n; s++) {
+        uint8_t *its = &outcome[few ? row[s] : s];
+        *its = *its == RMAP_OUTCOME_OPEN ? self->open[s] : *its;
+    }
 out:
     return st;
 }
@@ -189,9 +211,10 @@ static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set columns = rmap_criterion_columns(self->criterion[c]);
-    rmap_column_set traced;
+    rmap_column_set columns = rest_columns(self->criterion[c]), traced;
     RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
+    if (!((columns | self->more) & traced)) /* those that match need not be selected again */
+        columns |= self->more ? self->more | sum_columns : 0;
     if ((columns & traced) && (columns & ~traced & ~RMAP_COLUMNS_DISCRETE))
         RMAP_TRY(decide_open(self, c, columns & ~traced, outcome, err));
     st = decide_open(self, c, columns, outcome, err);
@@ -254,8 +277,9 @@ void rmap_query_outcomes_settle(struct rmap_query_outcomes *self, struct rmap_co
 enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *self, size_t c,
                                           uint8_t *match, struct rmap_error *err)
 {
-    enum rmap_status st = evaluate_rays(self, c, match, err);
-    for (size_t i = 0; st == RMAP_OK && i < self->n_ray; i++)
+    const enum rmap_status st = evaluate_rays(self, c, match, err);
+    const size_t n = st == RMAP_OK ? self->n_ray : 0;
+    for (size_t i = 0; i < n; i++)
         match[i] &= 1;
     return st;
 }

@@ -274,14 +274,20 @@ static void mark_test(const struct rmap_which *self, int32_t index,
     static const uint8_t marked = 1;
     const struct rmap_registration_test *test = &self->criterion->node[index].registrations;
     const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
+    const bool is_told = test->where < 0; /* by the registration itself */
     uint8_t flag[STRIP_ROWS];
     for (struct rmap_strip strip = {0}; strip.first < n; strip.first += strip.n) {
         strip.n = n - strip.first < STRIP_ROWS ? n - strip.first : STRIP_ROWS;
         rmap_registrations_mark(self->criterion, test, portion, &strip, flag);
-        rmap_bytes_among(flag, strip.n, &marked, 1, bits + strip.first / 64);
+        const size_t end = is_told ? strip.n : 0;
+        for (size_t i = 0; i < end; i++)
+            chosen[strip.first + i] |= flag[i];
+        if (!is_told)
+            rmap_bytes_among(flag, strip.n, &marked, 1, bits + strip.first / 64);
     }
-    if (test->where >= 0)
-        rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);
+    if (is_told)
+        return;
+    rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);
     for (size_t i = 0; i < n; i++)
         chosen[i] |= (uint8_t)(bits[i / 64] >> i % 64 & 1);
 }
@@ -295,10 +301,12 @@ static enum rmap_status mark_tests(const struct rmap_which *self,
     uint64_t *bits = rmap_alloc(n / 64 + 2, sizeof *bits);
     if (!bits)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu registrations", n);
+    const int32_t *detector = seen->detector;
+    const uint8_t *registered = seen->registered, *chosen_on = self->chosen_on;
+    const size_t n_detector = self->scene->n_detector; /* the last of which is followed by a 0 */
     for (size_t i = 0; i < n; i++) {
-        const size_t d = (size_t)seen->detector[i];
-        const bool is_told = d < self->scene->n_detector && self->chosen_on[d];
-        chosen[i] = seen->registered[i] && !is_told;
+        const size_t d = (size_t)detector[i] < n_detector ? (size_t)detector[i] : n_detector;
+        chosen[i] = (registered[i] != 0) & !chosen_on[d];
     }
     for (size_t i = 0; i < self->n_test; i++)
         mark_test(self, self->test[i], portion, bits, chosen);

@@ -129,7 +129,8 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->passed_over = NULL;
     self->in_hand = portion;
     self->own_columns = 0;
-    self->knows_header = false;
+    self->knows_header = self->add_up = false;
+    self->selected_columns = 0;
     self->header = (struct rmap_compact_summary){.placed = false};
     rmap_cursor_leave_paths(self, (size_t)info->piece);
     RMAP_TRY(enter_space(self, (size_t)info->space, err));

@@ -41,14 +41,16 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set c
 void rmap_cursor_pass_over(struct rmap_cursor *cursor, const uint8_t *mark);
 
 /* Rays of the portion in hand alone, side by side, with those columns: those with mark[i] ==
- * wanted, mark [n_ray]. Only these are traced again. *selected_ret: NULL where that would not be of
- * use (a plain piece; nothing need be traced again; there are none, or too many of them; a reader
- * keeps columns; points of curved segments are asked for), and what `fetch` gives must do. Errors
- * as of fetch. */
+ * wanted, mark [n_ray]; where all of them, and the columns, are among those selected last since the
+ * portion was entered, these. Only they are traced again. *ray_ret: [its rays] their rows in the
+ * portion. *selected_ret: NULL where that would not be of use (a plain piece; nothing need be
+ * traced again; there are none, or too many of them; a reader keeps columns; points of curved
+ * segments are asked for), and what `fetch` gives must do. Both are valid until the next call.
+ * Errors as of fetch. */
 enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *mark, uint8_t wanted,
                                     rmap_column_set columns,
                                     const struct rmap_portion **selected_ret,
-                                    struct rmap_error *err) RMAP_MUST_USE;
+                                    const uint32_t **ray_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Whether that may be of use for a portion at all. */
 bool rmap_map_selects(const struct rmap_map *map, size_t portion, rmap_column_set columns);

@@ -93,7 +93,8 @@ enum rmap_status rmap_cursor_enter_rows(struct rmap_cursor *self,
     enum rmap_status st = RMAP_OK;
     const size_t piece = (size_t)info->piece;
     in_hand->rows = (struct rmap_rows){.layout = rmap_map_piece_layout(self->map, piece),
-                                       .n_channel = self->portion->n_channel};
+                                       .n_channel = self->portion->n_channel,
+                                       .add_up = self->add_up};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         in_hand->n_row[t] = (size_t)info->n_row[t];
     RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, false, &in_hand->model, err));
@@ -202,6 +203,7 @@ enum rmap_status rmap_cursor_path_summary(struct rmap_cursor *self, bool own_alo
     }
     self->header = summary;
     self->knows_header = true;
+    self->add_up |= !own_alone;
     if (summary.weigh_one && summary.ids_run && summary.media_known &&
         summary.first_ray == info->first_ray && rmap_map_paths_fit(self->map, piece))
         *paths = (struct rmap_path_summary){

@@ -35,14 +35,16 @@ struct rmap_cursor {
     rmap_column_set present;         /* columns of it that have been read */
     rmap_column_set kept;            /* and those that the map's store has */
     uint64_t streams;                /* of a compact one, in `buffer` */
+    bool add_up;                     /* its paths and counts were found to fit together */
     bool knows_header;               /* of a compact one: */
     struct rmap_compact_summary header;
-    const uint8_t *passed_over;    /* rays of it; NULL: none */
-    struct rmap_portion *portion;  /* of the space in hand; borrowed from there */
-    struct rmap_portion shown;     /* that, without columns that only decoding needed */
-    struct rmap_portion selected;  /* the same of rays that were selected */
-    struct rmap_row_buffer beside; /* rows that are compared with decoded ones */
-    uint32_t *some;                /* [n_ray] their rows */
+    const uint8_t *passed_over;       /* rays of it; NULL: none */
+    struct rmap_portion *portion;     /* of the space in hand; borrowed from there */
+    struct rmap_portion shown;        /* that, without columns that only decoding needed */
+    struct rmap_portion selected;     /* the same of rays that were selected, */
+    rmap_column_set selected_columns; /* with these columns; 0: none yet */
+    struct rmap_row_buffer beside;    /* rows that are compared with decoded ones */
+    uint32_t *some;                   /* [n_ray] their rows */
     size_t some_cap;
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */

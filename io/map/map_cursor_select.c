@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/byte_set.h"
+#include "base/wide.h"
 #include "io/map/map_cursor_internal.h"
 #include "io/map/map_keep.h"
 #include "io/map/piece_columns.h"
@@ -48,19 +50,24 @@ out:
     return st;
 }
 
-/* The rows of the marked rays, into `some`. */
-static enum rmap_status list_marked(struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
-                                    size_t *n_ret, struct rmap_error *err)
+RMAP_WIDE static size_t count_marked(const uint8_t *mark, size_t n, uint8_t wanted)
 {
-    const size_t n_ray = self->shown.n_row[RMAP_TABLE_RAY];
-    const enum rmap_status st = RMAP_RESERVE(self->some, self->some_cap, n_ray + 1, err);
-    size_t n = 0;
-    for (size_t i = 0; st == RMAP_OK && i < n_ray; i++) { /* one more than counts is written */
-        self->some[n] = (uint32_t)i;
-        n += mark[i] == wanted;
-    }
-    *n_ret = n;
-    return st;
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        count += mark[i] == wanted;
+    return count;
+}
+
+/* Whether the n rays that are marked are among those selected last. */
+static bool are_selected(const struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
+                         size_t n, rmap_column_set columns)
+{
+    size_t count = 0;
+    if (columns & ~self->selected_columns)
+        return false;
+    for (size_t s = 0; s < self->selected.n_row[RMAP_TABLE_RAY]; s++)
+        count += mark[self->some[s]] == wanted;
+    return count == n;
 }
 
 /* Decodes n rays of `some` into what the space has for them. */
@@ -96,11 +103,11 @@ out:
 enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
                                     rmap_column_set columns,
                                     const struct rmap_portion **selected_ret,
-                                    struct rmap_error *err)
+                                    const uint32_t **ray_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    size_t n = 0;
+    const size_t n_ray = self->shown.n_row[RMAP_TABLE_RAY];
     *selected_ret = NULL;
     columns &= rmap_columns_of_run(self->shown.timed);
     if (!rmap_map_selects(self->map, self->in_hand, columns) ||
@@ -109,9 +116,14 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     rmap_column_set beside;
     RMAP_TRY(rmap_cursor_know_header(self, err));
     RMAP_TRY(rmap_cursor_choose_beside(self, info, columns & ~self->present, &beside, err));
-    RMAP_TRY(list_marked(self, mark, wanted, &n, err));
-    if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > info->n_row[RMAP_TABLE_RAY])
+    const size_t n = count_marked(mark, n_ray, wanted);
+    if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > n_ray)
         goto out;
+    if (are_selected(self, mark, wanted, n, columns))
+        goto selected;
+    self->selected_columns = 0;
+    RMAP_TRY(RMAP_RESERVE(self->some, self->some_cap, n_ray, err));
+    rmap_bytes_list(mark, n_ray, wanted, self->some);
     RMAP_TRY(decode_selected(self, info, n, columns, err));
     const struct rmap_portion *rows = self->space[info->space].selected;
     self->selected = (struct rmap_portion){
@@ -121,7 +133,10 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     RMAP_TRY(rmap_cursor_check_limits(self, &self->selected, columns, info, err));
     if ((columns & RMAP_CELL_COLUMNS) == RMAP_CELL_COLUMNS)
         RMAP_TRY(rmap_cursor_check_cells(self, &self->selected, err));
+    self->selected_columns = columns;
+selected:
     *selected_ret = &self->selected;
+    *ray_ret = self->some;
 out:
     return st;
 }

@@ -5,6 +5,7 @@
  */
 #include "base/byte_set.h"
 
+#include "base/count.h"
 #include "base/wide.h"
 
 /* Bit k of the word is byte k, 0 or 1, of 64. */
@@ -81,6 +82,21 @@ void rmap_keep_any_bits(const uint32_t *word, size_t n, uint32_t any, uint64_t *
 void rmap_keep_none_bits(const uint32_t *word, size_t n, uint32_t none, uint64_t *bits)
 {
     keep_words(word, n, none, 0, bits);
+}
+
+size_t rmap_bytes_list(const uint8_t *byte, size_t n, uint8_t which, uint32_t *at)
+{
+    uint64_t bits[64];
+    const size_t strip = 64 * RMAP_COUNT(bits);
+    size_t k = 0;
+    for (size_t from = 0; from < n; from += strip) {
+        const size_t few = n - from < strip ? n - from : strip;
+        rmap_bytes_among(byte + from, few, &which, 1, bits);
+        for (size_t w = 0; w < rmap_bit_words(few); w++)
+            for (uint64_t left = bits[w]; left; left &= left - 1)
+                at[k++] = (uint32_t)(from + 64 * w + (size_t)__builtin_ctzll(left));
+    }
+    return k;
 }
 
 RMAP_WIDE void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,

@@ -36,6 +36,9 @@ static inline size_t rmap_bit_words(size_t n)
 /* Eight bytes from any byte on hold so many bits from any bit of it on. */
 enum { RMAP_BITS_READ = 57 };
 
+/* Which of n < 2^32 bytes are that one, ascending: at [as many]. Returns how many. */
+size_t rmap_bytes_list(const uint8_t *byte, size_t n, uint8_t which, uint32_t *at);
+
 /* How many of n <= RMAP_BITS_READ bits from `first` on are 1. One word more is read. */
 static inline uint32_t rmap_bits_count_few(const uint64_t *bits, uint64_t first, uint32_t n)
 {

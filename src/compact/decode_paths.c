@@ -12,6 +12,10 @@
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
+#define CROSSINGS                                                                                  \
+    (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |                            \
+     BIT(RMAP_REGISTRATION_registered))
+
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows, bool classed)
@@ -94,35 +98,6 @@ static inline const struct rmap_known_path *later(const struct rmap_path_table *
 static inline uint32_t either(uint32_t mask, uint32_t x, uint32_t y)
 {
     return y ^ ((x ^ y) & mask);
-}
-
-/* Sources, stops, counts. Whether a path is known is anybody's guess: both are read, and there are
- * some of both. */
-static void fill_heads(const struct rmap_path_table *table, const struct rmap_own_paths *own,
-                       rmap_column_set columns, struct rmap_portion *out)
-{
-    const struct rmap_ray_columns *ray = &out->ray;
-    size_t k = 0, n = out->n_row[RMAP_TABLE_RAY];
-    for (size_t i = 0; i < n; i++) {
-        size_t its = k < own->n ? k : own->n - 1;
-        uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
-        const struct rmap_known_path *path = &table->path[own->path[i] - known];
-        soon(later(table, own->path + i, n - i, 16));
-        k += 1 - known;
-        if (columns & BIT(RMAP_RAY_source))
-            ray->source[i] =
-                (int32_t)either(mask, (uint32_t)path->source, (uint32_t)own->source[its]);
-        if (columns & BIT(RMAP_RAY_stop))
-            ray->stop[i] = (uint8_t)either(mask, path->stop, own->stop[its]);
-        if (columns & BIT(RMAP_RAY_start_object))
-            ray->start_object[i] =
-                (int32_t)either(mask, (uint32_t)path->start_object, own->start_object[its] - 1);
-        if (columns & BIT(RMAP_RAY_segment_count))
-            ray->segment_count[i] = either(mask, path->n_segment, own->segment_count[its]);
-        if (columns & BIT(RMAP_RAY_registration_count))
-            ray->registration_count[i] =
-                either(mask, path->n_registration, own->registration_count[its]);
-    }
 }
 
 /* What the classes of n segments say. */
@@ -224,31 +199,52 @@ static inline void copy_crossings(const struct crossings *from, size_t row, size
         memcpy(out->registered + to, from->registered + row, n * sizeof *out->registered);
 }
 
-/* As for the heads. Most rays have few: two are copied where there is room, into rows that are
- * filled later if they are not the path's. */
-static void fill_crossings(const struct rmap_path_table *table, const struct rmap_own_paths *own,
-                           rmap_column_set columns, struct rmap_portion *out)
+/* Heads and registrations. Whether a path is known is anybody's guess: both are read, and there are
+ * some of both. Most rays have few registrations: two are copied where there is room, into rows
+ * that are filled later if they are not the path's. */
+static void fill_rays(const struct rmap_path_table *table, const struct rmap_own_paths *own,
+                      rmap_column_set columns, struct rmap_portion *out)
 {
     enum { FEW = 2 };
     const struct crossings from[2] = {
         {own->segment, own->detector, own->registered, own->n_registration},
         {table->segment, table->detector, table->registered, table->n_registration}};
-    size_t to = 0, k = 0, next = 0, n_row = out->n_row[RMAP_TABLE_REGISTRATION];
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
+    const struct rmap_ray_columns ray = out->ray;
+    const struct rmap_registration_columns hit = out->registration;
+    const size_t n_ray = out->n_row[RMAP_TABLE_RAY], last = own->n - 1;
+    const size_t n_row = columns & CROSSINGS ? out->n_row[RMAP_TABLE_REGISTRATION] : 0;
+    size_t to = 0, k = 0, next = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const size_t its = k < last ? k : last;
+        const uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
         const struct rmap_known_path *path = &table->path[own->path[i] - known];
-        const struct crossings *c = &from[known];
-        uint32_t its = own->registration_count[k < own->n ? k : own->n - 1] & ~mask;
-        size_t n = its | (path->n_registration & mask);
-        size_t row = next ^ ((next ^ path->registration) & ((size_t)0 - known));
-        size_t done = n_row - to >= FEW && c->n >= FEW && row <= c->n - FEW ? FEW : 0;
-        next += its;
+        const uint32_t own_size = own->registration_count[its] & ~mask;
+        const uint32_t size = own_size | (path->n_registration & mask);
+        soon(later(table, own->path + i, n_ray - i, 16));
         k += 1 - known;
+        if (columns & BIT(RMAP_RAY_source))
+            ray.source[i] =
+                (int32_t)either(mask, (uint32_t)path->source, (uint32_t)own->source[its]);
+        if (columns & BIT(RMAP_RAY_stop))
+            ray.stop[i] = (uint8_t)either(mask, path->stop, own->stop[its]);
+        if (columns & BIT(RMAP_RAY_start_object))
+            ray.start_object[i] =
+                (int32_t)either(mask, (uint32_t)path->start_object, own->start_object[its] - 1);
+        if (columns & BIT(RMAP_RAY_segment_count))
+            ray.segment_count[i] = either(mask, path->n_segment, own->segment_count[its]);
+        if (columns & BIT(RMAP_RAY_registration_count))
+            ray.registration_count[i] = size;
+        if (n_row == 0)
+            continue;
+        const struct crossings *c = &from[known];
+        const size_t row = next ^ ((next ^ path->registration) & ((size_t)0 - known));
+        const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
         if (done > 0)
-            copy_crossings(c, row, FEW, columns, &out->registration, to);
-        if (done < n)
-            copy_crossings(c, row + done, n - done, columns, &out->registration, to + done);
-        to += n;
+            copy_crossings(c, row, FEW, columns, &hit, to);
+        if (done < size)
+            copy_crossings(c, row + done, size - done, columns, &hit, to + done);
+        to += size;
+        next += own_size;
     }
 }
 
@@ -288,14 +284,11 @@ void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
     struct rmap_path_table known = *table;
     if (table->n == 0)
         known.path = &no_path;
-    if (columns & RMAP_HEAD_COLUMNS)
-        fill_heads(&known, &some, columns, out);
+    if (columns & (RMAP_HEAD_COLUMNS | CROSSINGS))
+        fill_rays(&known, &some, columns, out);
     const struct rmap_path_columns segments = segment_columns(columns, out);
     if (segments.object || segments.event)
         fill_segments(own, n_ray, &segments);
-    if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
-                   BIT(RMAP_REGISTRATION_registered)))
-        fill_crossings(&known, &some, columns, out);
 }
 
 static void copy(void *to, const void *from, size_t nbytes)

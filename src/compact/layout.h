@@ -71,6 +71,7 @@ size_t rmap_stream_row_nbytes(const struct rmap_stream_info *stream, int n_chann
 struct rmap_rows {
     const struct rmap_layout *layout;
     int n_channel;
+    bool add_up; /* of compact ones it is known that paths and counts fit together */
     size_t n_row[RMAP_STORED_TABLE_MAX];
     void *data[RMAP_STREAM_MAX]; /* [n_row of its table][width] */
 };

@@ -42,6 +42,7 @@ enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *
     self->model = model;
     self->rows.layout = &rmap_compact_layout;
     self->rows.n_channel = model->n_channel;
+    self->rows.add_up = true; /* as those do that rays are selected of */
     rmap_lanes_init(self->lane);
     RMAP_TRY(rmap_portion_create(0, model->n_channel, &self->ids, err));
     self->ids->timed = model->scene->timed;
@@ -177,6 +178,23 @@ static void go_on(struct place *at, const struct place *n)
     at->triangle += n->triangle;
 }
 
+/* The rays from i on with paths of the table, before the ray `end`; most are passed over so. */
+static size_t pass_over(const struct rmap_path_table *table, const uint32_t *path, size_t i,
+                        size_t end, struct place *at)
+{
+    const struct rmap_path_count *count = table->count;
+    size_t segment = 0, registration = 0, triangle = 0;
+    for (; i < end && path[i] > 0; i++) {
+        segment += count[path[i]].n_segment;
+        registration += count[path[i]].n_registration;
+        triangle += count[path[i]].n_listed;
+    }
+    at->segment += segment;
+    at->registration += registration;
+    at->triangle += triangle;
+    return i;
+}
+
 /* Paths, channels and triangles of the rays, and where their rows lie. */
 static enum rmap_status select_paths(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
@@ -192,12 +210,7 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
     for (size_t i = 0, k = 0; k < n; i++, go_on(&at, &its)) {
-        for (; i < ray[k] && own.path[i] > 0; i++) { /* most are passed over so */
-            const struct rmap_path_count *count = &table->count[own.path[i]];
-            at.segment += count->n_segment;
-            at.registration += count->n_registration;
-            at.triangle += count->n_listed;
-        }
+        i = pass_over(table, own.path, i, ray[k], &at);
         RMAP_TRY(measure(self, table, &own, own.path[i], n_triangle > 0, &at, &its, err));
         if (ray[k] != i)
             continue;
@@ -267,10 +280,10 @@ static enum rmap_status select_dense(struct rmap_compact_selection *self,
     const int pool = lane->element_nbytes == 2   ? RMAP_STREAM_pool16
                      : lane->element_nbytes == 4 ? RMAP_STREAM_pool32
                                                  : RMAP_STREAM_pool64;
-    for (size_t k = 0; k < n; k++) {
-        const struct span its = numbers_of(self, lane, k);
-        RMAP_TRY(append(self, pool, lane->dense, its.first, its.n, err));
-    }
+    const struct span *rows = self->span[rmap_column_info(lane->column)->table];
+    const size_t width = self->width[lane - self->lane];
+    for (size_t k = 0; k < n; k++)
+        RMAP_TRY(append(self, pool, lane->dense, rows[k].first * width, rows[k].n * width, err));
 out:
     return st;
 }

@@ -107,14 +107,19 @@ uint64_t rmap_compact_streams(rmap_column_set columns, const struct rmap_compact
 {
     const bool placed = header && header->placed;
     const rmap_column_set needs = rmap_compact_needs(columns, placed);
-    uint64_t streams = BIT(ray_path) | BIT(OWN_source) | BIT(OWN_stop) | BIT(OWN_start_object) |
-                       BIT(OWN_segment_count) | BIT(OWN_registration_count) |
+    uint64_t streams = BIT(ray_path) | BIT(OWN_segment_count) | BIT(OWN_registration_count) |
                        rmap_compact_header_streams() | lane_streams(needs);
     const bool traced = (needs & rmap_compact_traced(placed)) != 0;
-    if (traced || (needs & (COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event))))
-        streams |= BIT(OWN_object) | (header && header->classed ? 0 : BIT(OWN_event));
-    if (traced || (needs & CROSSING_COLUMNS))
-        streams |= BIT(OWN_segment) | BIT(OWN_detector) | BIT(OWN_registered);
+    const bool steps = traced || (needs & (COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event)));
+    const bool folded = steps && !(header && header->classed);
+    streams |= steps ? BIT(OWN_object) : 0;
+    streams |= folded ? BIT(OWN_event) : 0;
+    streams |= folded || (needs & COLUMN(RAY_source)) ? BIT(OWN_source) : 0;
+    streams |= folded || (needs & COLUMN(RAY_stop)) ? BIT(OWN_stop) : 0;
+    streams |= needs & COLUMN(RAY_start_object) ? BIT(OWN_start_object) : 0;
+    streams |= traced || (needs & COLUMN(REGISTRATION_segment)) ? BIT(OWN_segment) : 0;
+    streams |= traced || (needs & COLUMN(REGISTRATION_detector)) ? BIT(OWN_detector) : 0;
+    streams |= traced || (needs & COLUMN(REGISTRATION_registered)) ? BIT(OWN_registered) : 0;
     if (traced)
         streams |= BIT(ray_channel) | BIT(triangle) | BIT(patch_skip) | BIT(patch_value) |
                    BIT(pool16) | BIT(pool32) | BIT(pool64);
@@ -146,17 +151,8 @@ uint64_t rmap_compact_own_streams(rmap_column_set columns,
                                   const struct rmap_compact_summary *header)
 {
     uint64_t streams = rmap_compact_streams(columns & RMAP_COLUMNS_DISCRETE, header);
-    if (columns & COLUMN(SEGMENT_medium))
-        columns |= COLUMN(SEGMENT_object);
-    if (!header->classed && (columns & (COLUMN(SEGMENT_object) | COLUMN(SEGMENT_event))))
-        columns |= COLUMN(RAY_source) | COLUMN(RAY_stop);
-    streams &= ~BIT(OWN_start_object);
     if (!(columns & COLUMN(RAY_id)))
         streams &= ~BIT(ray_path);
-    if (!(columns & COLUMN(RAY_source)))
-        streams &= ~BIT(OWN_source);
-    if (!(columns & COLUMN(RAY_stop)))
-        streams &= ~BIT(OWN_stop);
     if (!(columns & COLUMN(RAY_registration_count)))
         streams &= ~BIT(OWN_registration_count);
     return streams;
