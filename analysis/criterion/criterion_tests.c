@@ -160,7 +160,7 @@ static enum rmap_status mark_path(const struct rmap_evaluation *ev,
 {
     struct rmap_criterion_node own = *node;
     own.interval = (struct rmap_interval){1.0, 1.0, false};
-    return rmap_path_mark(&own, ev->portion, flag, err);
+    return rmap_path_mark(&own, ev->portion, NULL, flag, err);
 }
 
 /* A bit for each ray that ended so. */

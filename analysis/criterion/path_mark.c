@@ -14,9 +14,6 @@
 /* Symbols at a time: they stay in the first-level cache. A longer ray goes alone. */
 enum { GROUP_SYMBOLS = 8192, LANES = 4 };
 
-/* Rays' symbols are copied eight at a time, a little beyond their end. */
-enum { COPY = 8 };
-
 /* Consecutive rays and where their rows begin. */
 struct group {
     size_t ray, n_ray;
@@ -60,10 +57,8 @@ static void mark_with_media(const struct rmap_path_table *table,
     }
 }
 
-/* Symbols of rows of /segment, by columns. */
-static void mark_columns(const struct rmap_path_table *table,
-                         const struct rmap_segment_columns *from, size_t first, size_t n,
-                         uint16_t *step)
+void rmap_path_symbols(const struct rmap_path_table *table, const struct rmap_segment_columns *from,
+                       size_t first, size_t n, uint16_t *step)
 {
     const uint16_t *symbol = table->symbol_of_base, *kind = table->kind_of_object;
     const size_t n_object = table->n_object;
@@ -82,14 +77,14 @@ uint16_t rmap_path_row_symbol(const struct rmap_path_table *table,
                               const struct rmap_segment_columns *segment, size_t row)
 {
     uint16_t symbol = 0;
-    mark_columns(table, segment, row, 1, &symbol);
+    rmap_path_symbols(table, segment, row, 1, &symbol);
     return symbol;
 }
 
 static inline uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
 {
-    for (size_t i = 0; i < n; i += COPY)
-        memcpy(to + i, from + i, COPY * sizeof *to);
+    for (size_t i = 0; i < n; i += RMAP_PATH_COPY)
+        memcpy(to + i, from + i, RMAP_PATH_COPY * sizeof *to);
     return to + n;
 }
 
@@ -191,10 +186,12 @@ static void merge_rows(struct run *run, const struct group *group, const uint16_
     }
 }
 
-static void merge_group(struct run *run, const struct group *group)
+static void merge_group(struct run *run, const struct group *group, const uint16_t *step)
 {
-    mark_columns(run->table, &run->portion->segment, group->segment, group->n_segment, run->step);
-    merge_rows(run, group, run->step);
+    if (!step)
+        rmap_path_symbols(run->table, &run->portion->segment, group->segment, group->n_segment,
+                          run->step);
+    merge_rows(run, group, step ? step + group->segment : run->step);
 }
 
 /* One step of one lane: behind a ray's last symbol, the state says whether it matched. */
@@ -250,14 +247,16 @@ static bool next_group(const struct run *run, struct group *group)
     return group->n_segment <= n_segment && group->n_registration <= n_registration;
 }
 
-static enum rmap_status reserve(struct run *run, const struct group *group, struct rmap_error *err)
+static enum rmap_status reserve(struct run *run, const struct group *group, bool has_steps,
+                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t n_symbol = group->n_segment + group->n_registration + group->n_ray;
     if (n_symbol < GROUP_SYMBOLS)
         n_symbol = GROUP_SYMBOLS;
-    RMAP_TRY(RMAP_RESERVE(run->step, run->step_cap, n_symbol + COPY, err));
-    RMAP_TRY(RMAP_RESERVE(run->symbol, run->symbol_cap, n_symbol + COPY, err));
+    if (!has_steps)
+        RMAP_TRY(RMAP_RESERVE(run->step, run->step_cap, n_symbol + RMAP_PATH_COPY, err));
+    RMAP_TRY(RMAP_RESERVE(run->symbol, run->symbol_cap, n_symbol + RMAP_PATH_COPY, err));
 out:
     return st;
 }
@@ -284,8 +283,8 @@ static struct run begin_run(const struct rmap_path_table *table, const struct rm
 }
 
 enum rmap_status rmap_path_mark(const struct rmap_criterion_node *node,
-                                const struct rmap_portion *portion, uint8_t *match,
-                                struct rmap_error *err)
+                                const struct rmap_portion *portion, const uint16_t *step,
+                                uint8_t *match, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
@@ -299,8 +298,8 @@ enum rmap_status rmap_path_mark(const struct rmap_criterion_node *node,
                                (unsigned long long)portion->first_ray);
             goto out;
         }
-        RMAP_TRY(reserve(&run, &group, err));
-        merge_group(&run, &group);
+        RMAP_TRY(reserve(&run, &group, step != NULL, err));
+        merge_group(&run, &group, step);
         run_lanes(&run, match + group.ray);
         group.ray += group.n_ray;
         group.segment += group.n_segment;

@@ -44,7 +44,10 @@ struct rmap_path_table {
     struct rmap_path_need need[RMAP_PATH_NEED_MAX];
 };
 
-/* The symbol of a row of /segment, and of a registration on a detector. */
+/* The symbols of n rows of /segment; that of one, and of a registration on a detector. */
+void rmap_path_symbols(const struct rmap_path_table *table,
+                       const struct rmap_segment_columns *segment, size_t first, size_t n,
+                       uint16_t *symbol);
 uint16_t rmap_path_row_symbol(const struct rmap_path_table *table,
                               const struct rmap_segment_columns *segment, size_t row);
 uint16_t rmap_path_hit_symbol(const struct rmap_path_table *table, int32_t detector);

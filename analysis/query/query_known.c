@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "analysis/criterion/path_mark.h"
 #include "analysis/query/class_tests.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
@@ -15,6 +16,10 @@
 #include "io/map/map_cursor.h"
 #include "io/map/map_keep.h"
 #include "io/map/map_memory.h"
+
+#define STEP_COLUMNS                                                                               \
+    (RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |                  \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_medium))
 
 /* Outcomes on dictionaries are kept up to this, in all threads; then all are forgotten. */
 enum { DECISION_NBYTES_MAX = 16 << 20 };
@@ -49,8 +54,10 @@ struct rmap_query_known {
     const struct rmap_step_classes *classes; /* that they have in hand, */
     size_t classes_piece;                    /* of this piece */
     size_t c;                                /* criterion being evaluated */
-    uint64_t *bits;                          /* of own segments */
-    size_t bits_cap;
+    uint64_t *bits;                          /* of own segments, own paths or rays */
+    uint16_t *symbol;                        /* of own segments, for a path("...") */
+    uint8_t *match;                          /* own paths that it matches */
+    size_t bits_cap, symbol_cap, match_cap;
 };
 
 /* Where columns are kept, numbers are decoded once and for all: paths would leave out portions that
@@ -157,6 +164,8 @@ void rmap_query_known_destroy(struct rmap_query_known *self)
     rmap_free(self->own_outcome);
     rmap_class_tests_destroy(self->tests);
     rmap_free(self->bits);
+    rmap_free(self->symbol);
+    rmap_free(self->match);
     rmap_free(self);
 }
 
@@ -296,27 +305,29 @@ static enum rmap_status fetch_own(void *context, rmap_column_set columns, struct
     return rmap_cursor_own_paths(self->cursor, columns, &self->own, err);
 }
 
-/* A bit for each own segment whose class passes. */
-static void mark_steps(const struct rmap_query_known *self, const struct rmap_own_steps *steps,
-                       const uint8_t *pass)
+/* A bit for each own path that a node (RMAP_CRITERION_PATH) matches, to which its comparison is not
+ * put. */
+static enum rmap_status mark_paths(struct rmap_query_known *self, int32_t index,
+                                   const struct rmap_criterion_node *node,
+                                   const struct rmap_own_steps *steps, struct rmap_error *err)
 {
-    const size_t n = self->summary.n_own_segment, n_class = self->summary.classes->n;
-    const uint32_t *class = steps->class;
-    self->bits[rmap_bit_words(n)] = 0;
-    if (steps->codes.n_code > 0) {
-        rmap_step_codes_mark(&steps->codes, pass, n_class, self->bits);
-        return;
-    }
-    for (size_t i = 0; i < n; i += 64) {
-        const size_t end = n - i < 64 ? n - i : 64;
-        uint64_t word = 0;
-        for (size_t k = 0; k < end; k++)
-            word |= (uint64_t)(class[i + k] < n_class && pass[class[i + k]]) << k;
-        self->bits[i / 64] = word;
-    }
+    static const uint8_t marked = 1;
+    enum rmap_status st = RMAP_OK;
+    const size_t n = self->summary.n_own_segment;
+    struct rmap_criterion_node alone = *node;
+    alone.interval = (struct rmap_interval){1.0, 1.0, false};
+    RMAP_TRY(fetch_own(self, node->columns & ~STEP_COLUMNS, err));
+    RMAP_TRY(RMAP_RESERVE(self->symbol, self->symbol_cap, n + RMAP_PATH_COPY, err));
+    RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, self->summary.n_own + 1, err));
+    RMAP_TRY(
+        rmap_class_tests_symbols(self->tests, self->c, index, node, steps, n, self->symbol, err));
+    RMAP_TRY(rmap_path_mark(&alone, self->own, self->symbol, self->match, err));
+    rmap_bytes_among(self->match, self->summary.n_own, &marked, 1, self->bits);
+out:
+    return st;
 }
 
-/* As rmap_criterion_input.mark: steps, by their classes. */
+/* As rmap_criterion_input.mark: steps, and paths of steps, by their classes. */
 static enum rmap_status mark_own(void *context, int32_t index,
                                  const struct rmap_criterion_node *node, struct rmap_marks *marks,
                                  struct rmap_error *err)
@@ -324,9 +335,10 @@ static enum rmap_status mark_own(void *context, int32_t index,
     enum rmap_status st = RMAP_OK;
     struct rmap_query_known *self = context;
     const struct rmap_path_summary *summary = &self->summary;
-    const uint8_t *pass = NULL;
+    const bool is_path = node->kind == RMAP_CRITERION_PATH;
+    const size_t n_bit = is_path ? summary->n_own : summary->n_own_segment;
     struct rmap_own_steps steps;
-    if (node->kind != RMAP_CRITERION_STEPS || !summary->classes)
+    if ((node->kind != RMAP_CRITERION_STEPS && !is_path) || !summary->classes)
         return RMAP_OK;
     /* Dictionaries that are let go may come back elsewhere, or another one in their place. */
     if (self->classes != summary->classes || self->classes_piece != self->piece)
@@ -334,12 +346,14 @@ static enum rmap_status mark_own(void *context, int32_t index,
             rmap_class_tests_enter(self->tests, summary->classes->of, summary->classes->n, err));
     self->classes = summary->classes;
     self->classes_piece = self->piece;
-    RMAP_TRY(rmap_class_tests_answer(self->tests, self->c, index, node, &pass, err));
-    RMAP_TRY(
-        RMAP_RESERVE(self->bits, self->bits_cap, rmap_bit_words(summary->n_own_segment) + 1, err));
+    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap, rmap_bit_words(n_bit) + 1, err));
     RMAP_TRY(rmap_cursor_own_steps(self->cursor, &steps, err));
-    mark_steps(self, &steps, pass);
-    *marks = (struct rmap_marks){self->bits, self->own->ray.segment_count};
+    if (is_path)
+        RMAP_TRY(mark_paths(self, index, node, &steps, err));
+    else
+        RMAP_TRY(rmap_class_tests_mark(self->tests, self->c, index, node, &steps, n_bit, self->bits,
+                                       err));
+    *marks = (struct rmap_marks){self->bits, is_path ? NULL : self->own->ray.segment_count};
 out:
     return st;
 }
@@ -363,15 +377,18 @@ out:
 }
 
 /* Theirs take their places. */
-static void place_own(const struct rmap_query_known *self, uint8_t *outcome)
+static enum rmap_status place_own(struct rmap_query_known *self, uint8_t *outcome,
+                                  struct rmap_error *err)
 {
-    const uint32_t *path = self->summary.path;
+    enum rmap_status st = RMAP_OK;
     const uint8_t *own = self->own_outcome;
-    for (size_t i = 0, k = 0; i < self->n_ray; i++) { /* own has one more than there are */
-        const uint8_t is_own = path[i] == 0;
-        outcome[i] |= own[k] & (uint8_t)(0 - is_own);
-        k += is_own;
-    }
+    RMAP_TRY(RMAP_RESERVE(self->bits, self->bits_cap, rmap_bit_words(self->n_ray), err));
+    rmap_range_bits((const int32_t *)self->summary.path, self->n_ray, 0, 1, self->bits);
+    for (size_t w = 0; w < rmap_bit_words(self->n_ray); w++)
+        for (uint64_t left = self->bits[w]; left; left &= left - 1)
+            outcome[64 * w + (size_t)__builtin_ctzll(left)] = *own++;
+out:
+    return st;
 }
 
 enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t c,
@@ -379,17 +396,19 @@ enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t
                                            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const size_t n_ray = self->n_ray;
     RMAP_TRY(look(self, c, is_told_ret, err));
     if (!*is_told_ret)
         goto out;
     const struct decision *decision = &self->decision[self->piece];
     const uint8_t *known = decision->outcome + c * (decision->n_path + 1);
-    for (size_t i = 0; i < self->n_ray; i++)
-        outcome[i] = known[self->summary.path[i]];
+    const uint32_t *path = self->summary.path;
+    for (size_t i = 0; i < n_ray; i++)
+        outcome[i] = known[path[i]];
     if (self->summary.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
         RMAP_TRY(evaluate_own(self, c, err));
-        place_own(self, outcome);
+        RMAP_TRY(place_own(self, outcome, err));
     }
 out:
     return st;

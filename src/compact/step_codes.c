@@ -9,6 +9,8 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/count.h"
+#include "base/wide.h"
 #include "compact/damaged.h"
 #include "compact/streams.h"
 
@@ -155,6 +157,26 @@ void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pa
                 const uint64_t passes = class < n_class && pass[class]; /* is anybody's guess */
                 bits[from / 64 + w] |= (left & -left) & (0 - passes);
             }
+    }
+}
+
+void rmap_step_codes_look_up(const struct rmap_step_codes *codes, const uint16_t *of_class,
+                             size_t n_class, uint16_t *restrict out)
+{
+    const uint8_t *code = codes->code;
+    const size_t n = codes->n;
+    uint16_t of_code[256];
+    size_t n_rare = 0;
+    for (size_t k = 0; k < RMAP_COUNT(of_code); k++)
+        of_code[k] = of_class[k < codes->n_code && codes->class_of[k] < n_class ? codes->class_of[k]
+                                                                                : n_class];
+    RMAP_UNROLL
+    for (size_t i = 0; i < n; i++)
+        out[i] = of_code[code[i]];
+    for (const uint8_t *at = code, *end = at + n;
+         (at = memchr(at, RMAP_STEP_RARE, (size_t)(end - at))); at++) {
+        const uint32_t class = rare_class(codes, n_rare++);
+        out[at - code] = of_class[class < n_class ? class : n_class];
     }
 }
 

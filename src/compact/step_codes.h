@@ -55,6 +55,11 @@ enum rmap_status rmap_step_codes_open(const struct rmap_rows *rows, size_t n_cod
 void rmap_step_codes_mark(const struct rmap_step_codes *codes, const uint8_t *pass, size_t n_class,
                           uint64_t *bits);
 
+/* What stands for the class of each segment: of_class [n_class + 1], the last for other numbers.
+ * out: [n]. */
+void rmap_step_codes_look_up(const struct rmap_step_codes *codes, const uint16_t *of_class,
+                             size_t n_class, uint16_t *out);
+
 /* Zero it at first; rmap_free(class). */
 struct rmap_step_buffer {
     uint32_t *class;
