@@ -13,6 +13,7 @@
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/wide.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_keep.h"
 #include "io/map/map_memory.h"
@@ -403,6 +404,7 @@ enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *self, size_t
     const struct decision *decision = &self->decision[self->piece];
     const uint8_t *known = decision->outcome + c * (decision->n_path + 1);
     const uint32_t *path = self->summary.path;
+    RMAP_UNROLL
     for (size_t i = 0; i < n_ray; i++)
         outcome[i] = known[path[i]];
     if (self->summary.n_own > 0) {

@@ -59,11 +59,13 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
     uint64_t n[2] = {0, 0}, own_n[2] = {0, 0};
     if (own->path && greatest(own->path, n_row[RMAP_TABLE_RAY]) > table->n)
         return rmap_portion_damaged("a ray refers to a path that is not there", err);
-    for (size_t i = 0; own->path && i < n_row[RMAP_TABLE_RAY]; i++) {
-        uint32_t path = own->path[i];
-        n[0] += table->count[path].n_segment; /* 0 for path 0 */
-        n[1] += table->count[path].n_registration;
-        n_mine += path == 0;
+    const uint32_t *path = own->path;
+    const size_t n_ray = path ? n_row[RMAP_TABLE_RAY] : 0;
+    RMAP_UNROLL
+    for (size_t i = 0; i < n_ray; i++) {
+        n[0] += table->count[path[i]].n_segment; /* 0 for path 0 */
+        n[1] += table->count[path[i]].n_registration;
+        n_mine += path[i] == 0;
     }
     for (size_t k = 0; k < own->n; k++) {
         own_n[0] += own->segment_count[k];

@@ -86,16 +86,23 @@ uint64_t rmap_compact_selection_streams(rmap_column_set columns,
     return rmap_compact_streams(columns & ~RMAP_COLUMNS_CURVE, header);
 }
 
+/* Room for n more rows of a stream. */
+static inline enum rmap_status make_room(struct rmap_compact_selection *self, int stream, size_t n,
+                                         struct rmap_error *err)
+{
+    const size_t nbytes = (self->n[stream] + n) * self->row_nbytes[stream];
+    return nbytes < self->cap[stream]
+               ? RMAP_OK
+               : rmap_reserve(&self->rows.data[stream], &self->cap[stream], nbytes + 1, 1, err);
+}
+
 /* Rows [first, first + n) of `from`, which is a stream's. */
 static inline enum rmap_status append(struct rmap_compact_selection *self, int stream,
                                       const void *from, size_t first, size_t n,
                                       struct rmap_error *err)
 {
     const size_t nbytes = self->row_nbytes[stream], at = self->n[stream] * nbytes;
-    enum rmap_status st = RMAP_OK;
-    if (at + n * nbytes >= self->cap[stream])
-        st =
-            rmap_reserve(&self->rows.data[stream], &self->cap[stream], at + n * nbytes + 1, 1, err);
+    const enum rmap_status st = make_room(self, stream, n, err);
     if (st == RMAP_OK && n > 0)
         memcpy((uint8_t *)self->rows.data[stream] + at, (const uint8_t *)from + first * nbytes,
                n * nbytes);
@@ -195,12 +202,35 @@ static size_t pass_over(const struct rmap_path_table *table, const uint32_t *pat
     return i;
 }
 
+/* The numbers of paths and channels. */
+static enum rmap_status select_numbers(struct rmap_compact_selection *self,
+                                       const struct rmap_rows *rows, rmap_column_set used,
+                                       const uint32_t *ray, size_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const uint32_t *path = rows->data[RMAP_STREAM_ray_path];
+    const uint8_t *channel = rows->data[RMAP_STREAM_ray_channel];
+    const size_t n_channel = used & RMAP_COLUMN_BIT(RMAP_RAY_wavelength) ? n : 0;
+    RMAP_TRY(make_room(self, RMAP_STREAM_ray_path, n, err));
+    RMAP_TRY(make_room(self, RMAP_STREAM_ray_channel, n_channel, err));
+    uint32_t *to = self->rows.data[RMAP_STREAM_ray_path];
+    uint8_t *to_channel = self->rows.data[RMAP_STREAM_ray_channel];
+    for (size_t k = 0; k < n; k++)
+        to[k] = path[ray[k]];
+    for (size_t k = 0; k < n_channel; k++)
+        to_channel[k] = channel[ray[k]];
+    self->n[RMAP_STREAM_ray_path] = n;
+    self->n[RMAP_STREAM_ray_channel] = n_channel;
+out:
+    return st;
+}
+
 /* Paths, channels and triangles of the rays, and where their rows lie. */
 static enum rmap_status select_paths(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows, rmap_column_set used,
                                      bool classed, const uint32_t *ray, size_t n,
-                                     struct rmap_error *err)
+                                     size_t selected_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_own_paths own = rmap_own_paths(self->model, table, rows, classed);
@@ -209,6 +239,9 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
     struct place at = {0}, its;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
+    RMAP_TRY(select_numbers(self, rows, used, ray, n, err));
+    memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
+    selected_row[RMAP_TABLE_RAY] = n;
     for (size_t i = 0, k = 0; k < n; i++, go_on(&at, &its)) {
         i = pass_over(table, own.path, i, ray[k], &at);
         RMAP_TRY(measure(self, table, &own, own.path[i], n_triangle > 0, &at, &its, err));
@@ -217,12 +250,10 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
         self->span[RMAP_TABLE_RAY][k] = (struct span){i, 1};
         self->span[RMAP_TABLE_SEGMENT][k] = (struct span){at.segment, its.segment};
         self->span[RMAP_TABLE_REGISTRATION][k++] = (struct span){at.registration, its.registration};
+        selected_row[RMAP_TABLE_SEGMENT] += its.segment;
+        selected_row[RMAP_TABLE_REGISTRATION] += its.registration;
         if (n_triangle > 0 && its.triangle > n_triangle - at.triangle)
             return rmap_portion_damaged("it has too few triangles", err);
-        RMAP_TRY(append(self, RMAP_STREAM_ray_path, own.path, i, 1, err));
-        if (used & RMAP_COLUMN_BIT(RMAP_RAY_wavelength))
-            RMAP_TRY(append(self, RMAP_STREAM_ray_channel, rows->data[RMAP_STREAM_ray_channel], i,
-                            1, err));
         if (its.own > 0)
             RMAP_TRY(append_own_path(self, rows, &at, &its, err));
         if (n_triangle > 0)
@@ -281,9 +312,16 @@ static enum rmap_status select_dense(struct rmap_compact_selection *self,
                      : lane->element_nbytes == 4 ? RMAP_STREAM_pool32
                                                  : RMAP_STREAM_pool64;
     const struct span *rows = self->span[rmap_column_info(lane->column)->table];
-    const size_t width = self->width[lane - self->lane];
+    const size_t width = self->width[lane - self->lane], nbytes = width * lane->element_nbytes;
+    size_t n_row = 0;
     for (size_t k = 0; k < n; k++)
-        RMAP_TRY(append(self, pool, lane->dense, rows[k].first * width, rows[k].n * width, err));
+        n_row += rows[k].n;
+    RMAP_TRY(make_room(self, pool, n_row * width, err));
+    uint8_t *to = (uint8_t *)self->rows.data[pool] + self->n[pool] * lane->element_nbytes;
+    for (size_t k = 0; k < n; to += rows[k++].n * nbytes)
+        if (rows[k].n > 0)
+            memcpy(to, lane->dense + rows[k].first * nbytes, rows[k].n * nbytes);
+    self->n[pool] += n_row * width;
 out:
     return st;
 }
@@ -352,16 +390,12 @@ enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
     RMAP_TRY(rmap_portion_reserve(self->ids, RMAP_TABLE_RAY, n_row[RMAP_TABLE_RAY],
                                   RMAP_COLUMN_BIT(RMAP_RAY_id), err));
     memcpy(self->ids->n_row, n_row, sizeof self->ids->n_row);
-    RMAP_TRY(select_paths(self, table, rows, used, summary.classed, ray, n, err));
+    RMAP_TRY(select_paths(self, table, rows, used, summary.classed, ray, n, selected_row, err));
     RMAP_TRY(select_lanes(self, rows, used, n, err));
     for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++) { /* streams that are not used have none */
         size_t *rows_of = &self->rows.n_row[self->rows.layout->stream[s].table];
         *rows_of = self->n[s] > *rows_of ? self->n[s] : *rows_of;
     }
-    memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
-    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
-        for (size_t k = 0; k < n; k++)
-            selected_row[t] += self->span[t][k].n;
     *selected_ret = &self->rows;
 out:
     return st;

@@ -46,6 +46,20 @@ static void test_members(void **state)
     }
 }
 
+/* More bytes than are looked at at a time. */
+static void test_list(void **state)
+{
+    static uint8_t byte[9001];
+    uint32_t at[9001 / 97 + 1];
+    (void)state;
+    for (size_t i = 0; i < sizeof byte; i++)
+        byte[i] = (uint8_t)(i % 97 == 4 ? 2 : i % 2);
+    assert_int_equal(rmap_bytes_list(byte, sizeof byte, 2, at), 93);
+    for (size_t k = 0; k < 93; k++)
+        assert_int_equal(at[k], 97 * k + 4);
+    assert_int_equal(rmap_bytes_list(byte, 4, 2, at), 0);
+}
+
 /* Groups of no bits, of some, and of more than are read at once. */
 static void test_groups(void **state)
 {
@@ -136,9 +150,8 @@ static void test_any_and_last(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_members),
-        cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_members),      cmocka_unit_test(test_list),
+        cmocka_unit_test(test_numbers),      cmocka_unit_test(test_groups),
         cmocka_unit_test(test_any_and_last),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -71,15 +71,26 @@ static void check_classes(struct coded *self)
 static void check_marks(struct coded *self, uint32_t n_class)
 {
     static uint64_t bits[MOST / 64 + 2];
+    static uint16_t symbol[MOST];
     struct rmap_step_codes codes;
     uint8_t *pass = rmap_alloc(n_class, 1);
+    uint16_t *of_class = rmap_alloc(n_class + 1, sizeof *of_class);
     for (uint32_t k = 0; k < n_class; k++)
         pass[k] = k % 3 == 1;
+    for (uint32_t k = 0; k <= n_class; k++)
+        of_class[k] = (uint16_t)(7 * k + 1);
     assert_int_equal(rmap_step_codes_open(&self->rows, self->n_code, &codes, NULL), RMAP_OK);
     assert_true(codes.n_code > 0 && codes.n == self->n);
     rmap_step_codes_mark(&codes, pass, n_class, bits);
     for (size_t i = 0; i < self->n; i++)
         assert_int_equal(bits[i / 64] >> i % 64 & 1, pass[self->class[i]]);
+    rmap_step_codes_look_up(&codes, of_class, n_class, symbol);
+    for (size_t i = 0; i < self->n; i++)
+        assert_int_equal(symbol[i], of_class[self->class[i]]);
+    rmap_step_codes_look_up(&codes, of_class, 2, symbol); /* the others stand for none */
+    for (size_t i = 0; i < self->n; i++)
+        assert_int_equal(symbol[i], of_class[self->class[i] < 2 ? self->class[i] : 2]);
+    rmap_free(of_class);
     rmap_free(pass);
 }
 
