@@ -141,7 +141,7 @@ static rmap_column_set plan_registrations(struct rmap_registration_test *test)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
     if (test->region == RMAP_REGION_CELLS)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
-    else if (test->region != RMAP_REGION_ALL)
+    else if (test->region != RMAP_REGION_ALL || test->box)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     return columns;
 }

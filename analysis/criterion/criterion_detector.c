@@ -150,6 +150,7 @@ static enum rmap_status parse_registrations(struct rmap_parser *parser,
         RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE,
                               test->where < 0 ? "',', 'where' or ')'" : "'and', 'or' or ')'"));
+    st = rmap_parser_box_place(parser, test);
 out:
     return st;
 }
@@ -178,8 +179,9 @@ enum rmap_status rmap_parse_which(struct rmap_parser *parser, const struct rmap_
     node->end = parser->taken_end;
     RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
     if (parser->token.kind != RMAP_TOKEN_END)
-        st = rmap_parser_expected(parser, test->where < 0 ? "'where' or the end"
-                                                          : "'and', 'or' or the end");
+        RMAP_TRY(rmap_parser_expected(parser, test->where < 0 ? "'where' or the end"
+                                                              : "'and', 'or' or the end"));
+    st = rmap_parser_box_place(parser, test);
 out:
     return st;
 }
@@ -255,6 +257,7 @@ enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_c
     RMAP_TRY(parse_its_comparison(parser, row, &word, &test->detector, &test->where));
     (void)snprintf(before, sizeof before, "where %s ", row->word);
     RMAP_TRY(keep_chooses(parser, before, begin, &test->chooses));
+    st = rmap_parser_box_place(parser, test);
 out:
     return st;
 }

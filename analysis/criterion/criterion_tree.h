@@ -148,7 +148,8 @@ struct rmap_registration_test {
     bool relative;        /* region in 0..1 instead of the detector's own units */
     double bound[4];      /* RECT x0 y0 x1 y1; ELLIPSE cx cy rx ry */
     double cosine, sine;  /* ELLIPSE: of the angle that it is turned by */
-    struct rmap_box *box; /* RECT, CELLS [n_detector]; owned by the criterion */
+    struct rmap_box *box; /* RECT, CELLS, and ALL with a range of x or y: [n_detector]; owned
+                             by the criterion */
     double (*corner)[2];  /* POLYGON [n_corner]; owned by the criterion */
     size_t n_corner;
     int32_t where;       /* node, or -1 */

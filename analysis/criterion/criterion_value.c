@@ -349,6 +349,24 @@ static enum rmap_status set_rect(struct rmap_parser *parser, struct rmap_registr
     return st;
 }
 
+enum rmap_status rmap_parser_box_place(struct rmap_parser *parser,
+                                       struct rmap_registration_test *test)
+{
+    const struct rmap_criterion_node *node =
+        test->where < 0 ? NULL : &parser->criterion->node[test->where];
+    if (!node || node->kind != RMAP_CRITERION_ITS_NUMBER || test->region != RMAP_REGION_ALL ||
+        (node->its_number != RMAP_REGISTRATION_X && node->its_number != RMAP_REGISTRATION_Y) ||
+        node->interval.outside || node->interval.low > node->interval.high)
+        return RMAP_OK;
+    const int axis = node->its_number == RMAP_REGISTRATION_Y;
+    test->bound[axis] = node->interval.low;
+    test->bound[axis + 2] = node->interval.high;
+    test->bound[1 - axis] = -(double)INFINITY;
+    test->bound[3 - axis] = (double)INFINITY;
+    test->where = -1;
+    return set_rect(parser, test);
+}
+
 static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap_token *word,
                                    const struct coordinates *list,
                                    struct rmap_registration_test *test)

@@ -43,6 +43,10 @@ bool rmap_parser_at_region(const struct rmap_parser *parser);
 enum rmap_status rmap_parse_region(struct rmap_parser *parser,
                                    struct rmap_registration_test *test) RMAP_MUST_USE;
 
+/* A condition that is one range of x or of y alone becomes ranges of stored values, too. */
+enum rmap_status rmap_parser_box_place(struct rmap_parser *parser,
+                                       struct rmap_registration_test *test) RMAP_MUST_USE;
+
 /* What positions on these detectors are measured in. */
 enum rmap_dimension rmap_detector_dimension(const struct rmap_scene *scene,
                                             const struct rmap_index_set *detector);
