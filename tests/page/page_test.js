@@ -5,9 +5,11 @@
 "use strict";
 const path = require("path");
 const { pathToFileURL } = require("url");
-const { GRAPHICS, check, colours, counted, differing, drag, finish, folder, launch, open: openAddress, picture, pixels, raymap, said, settle, statistics } = require("./driver");
+const { GRAPHICS, check, colours, counted, differing, drag, finish, folder, launch, open: openAddress, picture, pixels, raymap, said, settle, statistics, turnTo: turnToAddress } = require("./driver");
 
-const open = (browser, file, options) => openAddress(browser, pathToFileURL(path.join(folder, file)).href, options);
+const address = (file) => pathToFileURL(path.join(folder, file)).href;
+const open = (browser, file) => openAddress(browser, address(file));
+const turnTo = (page, file) => turnToAddress(page, address(file));
 
 /* Pixels that have changed since they were taken. */
 const changed = async (page, before) => differing(page, before, await pixels(page, "#canvas"));
@@ -364,7 +366,7 @@ async function keepsTheSceneInSight(page) {
   check(await page.evaluate(() => raymap.isInSight()), "the scene is in sight in a narrower window");
   await page.keyboard.press("+");
   const height = await page.evaluate(() => raymap.zoom());
-  await page.setViewportSize({ width: 1280, height: 800 });
+  await page.setViewportSize({ width: 1024, height: 700 });
   await settle(page);
   check(Math.abs((await page.evaluate(() => raymap.zoom())) / height - 1) < 1e-9, "what was zoomed stays so");
   await page.keyboard.press("0");
@@ -395,49 +397,42 @@ async function looksInside(page) {
 async function main() {
   const browser = await launch(...GRAPHICS);
   try {
-    let page = await open(browser, "a.html");
+    const page = await open(browser, "a.html");
     for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, movesRegions, filtersOneAnother, searchesAndNames, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled, losesItsContext])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
-    await page.context().close();
 
-    page = await open(browser, "two.html");
+    await turnTo(page, "two.html");
     await switchesCriteria(page).catch((error) => check(false, `switchesCriteria: ${error.message}`));
-    await page.context().close();
 
-    page = await open(browser, "many.html");
+    await turnTo(page, "many.html");
     await thinsWhileTurning(page).catch((error) => check(false, `thinsWhileTurning: ${error.message}`));
-    await page.context().close();
 
-    page = await open(browser, "late.html");
+    await turnTo(page, "late.html");
     check((await page.evaluate(() => new Set(raymap.shown()).size)) === 300, "ids beyond 2^53 are told apart");
     await page.locator("#ray-box summary").click();
     await page.fill("#ray-id", "18446744073709548001");
     await page.press("#ray-id", "Enter");
     check((await page.textContent("#ray-name")) === "18446744073709548001", "and found");
-    await page.context().close();
 
-    page = await open(browser, "order.html");
+    await turnTo(page, "order.html");
     check((await page.inputValue("#colour")) === "order", "--color order");
     check(/ghost order 0/.test(await page.textContent("#legend")), "and its legend");
-    await page.context().close();
 
-    page = await open(browser, "rod.html");
+    await turnTo(page, "rod.html");
     await looksInside(page).catch((error) => check(false, `looksInside: ${error.message}`));
-    await page.context().close();
 
-    page = await open(browser, "none.html");
+    await turnTo(page, "none.html");
     check(/No ray matches/.test(await page.textContent("#note")), "an empty selection is told");
     check((await colours(page, await pixels(page, "#canvas"))) > 50, "and its scene is drawn");
-    await page.context().close();
-
-    page = await open(browser, "odd.html", { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
+    await page.setViewportSize({ width: 390, height: 800 });
+    await page.emulateMedia({ colorScheme: "dark" });
+    await turnTo(page, "odd.html");
     check((await page.textContent("#detector")).includes("</script><b>\u00fc \\u003c-->"), "odd names come through");
     check((await page.title()) === "<b>\"odd'.raymap" && (await page.textContent("#title")) === "<b>\"odd'.raymap", "an odd title, too");
     check((await page.locator("b").count()) === 0, "and are no HTML");
     const wide = await page.evaluate(() => document.documentElement.scrollWidth);
     check(wide <= 390, `the page is ${wide} pixels wide on a screen of 390`);
     await picture(page, "phone.png");
-    await page.context().close();
   } finally {
     await browser.close();
   }
