@@ -14,17 +14,16 @@ set_at_commit() { # N ACTION
 stopped_ranks() { # MAP: process ids of the ranks in this directory that stopped themselves
     local pid
     for pid in $(pgrep -f "trace .*-o $1 "); do
-        [ "$(readlink "/proc/$pid/cwd")" = "$PWD" ] && grep -q '^State:.*T' "/proc/$pid/status" &&
-            echo "$pid"
+        [ "/proc/$pid/cwd" -ef . ] && [[ $(<"/proc/$pid/status") =~ State:.T ]] && echo "$pid"
     done 2>/dev/null
 }
 
 until_stopped() { # MAP: echoes one of them, or nothing after two minutes
     local i rank
-    for ((i = 0; i < 2400; i++)); do
-        rank=$(stopped_ranks "$1" | tail -n 1)
-        [ -z "$rank" ] || { echo "$rank"; return; }
-        sleep 0.05
+    for ((i = 0; i < 600; i++)); do
+        rank=$(stopped_ranks "$1")
+        [ -z "$rank" ] || { echo "${rank##*$'\n'}"; return; }
+        sleep 0.2
     done
 }
 
@@ -45,6 +44,6 @@ wake_while() { # MAP CONDITION...: wakes ranks, also those that stop only now
         ranks=$(stopped_ranks "$map")
         # shellcheck disable=SC2086 # several
         [ -z "$ranks" ] || kill -CONT $ranks 2>/dev/null
-        sleep 0.05
+        sleep 0.2
     done
 }

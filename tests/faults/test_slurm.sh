@@ -36,7 +36,7 @@ SCRIPT
 chmod +x launch.sh
 
 field() { # JOB NAME: of scontrol show job
-    scontrol show job "$1" 2>/dev/null | grep -o "\b$2=[^ ]*" | head -1 | cut -d= -f2
+    [[ $(scontrol show job "$1" 2>/dev/null) =~ [[:space:]]$2=([^[:space:]]*) ]] && echo "${BASH_REMATCH[1]}"
 }
 fail() {
     echo "FAILED: $*"
@@ -50,7 +50,7 @@ submit() { # MAP [options of trace]: echoes the number of the job
 # A requeued job waits two minutes of its own; nobody else is here who could want the node.
 until_state() { # JOB RESTARTS PATTERN
     local i state
-    for ((i = 0; i < 600; i++)); do
+    for ((i = 0; i < 200; i++)); do
         state=$(field "$1" JobState)
         if [[ $(field "$1" Restarts) -ge $2 && $state =~ $3 ]]; then
             [ "$state" = FAILED ] || return 0
@@ -61,7 +61,7 @@ until_state() { # JOB RESTARTS PATTERN
             sleep 3 # the script that asked for the requeue must have left
             scontrol update jobid="$1" StartTime=now 2>/dev/null
         fi
-        sleep 0.1
+        sleep 0.3
     done
     fail "job $1 is $(field "$1" JobState) after $(field "$1" Restarts) restarts, not $3 after $2"
     return 1
