@@ -131,8 +131,9 @@ def test_colours():
         return (sum(word.startswith("1 ray, ") for word in words("ghosts.svg")),
                 any("equal steps in a row count as one" in word for word in words("ghosts.svg")))
 
-    assert not singles("--by", "object")[1] and singles()[1]
-    assert singles()[0] <= singles("--by", "object")[0] <= 7, (singles(), singles("--by", "object"))
+    objects, own = singles("--by", "object"), singles()
+    assert not objects[1] and own[1]
+    assert own[0] <= objects[0] <= 7, (own, objects)
 
     def mixtures(where):
         run("draw", "lens.raymap", "--where", where, "-o", "mixed.svg", "--force")

@@ -166,7 +166,8 @@ def check_read_again():
         for source in (again[0] % "a.raymap", again[0] % "t.h5", again[1] % "t.csv"):
             other = SCENE.replace("name: a, type: collimated, shape: {rectangle: [1, 1]}", source).replace(", A}", "}").replace("B\n", "\n").replace("MORE", "")
             pathlib.Path("b.yaml").write_text(other, encoding="utf-8")
-            check(f"source again: {value:g} {unit}" in run("check", "b.yaml"), f"{source} of {flux}: {run('check', 'b.yaml')}")
+            said = run("check", "b.yaml")
+            check(f"source again: {value:g} {unit}" in said, f"{source} of {flux}: {said}")
         run("trace", "b.yaml", "-o", "b.raymap", "-n", 50, "--quiet", "--force")
         (told,) = json.loads(run("info", "b.raymap", "--json"))["sources"]
         check(told["unit"] == unit and abs(told["flux"] / value - 1) < 1e-9, f"{flux}: the map says {told}")

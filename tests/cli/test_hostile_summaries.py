@@ -112,7 +112,7 @@ def main():
             bad = changed(whole, lambda file: put(file[path], row, value))
             for j, command in enumerate(COMMANDS):
                 if (command[0] == "stats" and path == "portion/sources" and (j + k) % 2) or \
-                        (i + j + k) % (5 if SLOW else 11) == 0:
+                        (i + j + k) % (5 if SLOW else len(COMMANDS)) == 0:
                     ask(command, bad, f"{encoding}, {what}")
             if SLOW or i % 2 == 0:
                 ask(CHANGING[(i // 2 + k) % len(CHANGING)], bad, f"{encoding}, {what}")
