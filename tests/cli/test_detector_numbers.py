@@ -112,7 +112,7 @@ run("detector", "wall.raymap", "d", "--cells", "200x100", "--values", "-o", "p.s
 
 # of few rays and of many: within the errors, once the noise is taken off
 found = []
-for rays in (100000, 1600000):
+for rays in (25000, 400000):
     run("trace", ROOM, "-n", rays, "-o", f"{rays}.raymap", "-q")
     found.append(json.loads(run("detector", f"{rays}.raymap", "floor_map", "--cells", "12x8", "--json")))
 for name in ("U0", "Ud"):

@@ -10,6 +10,7 @@
 #include "io/map/map_content.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_format.h"
 #include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
@@ -311,7 +312,7 @@ static double seconds(void)
 static void test_many_shards(void **state)
 {
     (void)state;
-    enum { N = 300, RAYS = 20 }; /* more than a view joins */
+    enum { N = RMAP_VIEW_PIECES_MAX + 4, RAYS = 20 };
     struct fixture f;
     struct rmap_error err = {0};
     struct rmap_map_content all = {0};
@@ -320,7 +321,7 @@ static void test_many_shards(void **state)
     begin_map(&f);
     for (int shard = 0; shard < N; shard++) {
         struct rmap_shard_writer *writer = NULL;
-        f.run.encoding = shard % 2 ? RMAP_ENCODING_COMPACT : RMAP_ENCODING_PLAIN;
+        f.run.encoding = shard % 16 ? RMAP_ENCODING_COMPACT : RMAP_ENCODING_PLAIN;
         fixture_must(rmap_shard_writer_create(f.map, shard, &f.run, NULL, &writer, &err), &err);
         struct rmap_portion *portion = fixture_portion(&f, (uint64_t)shard * RAYS, RAYS, f.tally);
         fixture_must(rmap_shard_writer_append(writer, portion, &err), &err);
