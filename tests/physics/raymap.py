@@ -51,6 +51,11 @@ def report(name, text, ray=0):
     return json.loads(run("report", write_scene(name, text), "--ray", ray, "--json"))
 
 
+def reports(name, text, n):
+    """Those of the first n rays, two at least, of one start of the program."""
+    return json.loads(run("report", write_scene(name, text), "--rays", f"0..{n - 1}", "--json"))
+
+
 def trace(name, text, rays, seed=1, options=(), encoding="compact"):
     """Traces a scene into a new map, plain for who reads its columns, and returns its path."""
     target = name + ".raymap"

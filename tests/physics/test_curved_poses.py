@@ -14,7 +14,7 @@ import subprocess
 
 import numpy
 
-from raymap import PROGRAM, Checks, many, run, write_scene
+from raymap import PROGRAM, Checks, many, reports, run, write_scene
 
 checks = Checks()
 rng = numpy.random.default_rng(24)
@@ -55,7 +55,7 @@ def source(number, origin, direction, medium):
 def judge(what, step, size, expected, media, geometries, objects, sources):
     """The position after so many steps of the only ray of each source."""
     text = SCENE.format(media=media, geometries=geometries, objects=objects, sources=sources)
-    histories = json.loads(run("report", write_scene(what, text), "--rays", f"0..{POSES - 1}", "--json"))
+    histories = reports(what, text, POSES)
     worst = 0.0
     for history in histories:
         miss = numpy.array(history["steps"][step]["position"]) - expected[int(history["source"][1:])]

@@ -6,7 +6,7 @@ Unless a case says otherwise the medium's options are the defaults (tolerance 1e
 """
 import math
 
-from raymap import Checks, report
+from raymap import Checks, report, reports
 
 checks = Checks()
 
@@ -181,13 +181,12 @@ def check_axial():
         text = scene(medium, rod(z + 1, 40.0, -1.0),
                      [((0, 0, 0), (math.sin(a), 0, math.cos(a))) for a in map(math.radians, angles)],
                      within="grin")
-        for k, degrees in enumerate(angles):
+        for degrees, history in zip(angles, reports(f"axial-{z:g}", text, len(angles))):
             what = f"axial, z = {z}, {degrees} degrees"
             a = math.radians(degrees)
             tx, tz = n0 * math.sin(a), n0 * math.cos(a)
             end = math.sqrt(tz * tz + 2 * b * z)
             t = (end - tz) / b
-            history = report(what, text, k)
             step, _ = curved(history, 0)
             checks.close(f"{what}: exit", step["position"], [tx * t, 0, z], abs=1e-8)
             # the last segment's direction outside, or inside after total reflection: tx stays

@@ -233,9 +233,9 @@ def check_aim():
     for name in ("field_1", "field_2"):
         beam = re.search(rf"name: {name}, .*?at: \[(.*?)\], direction: \[(.*?)\]", text)
         origin, direction = ([float(v) for v in beam.group(k).split(",")] for k in (1, 2))
-        step = report("aim", with_ray(text, origin, direction, 550))["steps"][0]
-        d = direction_after(report("aim", with_ray(text, origin, direction, 550))["steps"], 0)
-        off = [s - p for s, p in zip(stop, step["position"])]
+        steps = report("aim", with_ray(text, origin, direction, 550))["steps"]
+        d = direction_after(steps, 0)
+        off = [s - p for s, p in zip(stop, steps[0]["position"])]
         along = sum(a * b for a, b in zip(off, d))
         checks.close(f"{name} from the stop's middle", math.dist(off, [along * v for v in d]), 0, abs=1e-6)
 

@@ -10,7 +10,7 @@ import math
 import numpy
 
 from exact_trace import Surface, trace as exact_rays
-from raymap import Checks, columns, report, trace
+from raymap import Checks, columns, report, reports, trace
 
 checks = Checks()
 REL = 1e-12
@@ -154,7 +154,7 @@ def check_first_order():
             ((0, 0, VERTEX[5] - 1e-6), (h / 25, 0, -1), 587.6),
             ((0, 0, VERTEX[5] + 1e-6), (h / 25, 0, 1), 587.6)]
     text = double_gauss(rays, screen=False)
-    forward, backward, front, rear = (report("double-gauss-paraxial", text, k) for k in range(4))
+    forward, backward, front, rear = reports("double-gauss-paraxial", text, 4)
     steps = forward["steps"]
     paraxial = [25.0, 23.507005, 23.41663, 19.075817, 17.75295, 15.852527, 14.256448, 14.699756,
                 15.969559, 15.932466, 15.371307]
@@ -210,8 +210,7 @@ objects:
              Surface(-10, bottom[0], conic=bottom[1], mirror=mirror, index=1)]
     if mirror:
         faces.append(Surface(0, top[0], conic=top[1], index=1))
-    for k, (origin, direction) in enumerate(ZEMAX_RAYS):
-        history = report(name, text, k)
+    for k, ((origin, direction), history) in enumerate(zip(ZEMAX_RAYS, reports(name, text, len(ZEMAX_RAYS)))):
         compare(f"{name} ray {k}", history,
                 exact_rays(origin, direction, faces + [Surface(screen)]))
         checks.close(f"{name} ray {k} Zemax point", history["steps"][-1]["position"],

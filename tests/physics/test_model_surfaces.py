@@ -48,8 +48,7 @@ objects: [{{name: body, geometry: body, outside: air{more}}}]
 
 def same_rays(what, a, b, rays):
     """Steps and registrations of two scenes' rays."""
-    for ray in range(rays):
-        first, second = raymap.report("a", a, ray), raymap.report("b", b, ray)
+    for ray, (first, second) in enumerate(zip(raymap.reports("a", a, rays), raymap.reports("b", b, rays))):
         name = f"{what}, ray {ray}"
         checks.close(f"{name}: steps", len(first["steps"]), len(second["steps"]))
         for k, (p, q) in enumerate(zip(first["steps"], second["steps"])):

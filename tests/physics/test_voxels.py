@@ -138,7 +138,7 @@ sources:
   - {name: beam, type: collimated, shape: {disc: 1}, at: [0, 0, -1], direction: [0, 0, 1], flux: 1 W,
      spectrum: {lines: {550: 1}}, medium: air}
 """
-target = trace("tissue", TISSUE, many(20_000))
+target = trace("tissue", TISSUE, many(12_000))
 got = grids(target, "-50,-50,0,50,50,3", "1x1x30")
 depth, value = got["z"], got["fluence_rate"][:, 0, 0]
 absorbed = got["absorbed"][:, 0, 0]
