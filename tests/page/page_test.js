@@ -405,6 +405,8 @@ async function main() {
     await switchesCriteria(page).catch((error) => check(false, `switchesCriteria: ${error.message}`));
 
     await turnTo(page, "many.html");
+    check((await page.inputValue("#colour")) === "order", "--color order");
+    check(/ghost order 0/.test(await page.textContent("#legend")), "and its legend");
     await thinsWhileTurning(page).catch((error) => check(false, `thinsWhileTurning: ${error.message}`));
 
     await turnTo(page, "late.html");
@@ -413,10 +415,6 @@ async function main() {
     await page.fill("#ray-id", "18446744073709548001");
     await page.press("#ray-id", "Enter");
     check((await page.textContent("#ray-name")) === "18446744073709548001", "and found");
-
-    await turnTo(page, "order.html");
-    check((await page.inputValue("#colour")) === "order", "--color order");
-    check(/ghost order 0/.test(await page.textContent("#legend")), "and its legend");
 
     await turnTo(page, "rod.html");
     await looksInside(page).catch((error) => check(false, `looksInside: ${error.message}`));
