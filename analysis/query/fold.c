@@ -183,9 +183,11 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
         RMAP_TRY(rmap_query_marker_cursor(self->marker, &cursor, err));
     RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, &row, err));
     if (rays->portion) {
-        for (size_t s = 0; s < rays->portion->n_row[RMAP_TABLE_RAY]; s++) /* row[s] >= s */
+        const size_t n_selected = rays->portion->n_row[RMAP_TABLE_RAY];
+        const bool all_match = n_selected == rays->n_match;
+        for (size_t s = 0; !all_match && s < n_selected; s++) /* row[s] >= s */
             self->match[s] = rays->match[row[s]];
-        rays->match = self->match;
+        rays->match = all_match ? NULL : self->match;
         rays->scanner = NULL;
     }
 out:

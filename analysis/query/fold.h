@@ -46,7 +46,7 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* The portion by the paths of its rays, as rmap_cursor_tell_paths has it; known NULL also where
+/* The portion by the paths of its rays, as rmap_cursor_path_summary has it; known NULL also where
  * receivers are laid over the map. And those of its rays that have paths of their own, where it is
  * summed up so. */
 enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,

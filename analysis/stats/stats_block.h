@@ -9,6 +9,9 @@
 #include "analysis/stats/stats_criteria.h"
 #include "analysis/stats/stats_paths.h"
 
+/* For readings in memory, of each thread, where nobody says how much. */
+#define RMAP_STATS_BUDGET_NBYTES ((size_t)128 << 20)
+
 struct rmap_stats_setup {
     const struct rmap_quantities *quantities; /* borrowed */
     enum rmap_stats_by by;

@@ -178,6 +178,7 @@ enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *self,
                              self->present, self->portion, err);
     if (st != RMAP_OK)
         rmap_cursor_say_where(self, info, err);
+    self->add_up |= st == RMAP_OK;
 out:
     return st;
 }

@@ -180,6 +180,7 @@ struct rmap_words {
     char text[400];
 };
 void rmap_words_split(const char *text, struct rmap_words *words);
+/* Whether one of them is that; a single blank parts two. */
 bool rmap_words_have(const char *text, const char *word);
 /* "a, b, c", as far as there is room. */
 void rmap_words_list(const char *const *word, size_t n_word, char *text, size_t nbytes);

@@ -160,8 +160,9 @@ static size_t begin_of(const char *text, const struct rmap_yaml_node *root, int 
 bool rmap_yaml_span(const char *text, const struct rmap_yaml_node *root, int line, int column,
                     bool is_scalar, int n_node, struct rmap_yaml_span *span)
 {
-    int first;
-    const size_t from = begin_of(text, root, line, &first);
+    int first = 1;
+    /* Keys that are merged of an anchor's mapping stand in its lines. */
+    const size_t from = strchr(text, '&') ? 0 : begin_of(text, root, line, &first);
     return span_from(text, from, line - first + 1, column, is_scalar, n_node, span) ||
            (from > 0 && span_from(text, 0, line, column, is_scalar, n_node, span));
 }

@@ -99,7 +99,7 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
                                          struct rmap_stats_options *options, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint64_t memory = UINT64_C(128) << 20;
+    uint64_t memory = RMAP_STATS_BUDGET_NBYTES;
     options->detector = rmap_argument(given, "detector");
     options->logarithmic = rmap_argument(given, "log") != NULL;
     options->top = TOP_DEFAULT;

@@ -17,8 +17,6 @@
 #include "mpi/scan/fold_run.h"
 #include "mpi/scan/stats_run.h"
 
-static const size_t memory_nbytes = (size_t)1 << 30;
-
 static void put(struct rmap_sweep_result *result, double value, double error, const char *unit)
 {
     *result = (struct rmap_sweep_result){.value = value, .standard_error = error};
@@ -177,7 +175,7 @@ ask_statistic(const struct rmap_context *context, const struct rmap_sweep_answer
     if (st == RMAP_OK && quantities->of_registrations)
         st = choose(scene, &quantities->detector, criterion, &which, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    rmap_stats_setup_init(&setup, quantities, RMAP_STATS_TOGETHER, memory_nbytes);
+    rmap_stats_setup_init(&setup, quantities, RMAP_STATS_TOGETHER, RMAP_STATS_BUDGET_NBYTES);
     setup.all_rays = !criterion;
     const struct rmap_stats_request request = {
         .setup = &setup, .criterion = criterion, .which = which};

@@ -493,7 +493,7 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
         return rmap_portion_damaged(
             "it has not as many points of curved segments as the index says", err);
-    if (!present && !rows->add_up) {
+    if (!rows->add_up) {
         const struct rmap_own_paths own =
             rmap_own_paths(decoder->model, table, rows, summary.classed);
         RMAP_TRY(rmap_own_paths_check(&own, n_row, err));

@@ -61,7 +61,7 @@ def chosen(k, told):
         return sorted(told)
     others = (("plain-left.raymap", "compact-rgb.raymap"), ("compact-left.raymap", "plain-rgb.raymap"),
               ("plain-left.raymap", "two-spaces.raymap"))
-    spectral = "plain.raymap" if k % 2 == 0 and k % 3 < 2 else "compact.raymap"
+    spectral = "plain.raymap" if k % 2 == 1 and k % 3 < 2 else "compact.raymap"
     return sorted({spectral, *others[k % 3]} & set(told))
 
 

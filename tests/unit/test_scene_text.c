@@ -217,6 +217,7 @@ static void test_spans(void **state)
         "j: k\n"
         "  l\nm: {<<: *x, n: 1}\n",
         "{\n\"a\": [\n1,\n2],\n\"b\":\n{\"c\": 1}}\n",
+        "a:\n  surface: &s {\n    front: air,\n    back: glass\n    }\n  <<: *s\n  u: 1\n",
         "a: 1\r\nb:\r  - 'x\xE2\x80\xA8y'\r  - \xC3\xA9: {\xE2\x82\xAC: [1, 2], c: 3}\nd: &y "
         "[1]\ne: {f: *y}\n"};
     size_t n = 0;
