@@ -153,16 +153,6 @@ static void mark_endings(const struct rmap_evaluation *ev, const struct rmap_end
     }
 }
 
-/* 1 where the whole history is such a path. */
-static enum rmap_status mark_path(const struct rmap_evaluation *ev,
-                                  const struct rmap_criterion_node *node, uint8_t *flag,
-                                  struct rmap_error *err)
-{
-    struct rmap_criterion_node own = *node;
-    own.interval = (struct rmap_interval){1.0, 1.0, false};
-    return rmap_path_mark(&own, ev->portion, NULL, flag, err);
-}
-
 /* A bit for each ray that ended so. */
 static void keep_stops(const struct rmap_evaluation *ev, uint32_t stop)
 {
@@ -206,7 +196,7 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
         !node->ending.object.member && node->ending.medium.span == 0)
         return mark_ends(ev, &node->ending, err);
     if (node->kind == RMAP_CRITERION_PATH)
-        RMAP_TRY(mark_path(ev, node, flag, err));
+        RMAP_TRY(rmap_path_mark(node, ev->portion, NULL, flag, err));
     else if (node->kind == RMAP_CRITERION_ENDED)
         mark_endings(ev, &node->ending, flag);
     else

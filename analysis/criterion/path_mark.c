@@ -261,16 +261,6 @@ out:
     return st;
 }
 
-static void compare(const struct rmap_interval *interval, uint8_t *match, size_t n)
-{
-    bool one = rmap_interval_holds(interval, 1.0), zero = rmap_interval_holds(interval, 0.0);
-    if (one == zero)
-        memset(match, one, n);
-    else if (zero)
-        for (size_t i = 0; i < n; i++)
-            match[i] ^= 1;
-}
-
 static struct run begin_run(const struct rmap_path_table *table, const struct rmap_portion *portion)
 {
     struct run run = {.table = table, .portion = portion};
@@ -305,7 +295,6 @@ enum rmap_status rmap_path_mark(const struct rmap_criterion_node *node,
         group.segment += group.n_segment;
         group.registration += group.n_registration;
     }
-    compare(&node->interval, match, n_ray);
 out:
     rmap_free(run.symbol);
     rmap_free(run.step);

@@ -315,14 +315,12 @@ static enum rmap_status mark_paths(struct rmap_query_known *self, int32_t index,
     static const uint8_t marked = 1;
     enum rmap_status st = RMAP_OK;
     const size_t n = self->summary.n_own_segment;
-    struct rmap_criterion_node alone = *node;
-    alone.interval = (struct rmap_interval){1.0, 1.0, false};
     RMAP_TRY(fetch_own(self, node->columns & ~STEP_COLUMNS, err));
     RMAP_TRY(RMAP_RESERVE(self->symbol, self->symbol_cap, n + RMAP_PATH_COPY, err));
     RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, self->summary.n_own + 1, err));
     RMAP_TRY(
         rmap_class_tests_symbols(self->tests, self->c, index, node, steps, n, self->symbol, err));
-    RMAP_TRY(rmap_path_mark(&alone, self->own, self->symbol, self->match, err));
+    RMAP_TRY(rmap_path_mark(node, self->own, self->symbol, self->match, err));
     rmap_bytes_among(self->match, self->summary.n_own, &marked, 1, self->bits);
 out:
     return st;

@@ -279,11 +279,12 @@ static void mark_test(const struct rmap_which *self, int32_t index,
     for (struct rmap_strip strip = {0}; strip.first < n; strip.first += strip.n) {
         strip.n = n - strip.first < STRIP_ROWS ? n - strip.first : STRIP_ROWS;
         rmap_registrations_mark(self->criterion, test, portion, &strip, flag);
-        const size_t end = is_told ? strip.n : 0;
-        for (size_t i = 0; i < end; i++)
-            chosen[strip.first + i] |= flag[i];
+        const size_t n_flag = strip.n;
         if (!is_told)
-            rmap_bytes_among(flag, strip.n, &marked, 1, bits + strip.first / 64);
+            rmap_bytes_among(flag, n_flag, &marked, 1, bits + strip.first / 64);
+        else
+            for (size_t i = 0; i < n_flag; i++)
+                chosen[strip.first + i] |= flag[i];
     }
     if (is_told)
         return;

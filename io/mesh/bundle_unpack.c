@@ -182,27 +182,6 @@ out:
     return st;
 }
 
-static enum rmap_status take_meshes(struct cursor *in, struct rmap_bundle *bundle)
-{
-    enum rmap_status st = RMAP_OK;
-    size_t n = 0;
-    char *name = NULL;
-    struct rmap_mesh *mesh = NULL;
-    RMAP_TRY(take_count(in, 32, &n));
-    for (size_t i = 0; i < n; i++) {
-        RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_mesh(in, &mesh));
-        RMAP_TRY(rmap_bundle_add_mesh(bundle, name, mesh, in->err));
-        mesh = NULL;
-        rmap_free(name);
-        name = NULL;
-    }
-out:
-    rmap_free(name);
-    rmap_mesh_destroy(mesh);
-    return st;
-}
-
 /* The count is checked against what is there before memory is taken for it. */
 static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret)
 {
@@ -227,58 +206,6 @@ static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret
     grid = NULL;
 out:
     rmap_grid_drop(grid);
-    return st;
-}
-
-static enum rmap_status take_fields(struct cursor *in, struct rmap_bundle *bundle)
-{
-    enum rmap_status st = RMAP_OK;
-    size_t n = 0;
-    char *name = NULL;
-    struct rmap_grid *grid = NULL;
-    RMAP_TRY(take_count(in, 32, &n));
-    for (size_t i = 0; i < n; i++) {
-        RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_grid(in, &grid));
-        RMAP_TRY(rmap_bundle_add_grid(bundle, name, grid, in->err));
-        grid = NULL;
-        rmap_free(name);
-        name = NULL;
-    }
-    RMAP_TRY(take_count(in, 16, &n));
-    for (size_t i = 0; i < n; i++) {
-        uint64_t xxh3 = 0;
-        RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_u64(in, &xxh3));
-        RMAP_TRY(rmap_bundle_add_plugin(bundle, name, xxh3, in->err));
-        rmap_free(name);
-        name = NULL;
-    }
-out:
-    rmap_free(name);
-    rmap_grid_drop(grid);
-    return st;
-}
-
-static enum rmap_status take_files(struct cursor *in, struct rmap_bundle *bundle)
-{
-    enum rmap_status st = RMAP_OK;
-    size_t n = 0, nbytes = 0;
-    char *name = NULL, *text = NULL;
-    RMAP_TRY(take_count(in, 16, &n));
-    for (size_t i = 0; i < n; i++) {
-        RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_bytes(in, &text, &nbytes));
-        if (!text)
-            RMAP_TRY(damaged(in, "a file is missing"));
-        RMAP_TRY(rmap_bundle_add_file(bundle, name, text, nbytes, in->err));
-        text = NULL;
-        rmap_free(name);
-        name = NULL;
-    }
-out:
-    rmap_free(name);
-    rmap_free(text);
     return st;
 }
 
@@ -436,24 +363,82 @@ out:
     return st;
 }
 
-static enum rmap_status take_ray_sets(struct cursor *in, struct rmap_bundle *bundle)
+/* What each entry of a list of named things is. */
+typedef enum rmap_status take_named(struct cursor *in, struct rmap_bundle *bundle,
+                                    const char *name);
+
+/* A list whose entries have so many bytes at least. */
+static enum rmap_status take_each(struct cursor *in, size_t least_nbytes,
+                                  struct rmap_bundle *bundle, take_named *take)
 {
     enum rmap_status st = RMAP_OK;
     size_t n = 0;
     char *name = NULL;
-    struct rmap_file_rays *set = NULL;
-    RMAP_TRY(take_count(in, 32, &n));
+    RMAP_TRY(take_count(in, least_nbytes, &n));
     for (size_t i = 0; i < n; i++) {
         RMAP_TRY(take_name(in, &name));
-        RMAP_TRY(take_rays(in, &set));
-        RMAP_TRY(rmap_bundle_add_ray_set(bundle, name, set, in->err));
-        set = NULL;
+        RMAP_TRY(take(in, bundle, name));
         rmap_free(name);
         name = NULL;
     }
 out:
     rmap_free(name);
-    rmap_file_rays_drop(set);
+    return st;
+}
+
+static enum rmap_status take_named_mesh(struct cursor *in, struct rmap_bundle *bundle,
+                                        const char *name)
+{
+    struct rmap_mesh *mesh = NULL;
+    enum rmap_status st = take_mesh(in, &mesh);
+    if (st == RMAP_OK)
+        st = rmap_bundle_add_mesh(bundle, name, mesh, in->err);
+    if (st != RMAP_OK)
+        rmap_mesh_destroy(mesh);
+    return st;
+}
+
+static enum rmap_status take_named_grid(struct cursor *in, struct rmap_bundle *bundle,
+                                        const char *name)
+{
+    struct rmap_grid *grid = NULL;
+    enum rmap_status st = take_grid(in, &grid);
+    if (st == RMAP_OK)
+        st = rmap_bundle_add_grid(bundle, name, grid, in->err);
+    if (st != RMAP_OK)
+        rmap_grid_drop(grid);
+    return st;
+}
+
+static enum rmap_status take_plugin(struct cursor *in, struct rmap_bundle *bundle, const char *name)
+{
+    uint64_t xxh3 = 0;
+    const enum rmap_status st = take_u64(in, &xxh3);
+    return st == RMAP_OK ? rmap_bundle_add_plugin(bundle, name, xxh3, in->err) : st;
+}
+
+static enum rmap_status take_file(struct cursor *in, struct rmap_bundle *bundle, const char *name)
+{
+    size_t nbytes = 0;
+    char *text = NULL;
+    enum rmap_status st = take_bytes(in, &text, &nbytes);
+    if (st == RMAP_OK)
+        st = text ? rmap_bundle_add_file(bundle, name, text, nbytes, in->err)
+                  : damaged(in, "a file is missing");
+    if (st != RMAP_OK)
+        rmap_free(text);
+    return st;
+}
+
+static enum rmap_status take_ray_set(struct cursor *in, struct rmap_bundle *bundle,
+                                     const char *name)
+{
+    struct rmap_file_rays *set = NULL;
+    enum rmap_status st = take_rays(in, &set);
+    if (st == RMAP_OK)
+        st = rmap_bundle_add_ray_set(bundle, name, set, in->err);
+    if (st != RMAP_OK)
+        rmap_file_rays_drop(set);
     return st;
 }
 
@@ -481,15 +466,17 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
     if (complete != 1) /* or else reading the scene would open files that a stranger's map names */
         RMAP_TRY(damaged(in, "its meshes are not all in it"));
     bundle->meshes_complete = 1;
-    RMAP_TRY(take_meshes(in, bundle));
-    if (level >= RMAP_BUNDLE_FIELDS)
-        RMAP_TRY(take_fields(in, bundle));
+    RMAP_TRY(take_each(in, 32, bundle, take_named_mesh));
+    if (level >= RMAP_BUNDLE_FIELDS) {
+        RMAP_TRY(take_each(in, 32, bundle, take_named_grid));
+        RMAP_TRY(take_each(in, 16, bundle, take_plugin));
+    }
     if (level >= RMAP_BUNDLE_FILES)
-        RMAP_TRY(take_files(in, bundle));
+        RMAP_TRY(take_each(in, 16, bundle, take_file));
     if (level >= RMAP_BUNDLE_TANGENTS)
         RMAP_TRY(take_tangents(in, bundle));
     if (level >= RMAP_BUNDLE_RAYS)
-        RMAP_TRY(take_ray_sets(in, bundle));
+        RMAP_TRY(take_each(in, 32, bundle, take_ray_set));
     if (level >= RMAP_BUNDLE_SURFACES)
         RMAP_TRY(take_surfaces(in, bundle));
     if (level >= RMAP_BUNDLE_UV)

@@ -12,10 +12,6 @@
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
-#define CROSSINGS                                                                                  \
-    (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |                            \
-     BIT(RMAP_REGISTRATION_registered))
-
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows, bool classed)
@@ -214,7 +210,7 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
     const struct rmap_ray_columns ray = out->ray;
     const struct rmap_registration_columns hit = out->registration;
     const size_t n_ray = out->n_row[RMAP_TABLE_RAY], last = own->n - 1;
-    const size_t n_row = columns & CROSSINGS ? out->n_row[RMAP_TABLE_REGISTRATION] : 0;
+    const size_t n_row = columns & RMAP_CROSSING_COLUMNS ? out->n_row[RMAP_TABLE_REGISTRATION] : 0;
     size_t to = 0, k = 0, next = 0;
     for (size_t i = 0; i < n_ray; i++) {
         const size_t its = k < last ? k : last;
@@ -286,7 +282,7 @@ void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
     struct rmap_path_table known = *table;
     if (table->n == 0)
         known.path = &no_path;
-    if (columns & (RMAP_HEAD_COLUMNS | CROSSINGS))
+    if (columns & (RMAP_HEAD_COLUMNS | RMAP_CROSSING_COLUMNS))
         fill_rays(&known, &some, columns, out);
     const struct rmap_path_columns segments = segment_columns(columns, out);
     if (segments.object || segments.event)

@@ -12,6 +12,10 @@
     (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
      RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
      RMAP_COLUMN_BIT(RMAP_RAY_start_object))
+/* And its registrations. */
+#define RMAP_CROSSING_COLUMNS                                                                      \
+    (RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |    \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
 
 /* A portion's paths: those that its rays refer to, and its own ones. Streams as typed rows. */
 struct rmap_own_paths {

@@ -47,14 +47,8 @@ const struct rmap_layout rmap_compact_layout = {
 
 /* Columns that a path says by itself. */
 #define PATH_COLUMNS                                                                               \
-    (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
-     RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
-     RMAP_COLUMN_BIT(RMAP_RAY_start_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |               \
+    (RMAP_HEAD_COLUMNS | RMAP_CROSSING_COLUMNS | RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |            \
      RMAP_COLUMN_BIT(RMAP_SEGMENT_event))
-
-#define CROSSING_COLUMNS                                                                           \
-    (RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |    \
-     RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
 
 #define COLUMN(column) RMAP_COLUMN_BIT(RMAP_##column)
 
@@ -89,7 +83,7 @@ rmap_column_set rmap_compact_needs(rmap_column_set columns, bool placed)
 static uint64_t lane_streams(rmap_column_set columns)
 {
     const uint64_t pool[9] = {[2] = BIT(pool16), [4] = BIT(pool32), [8] = 0};
-    const rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS | RMAP_COLUMNS_CURVE);
+    const rmap_column_set lanes = columns & ~(PATH_COLUMNS | RMAP_COLUMNS_CURVE);
     uint64_t streams = 0;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (lanes & RMAP_COLUMN_BIT(c))
