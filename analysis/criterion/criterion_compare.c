@@ -68,14 +68,18 @@ static void compare_at_most(const uint32_t *count, size_t n, const struct whole_
         choose(count, n, 0, range->span, own, RMAP_OUTCOME_OPEN, outcome);
 }
 
-void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_interval *interval,
-                         enum rmap_certainty certainty, uint8_t *outcome)
+void rmap_compare_counts(const uint32_t *least, const uint32_t *count, size_t n,
+                         const struct rmap_interval *interval, enum rmap_certainty certainty,
+                         uint8_t *outcome)
 {
     struct whole_range range = whole_range(interval);
     if (certainty == RMAP_EXACTLY)
         compare_exactly(count, n, &range, outcome);
-    else
+    else if (certainty == RMAP_AT_MOST)
         compare_at_most(count, n, &range, outcome);
+    else
+        for (size_t i = 0; i < n; i++)
+            outcome[i] = rmap_bounds_outcome(interval, least[i], count[i]);
 }
 
 RMAP_WIDE void rmap_compare_numbers(const double *restrict number, size_t n,

@@ -119,44 +119,49 @@ static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t i
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_marks marks;
-    RMAP_TRY(rmap_test_mark(ev, index, node, &marks, err));
-    rmap_test_count(ev, &marks);
-    rmap_compare_counts(ev->count, ev->n_ray, &node->interval, certainty, outcome);
+    struct rmap_evaluator *memory = ev->evaluator;
+    RMAP_TRY(rmap_test_mark(ev, index, node, certainty == RMAP_BETWEEN, &marks, err));
+    rmap_test_count(marks.bits, marks.n_rows, ev->n_ray, ev->count);
+    if (certainty == RMAP_BETWEEN) {
+        RMAP_TRY(RMAP_RESERVE(memory->least, memory->least_cap, ev->n_ray, err));
+        rmap_test_count(marks.sure, marks.n_rows, ev->n_ray, memory->least);
+    }
+    rmap_compare_counts(memory->least, ev->count, ev->n_ray, &node->interval, certainty, outcome);
 out:
     return st;
 }
 
-/* A test of registrations without what needs columns that may not be fetched. */
-static void loosen_registrations(const struct rmap_evaluation *ev,
-                                 struct rmap_registration_test *test)
+/* A test of registrations without what needs columns that may not be fetched. What it counts then
+ * may count, or, where places are known and something of `where`, some of it does. */
+static enum rmap_certainty loosen_registrations(const struct rmap_evaluation *ev,
+                                                struct rmap_registration_test *test)
 {
+    enum rmap_certainty certainty = RMAP_BETWEEN;
     const rmap_column_set place = test->region == RMAP_REGION_CELLS
                                       ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell)
                                       : RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     if (place & ~ev->input->columns) {
         test->region = RMAP_REGION_ALL;
         test->box = NULL;
+        certainty = RMAP_AT_MOST;
     }
-    if (test->where >= 0 && !rmap_where_tells(ev->criterion, test->where, ev->input->columns))
+    if (test->where >= 0 &&
+        !rmap_where_tells(ev->criterion, test->where, ev->portion, ev->input->columns)) {
         test->where = -1;
+        certainty = RMAP_AT_MOST;
+    }
+    return certainty;
 }
 
 /* Rays of which only the least and greatest number is known. */
 static void bound_numbers(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
                           uint8_t *outcome)
 {
-    const struct rmap_interval *interval = &node->interval;
-    const uint8_t inside = interval->outside ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
     const bool is_length = node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH;
     for (size_t i = 0; i < ev->n_ray; i++) {
         const struct rmap_path_sum *of = &ev->input->bounds[i];
         const float *bound = is_length ? of->path_length : of->optical_path;
-        const double low = (double)bound[0], high = (double)bound[1];
-        outcome[i] = RMAP_OUTCOME_OPEN; /* also where nothing is known */
-        if (low >= interval->low && high <= interval->high)
-            outcome[i] = inside;
-        else if (low > interval->high || high < interval->low)
-            outcome[i] = inside ^ RMAP_OUTCOME_YES;
+        outcome[i] = rmap_bounds_outcome(&node->interval, (double)bound[0], (double)bound[1]);
     }
 }
 
@@ -172,13 +177,14 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
                                    uint8_t *outcome, struct rmap_error *err)
 {
     struct rmap_criterion_node loose = ev->criterion->node[index];
+    enum rmap_certainty certainty = RMAP_AT_MOST;
     loose.columns &= ev->input->columns;
     if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
         loose.steps.side = NULL;
         loose.steps.n_limit = 0;
     } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
-        loosen_registrations(ev, &loose.registrations);
+        certainty = loosen_registrations(ev, &loose.registrations);
     } else if (loose.kind == RMAP_CRITERION_PATH_IN &&
                (loose.columns & RMAP_PATH_IN_DISCRETE) == RMAP_PATH_IN_DISCRETE) {
         return compare_paths_in(ev, &loose, false, outcome, err);
@@ -189,7 +195,7 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
         memset(outcome, RMAP_OUTCOME_OPEN, ev->n_ray);
         return RMAP_OK;
     }
-    return compare_rows(ev, index, &loose, RMAP_AT_MOST, outcome, err);
+    return compare_rows(ev, index, &loose, certainty, outcome, err);
 }
 
 static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t index,
@@ -289,7 +295,9 @@ void rmap_evaluator_fini(struct rmap_evaluator *evaluator)
 {
     rmap_free(evaluator->count);
     rmap_free(evaluator->mask);
+    rmap_free(evaluator->least);
     rmap_free(evaluator->mark);
+    rmap_free(evaluator->sure);
     rmap_free(evaluator->last);
     *evaluator = (struct rmap_evaluator){0};
 }
@@ -371,8 +379,8 @@ enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
                                  .n_ray = portion->n_row[RMAP_TABLE_RAY],
                                  .count = count};
     RMAP_TRY(check_portion(criterion, portion, err));
-    RMAP_TRY(rmap_test_mark(&ev, criterion->root, node, &marks, err));
-    rmap_test_count(&ev, &marks);
+    RMAP_TRY(rmap_test_mark(&ev, criterion->root, node, false, &marks, err));
+    rmap_test_count(marks.bits, marks.n_rows, ev.n_ray, count);
 out:
     rmap_evaluator_fini(&evaluator);
     return st;

@@ -16,10 +16,22 @@ static inline uint8_t rmap_outcome_not(uint8_t outcome)
     return (uint8_t)((outcome & 1) << 1 | outcome >> 1) ^ RMAP_OUTCOME_YES;
 }
 
+/* Whether an interval holds a number that lies between these; they may be NaN. */
+static inline uint8_t rmap_bounds_outcome(const struct rmap_interval *interval, double low,
+                                          double high)
+{
+    const uint8_t inside = interval->outside ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+    if (low >= interval->low && high <= interval->high)
+        return inside;
+    return low > interval->high || high < interval->low ? rmap_outcome_not(inside)
+                                                        : RMAP_OUTCOME_OPEN;
+}
+
 /* What a test counts: a bit per row, of which each ray has so many; or a bit per ray. */
 struct rmap_marks {
     const uint64_t *bits;   /* borrowed; one word more may be read */
     const uint32_t *n_rows; /* [n_ray]; NULL: per ray */
+    const uint64_t *sure;   /* of the bits, where these may count, those that do; NULL: none */
 };
 
 /* Rays, and how to learn about them. */
@@ -44,11 +56,11 @@ struct rmap_criterion_input {
 
 /* Memory of an evaluation, to be used again. All zero at first. */
 struct rmap_evaluator {
-    uint32_t *count; /* [n_ray] */
-    uint8_t *mask;   /* [n_mask][n_ray] */
-    size_t count_cap, mask_cap;
-    uint64_t *mark, *last; /* bits: of rows or rays; of rays */
-    size_t mark_cap, last_cap;
+    uint32_t *count, *least; /* [n_ray] */
+    uint8_t *mask;           /* [n_mask][n_ray] */
+    size_t count_cap, least_cap, mask_cap;
+    uint64_t *mark, *sure, *last; /* bits: of rows or rays; of rows; of rays */
+    size_t mark_cap, sure_cap, last_cap;
 };
 void rmap_evaluator_fini(struct rmap_evaluator *evaluator);
 

@@ -54,9 +54,10 @@ static void mark_segments(const struct rmap_evaluation *ev, const struct rmap_st
     }
 }
 
-/* A bit for each registration. */
+/* A bit for each registration that may count; sure: for those that do, or NULL. */
 static void mark_registrations(const struct rmap_evaluation *ev,
-                               const struct rmap_registration_test *test, size_t n_row)
+                               const struct rmap_registration_test *test, size_t n_row,
+                               uint64_t *sure)
 {
     uint8_t flag[STRIP_ROWS];
     for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
@@ -66,7 +67,7 @@ static void mark_registrations(const struct rmap_evaluation *ev,
     }
     if (test->where >= 0 && n_row > 0)
         rmap_where_keep(ev->criterion, test->where, ev->input->columns, ev->portion, n_row,
-                        ev->evaluator->mark);
+                        ev->evaluator->mark, sure);
 }
 
 enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rmap_table table,
@@ -108,22 +109,27 @@ static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_
 }
 
 static enum rmap_status mark_table(const struct rmap_evaluation *ev,
-                                   const struct rmap_criterion_node *node, struct rmap_marks *marks,
-                                   struct rmap_error *err)
+                                   const struct rmap_criterion_node *node, bool surely,
+                                   struct rmap_marks *marks, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_evaluator *memory = ev->evaluator;
     enum rmap_table table =
         node->kind == RMAP_CRITERION_STEPS ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION;
     const uint32_t *n_rows;
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
     RMAP_TRY(rmap_test_count_rows(ev, table, &n_rows, err));
+    if (surely)
+        RMAP_TRY(RMAP_RESERVE(memory->sure, memory->sure_cap,
+                              rmap_bit_words(ev->portion->n_row[table]) + 2, err));
     if (table == RMAP_TABLE_REGISTRATION)
-        mark_registrations(ev, &node->registrations, ev->portion->n_row[table]);
+        mark_registrations(ev, &node->registrations, ev->portion->n_row[table],
+                           surely ? memory->sure : NULL);
     else if (is_plain(&node->steps))
         mark_steps(ev, &node->steps, ev->portion->n_row[table]);
     else
         mark_segments(ev, &node->steps, n_rows, ev->portion->n_row[table]);
-    *marks = (struct rmap_marks){ev->evaluator->mark, n_rows};
+    *marks = (struct rmap_marks){memory->mark, n_rows, surely ? memory->sure : NULL};
 out:
     return st;
 }
@@ -191,7 +197,7 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
     uint8_t *flag = (uint8_t *)ev->count; /* has room for them */
     const size_t n_segment = ev->portion->n_row[RMAP_TABLE_SEGMENT];
     RMAP_TRY(reserve(ev, ev->n_ray > n_segment ? ev->n_ray : n_segment, err));
-    *marks = (struct rmap_marks){ev->evaluator->mark, NULL};
+    *marks = (struct rmap_marks){.bits = ev->evaluator->mark};
     if (node->kind == RMAP_CRITERION_ENDED && node->ending.somewhere &&
         !node->ending.object.member && node->ending.medium.span == 0)
         return mark_ends(ev, &node->ending, err);
@@ -207,18 +213,18 @@ out:
 }
 
 enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
-                                const struct rmap_criterion_node *node, struct rmap_marks *marks,
-                                struct rmap_error *err)
+                                const struct rmap_criterion_node *node, bool surely,
+                                struct rmap_marks *marks, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *marks = (struct rmap_marks){NULL, NULL};
+    *marks = (struct rmap_marks){.bits = NULL};
     if (ev->input->mark && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
         RMAP_TRY(ev->input->mark(ev->input->context, index, node, marks, err));
     if (marks->bits)
         return RMAP_OK;
     RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
     if (node->kind == RMAP_CRITERION_STEPS || node->kind == RMAP_CRITERION_REGISTRATIONS)
-        st = mark_table(ev, node, marks, err);
+        st = mark_table(ev, node, surely, marks, err);
     else
         st = mark_rays(ev, node, marks, err);
 out:
@@ -235,10 +241,10 @@ RMAP_WIDE static void count_bits(const uint64_t *bits, size_t n, uint32_t *count
     }
 }
 
-void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks)
+void rmap_test_count(const uint64_t *bits, const uint32_t *n_rows, size_t n_ray, uint32_t *count)
 {
-    if (marks->n_rows)
-        rmap_bits_count_groups(marks->bits, marks->n_rows, ev->n_ray, ev->count);
+    if (n_rows)
+        rmap_bits_count_groups(bits, n_rows, n_ray, count);
     else
-        count_bits(marks->bits, ev->n_ray, ev->count);
+        count_bits(bits, n_ray, count);
 }

@@ -25,12 +25,13 @@ enum rmap_status rmap_test_count_rows(const struct rmap_evaluation *ev, enum rma
                                       const uint32_t **n_rows_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* What a test marks; valid until the next. index: of the node, which may stand looser here. */
+/* What a test marks; valid until the next. index: of the node, which may stand looser here. surely:
+ * of registrations, marks->sure is asked for. */
 enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
-                                const struct rmap_criterion_node *node, struct rmap_marks *marks,
-                                struct rmap_error *err) RMAP_MUST_USE;
+                                const struct rmap_criterion_node *node, bool surely,
+                                struct rmap_marks *marks, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Marks of each ray: ev->count. */
-void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks);
+/* Marks of each ray, as struct rmap_marks has them: count [n_ray]. */
+void rmap_test_count(const uint64_t *bits, const uint32_t *n_rows, size_t n_ray, uint32_t *count);
 
 #endif

@@ -299,15 +299,16 @@ struct rmap_strip {
     size_t ray_row;  /* where that ray's rows begin */
 };
 
-/* Bits stay of those rows of /registration for which `where`, a node, holds. columns: those that
- * there are; a part of it joined by `and` that needs others is taken to hold. bits: [words of
- * n_row]. */
+/* Bits stay of those rows of /registration for which `where`, a node, may hold, and in `sure` for
+ * which it does. columns: those that there are; without others, not all of it is known. bits, sure:
+ * [words of n_row]; the latter NULL where nobody asks. */
 void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
-                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits,
+                     uint64_t *sure);
 
-/* Whether these columns tell of some registrations that it does not hold. */
+/* Whether these columns of the portion tell anything of it. */
 bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
-                      rmap_column_set columns);
+                      const struct rmap_portion *portion, rmap_column_set columns);
 
 /* A number of a registration (row of /registration), and the columns that it is made of. */
 rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);

@@ -3,6 +3,7 @@
  * What stands behind `where`, put to one registration: its numbers, the steps before it, the step
  * at its own place, and the history up to it.
  */
+#include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/criterion/criterion_mark.h"
 #include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/path_walk.h"
@@ -103,14 +104,18 @@ static bool path_matches(struct seen *seen, int32_t index)
     return rmap_path_walk_to(walk, seen->portion, seen->row);
 }
 
-static bool where_holds(struct seen *seen, int32_t index)
+static bool asks_for_angle(const struct rmap_criterion_node *node)
+{
+    return node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE;
+}
+
+/* A test whose columns are there. */
+static bool test_holds(struct seen *seen, int32_t index)
 {
     const struct rmap_criterion *criterion = seen->criterion;
     const struct rmap_criterion_node *node = &criterion->node[index];
     const struct rmap_registration_columns *its = &seen->portion->registration;
-    if ((node->columns & ~seen->columns) && node->kind != RMAP_CRITERION_AND)
-        return true;
-    if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
+    if (asks_for_angle(node))
         return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
                                 its->direction + 3 * seen->row, &node->interval, &node->angle);
     if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_DETECTED)
@@ -125,43 +130,65 @@ static bool where_holds(struct seen *seen, int32_t index)
         return rmap_sum_holds_for_registration(criterion, node, seen->portion, seen->row);
     if (node->kind == RMAP_CRITERION_STEPS)
         return rmap_interval_holds(&node->interval, count_steps(seen, &node->steps));
-    if (node->kind == RMAP_CRITERION_PATH)
-        return rmap_interval_holds(&node->interval, path_matches(seen, index));
+    return rmap_interval_holds(&node->interval, path_matches(seen, index));
+}
+
+/* enum rmap_outcome, open where not all columns are there. */
+static uint8_t where_outcome(struct seen *seen, int32_t index)
+{
+    const struct rmap_criterion *criterion = seen->criterion;
+    const struct rmap_criterion_node *node = &criterion->node[index];
+    const bool is_and = node->kind == RMAP_CRITERION_AND;
     if (node->kind == RMAP_CRITERION_NOT)
-        return !where_holds(seen, node->first);
-    bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;
-    for (int32_t child = node->first; child >= 0 && own == is_and;
-         child = criterion->node[child].next)
-        own = where_holds(seen, child);
-    return own;
+        return rmap_outcome_not(where_outcome(seen, node->first));
+    if (is_and || node->kind == RMAP_CRITERION_OR) {
+        const uint8_t last_word = is_and ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+        uint8_t own = rmap_outcome_not(last_word);
+        for (int32_t child = node->first; child >= 0 && own != last_word;
+             child = criterion->node[child].next) {
+            const uint8_t its = where_outcome(seen, child);
+            own = is_and ? own & its : own | its;
+        }
+        return own;
+    }
+    if (!(node->columns & ~seen->columns))
+        return test_holds(seen, index) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
+    return asks_for_angle(node) && seen->portion->knows_angles
+               ? rmap_angle_outcome(seen->portion->angle[seen->row], &node->interval)
+               : RMAP_OUTCOME_OPEN;
 }
 
 bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
-                      rmap_column_set columns)
+                      const struct rmap_portion *portion, rmap_column_set columns)
 {
     const struct rmap_criterion_node *node = &criterion->node[where];
-    bool any = !(node->columns & ~columns);
-    for (int32_t child = node->first; node->kind == RMAP_CRITERION_AND && child >= 0 && !any;
-         child = criterion->node[child].next)
-        any = rmap_where_tells(criterion, child, columns);
+    bool any = !(node->columns & ~columns) || (asks_for_angle(node) && portion->knows_angles);
+    for (int32_t child = node->first; child >= 0 && !any; child = criterion->node[child].next)
+        any = rmap_where_tells(criterion, child, portion, columns);
     return any;
 }
 
 void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
-                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits)
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits,
+                     uint64_t *sure)
 {
     const bool of_steps =
         (criterion->node[where].columns & columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
     struct seen seen = {.criterion = criterion, .portion = portion, .columns = columns};
     for (size_t first = 0; first < n_row; first += 64) {
         uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
+        uint64_t surely = 0;
         kept &= bits[first / 64];
         for (uint64_t left = kept; left != 0; left &= left - 1) {
             seen.row = first + (size_t)__builtin_ctzll(left);
             if (of_steps)
                 see_next(&seen, seen.row);
-            kept ^= (left & (0 - left)) * !where_holds(&seen, where);
+            const uint8_t outcome = where_outcome(&seen, where);
+            kept ^= (left & (0 - left)) * (outcome == RMAP_OUTCOME_NO);
+            surely |= (left & (0 - left)) * (outcome == RMAP_OUTCOME_YES);
         }
         bits[first / 64] = kept;
+        if (sure)
+            sure[first / 64] = surely;
     }
 }

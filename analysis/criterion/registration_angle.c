@@ -7,29 +7,18 @@
 
 #include <math.h>
 
-/* A direction against the axis: its parts across and along, >= 0 and any. */
-struct tilt {
-    double across, along;
-};
-
-/* As the tracer counts them. */
-static struct tilt tilt_of(const struct rmap_detector *detector, const float *direction)
-{
-    double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
-    struct rmap_vec3 d = rmap_vec3(sign * (double)direction[0], sign * (double)direction[1],
-                                   sign * (double)direction[2]);
-    return (struct tilt){rmap_length(rmap_cross(d, detector->axis)), rmap_dot(d, detector->axis)};
-}
+#include "compact/angles.h"
+#include "scene/incidence.h"
 
 /* atan2 keeps its digits near 0 and 180. */
-static double degrees(struct tilt tilt)
+static double degrees(struct rmap_tilt tilt)
 {
     return atan2(tilt.across, tilt.along) * (180.0 / RMAP_PI);
 }
 
 double rmap_registration_angle(const struct rmap_detector *detector, const float *direction)
 {
-    return degrees(tilt_of(detector, direction));
+    return degrees(rmap_incidence(detector, direction));
 }
 
 static void set_end(double end[2], double deg)
@@ -47,7 +36,7 @@ void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interva
 
 /* 1 beyond an end, -1 before it, by the sine of the angle between them; 0: as near as rounding, or
  * not a number. */
-static int compare_end(struct tilt tilt, const double end[2])
+static int compare_end(struct rmap_tilt tilt, const double end[2])
 {
     const double close = 1e-9 * (tilt.across + fabs(tilt.along));
     double beyond = tilt.across * end[0] - tilt.along * end[1];
@@ -57,10 +46,17 @@ static int compare_end(struct tilt tilt, const double end[2])
 bool rmap_angle_holds(const struct rmap_detector *detector, const float *direction,
                       const struct rmap_interval *interval, const struct rmap_angle_ends *ends)
 {
-    struct tilt tilt = tilt_of(detector, direction);
+    struct rmap_tilt tilt = rmap_incidence(detector, direction);
     int low = ends->is_set ? interval->low <= 0.0 ? 1 : compare_end(tilt, ends->low) : 0;
     int high = ends->is_set ? compare_end(tilt, ends->high) : 0;
     if (low == 0 || high == 0)
         return rmap_interval_holds(interval, degrees(tilt));
     return (low > 0 && high < 0) != interval->outside;
+}
+
+uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval)
+{
+    double bound[2];
+    return rmap_angle_bounds(quarter, bound) ? rmap_bounds_outcome(interval, bound[0], bound[1])
+                                             : RMAP_OUTCOME_OPEN;
 }

@@ -6,7 +6,7 @@
 #ifndef RMAP_REGISTRATION_ANGLE_H
 #define RMAP_REGISTRATION_ANGLE_H
 
-#include "analysis/criterion/criterion_tree.h"
+#include "analysis/criterion/criterion_evaluate.h"
 
 /* Degrees between the axis and the reversed ray, or, on an intensity grid, the ray itself. */
 double rmap_registration_angle(const struct rmap_detector *detector, const float *direction);
@@ -17,5 +17,9 @@ void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interva
 /* As rmap_interval_holds says of rmap_registration_angle. */
 bool rmap_angle_holds(const struct rmap_detector *detector, const float *direction,
                       const struct rmap_interval *interval, const struct rmap_angle_ends *ends);
+
+/* What is known of that where only the quarter of a degree is (src/compact/angles.h): enum
+ * rmap_outcome. */
+uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval);
 
 #endif

@@ -5,6 +5,8 @@
  */
 #include "analysis/query/fold.h"
 
+#include <string.h>
+
 #include "analysis/query/query_marker.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
@@ -20,8 +22,13 @@ struct rmap_fold_scanner {
     size_t n_match;
     size_t n_alike; /* portions to come that are taken to be like one of which most rays crossed */
     const struct rmap_which *which; /* NULL: all registrations count */
-    uint8_t *chosen;                /* [chosen_cap] */
-    size_t chosen_cap;
+    uint8_t *chosen, *open;         /* [registrations of the portion] as rmap_which_bound */
+    size_t chosen_cap, open_cap;
+    rmap_column_set
+        bounding;        /* columns of the portion in hand that tell of others; 0: it has all */
+    const uint32_t *row; /* [rays of the portion] which of its rays they are; NULL: all */
+    uint8_t *unsure, *settled; /* [its rays] of which registrations are open; those of some rays */
+    size_t unsure_cap, settled_cap;
 };
 
 /* Columns that the portion needs, whatever else decides which rays match. */
@@ -81,6 +88,9 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
     rmap_overlay_view_destroy(self->view);
     rmap_free(self->match);
     rmap_free(self->chosen);
+    rmap_free(self->open);
+    rmap_free(self->unsure);
+    rmap_free(self->settled);
     rmap_free(self);
 }
 
@@ -152,6 +162,13 @@ static void keep_crossing(struct rmap_fold_scanner *self, const struct rmap_port
     rays->n_match = rmap_count_ones(self->match, n);
 }
 
+static enum rmap_status enter_cursor(struct rmap_fold_scanner *self,
+                                     struct rmap_cursor **cursor_ret, struct rmap_error *err)
+{
+    *cursor_ret = self->cursor;
+    return self->marker ? rmap_query_marker_cursor(self->marker, cursor_ret, err) : RMAP_OK;
+}
+
 /* Rays that must be traced again, where few of them can add anything: the portion becomes those,
  * with all columns that the kind may ask for. NULL: it would not be of use. */
 static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_set columns,
@@ -159,9 +176,10 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
-    const rmap_column_set all = columns_of(self->fold) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    const rmap_column_set all = (self->bounding ? self->bounding : columns_of(self->fold)) |
+                                RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
-    struct rmap_cursor *cursor = self->cursor;
+    struct rmap_cursor *cursor = NULL;
     const uint32_t *row = NULL;
     rays->portion = NULL;
     if (!rmap_map_selects(self->fold->map, rays->index, columns))
@@ -179,10 +197,10 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
     }
     if (!rays->match || rays->n_match == 0)
         goto out;
-    if (self->marker)
-        RMAP_TRY(rmap_query_marker_cursor(self->marker, &cursor, err));
+    RMAP_TRY(enter_cursor(self, &cursor, err));
     RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, &row, err));
     if (rays->portion) {
+        self->row = row;
         const size_t n_selected = rays->portion->n_row[RMAP_TABLE_RAY];
         const bool all_match = n_selected == rays->n_match;
         for (size_t s = 0; !all_match && s < n_selected; s++) /* row[s] >= s */
@@ -194,11 +212,29 @@ out:
     return st;
 }
 
+/* Where what the kind reads stands in the portion, and tells something of what choosing
+ * registrations reads: those columns alone are read at first. */
+static enum rmap_status bound(struct rmap_fold_scanner *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor;
+    rmap_column_set traced;
+    if (!self->which || self->view || !rmap_which_may_be_bound(self->which))
+        return RMAP_OK;
+    RMAP_TRY(enter_cursor(self, &cursor, err));
+    RMAP_TRY(rmap_cursor_traced(cursor, &traced, err));
+    const rmap_column_set told = rmap_cursor_tells_of(cursor, self->which->columns & traced);
+    if (told && !(self->fold->columns & traced))
+        self->bounding = (columns_of(self->fold) & ~traced) | told;
+out:
+    return st;
+}
+
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set columns =
+    rmap_column_set columns =
         self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
     const struct rmap_portion *portion = NULL;
     if (self->marker) {
@@ -210,6 +246,9 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
         RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &portion, err));
     }
     rays->portion = portion;
+    if (rays->n_match > 0)
+        RMAP_TRY(bound(self, err));
+    columns = self->bounding ? self->bounding : columns;
     if (rays->n_match > 0)
         RMAP_TRY(select_rays(self, columns, rays, err));
     if (rays->n_match == 0 || rays->portion)
@@ -254,15 +293,6 @@ out:
     return st;
 }
 
-/* What reads the portion. */
-static enum rmap_status cursor_of(const struct rmap_matched *rays, struct rmap_cursor **cursor_ret,
-                                  struct rmap_error *err)
-{
-    const struct rmap_fold_scanner *scanner = rays->scanner;
-    *cursor_ret = scanner->cursor;
-    return scanner->marker ? rmap_query_marker_cursor(scanner->marker, cursor_ret, err) : RMAP_OK;
-}
-
 enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
                                         struct rmap_path_summary *paths, struct rmap_error *err)
 {
@@ -271,7 +301,7 @@ enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
     *paths = (struct rmap_path_summary){.paths = NULL};
     if (!rays->scanner || rays->scanner->view || rays->chosen)
         return RMAP_OK;
-    RMAP_TRY(cursor_of(rays, &cursor, err));
+    RMAP_TRY(enter_cursor(rays->scanner, &cursor, err));
     st = rmap_cursor_path_summary(cursor, false, paths, err);
 out:
     return st;
@@ -281,11 +311,85 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
                                      const struct rmap_portion **own_ret, struct rmap_error *err)
 {
     struct rmap_cursor *cursor;
-    enum rmap_status st = cursor_of(rays, &cursor, err);
+    enum rmap_status st = enter_cursor(rays->scanner, &cursor, err);
     return st == RMAP_OK
                ? rmap_cursor_own_paths(cursor, RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_id),
                                        own_ret, err)
                : st;
+}
+
+/* Rays of the portion, all of them, that match and have registrations which are open: *n_ret. */
+static enum rmap_status mark_unsure(struct rmap_fold_scanner *self, const struct rmap_matched *rays,
+                                    size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(RMAP_RESERVE(self->unsure, self->unsure_cap, n + 1, err));
+    memset(self->unsure, 0, n);
+    *n_ret = 0;
+    for (size_t s = 0, at = 0; s < portion->n_row[RMAP_TABLE_RAY]; s++) {
+        uint8_t any = 0;
+        for (const size_t end = at + portion->ray.registration_count[s]; at < end; at++)
+            any |= self->open[at];
+        any &= rays->match ? rays->match[s] : 1;
+        self->unsure[self->row ? self->row[s] : s] = any;
+        *n_ret += any;
+    }
+out:
+    return st;
+}
+
+/* What counts of rays that are marked, which are among `some`: ray [those] their rows. */
+static enum rmap_status settle(struct rmap_fold_scanner *self, const struct rmap_portion *portion,
+                               const struct rmap_portion *some, const uint32_t *ray,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(RMAP_RESERVE(self->settled, self->settled_cap,
+                          some->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
+    RMAP_TRY(rmap_which_mark(self->which, some, self->settled, err));
+    const size_t n_some = some->n_row[RMAP_TABLE_RAY];
+    for (size_t s = 0, k = 0, at = 0, from = 0; s < portion->n_row[RMAP_TABLE_RAY]; s++) {
+        const size_t n = portion->ray.registration_count[s], its = self->row ? self->row[s] : s;
+        while (k < n_some && ray[k] < its)
+            from += some->ray.registration_count[k++];
+        if (k < n_some && ray[k] == its && n > 0)
+            memcpy(self->chosen + at, self->settled + from, n);
+        at += n;
+    }
+out:
+    return st;
+}
+
+/* The registrations that count, of a portion which tells of some of them: the rays of the others
+ * are traced again. */
+static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set all = self->bounding | self->which->columns;
+    const struct rmap_portion *some = NULL;
+    struct rmap_cursor *cursor;
+    const uint32_t *ray;
+    size_t n = 0;
+    RMAP_TRY(RMAP_RESERVE(self->open, self->open_cap,
+                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
+    RMAP_TRY(rmap_which_bound(self->which, rays->portion, self->bounding, self->chosen, self->open,
+                              err));
+    RMAP_TRY(mark_unsure(self, rays, &n, err));
+    if (n == 0)
+        goto out;
+    RMAP_TRY(enter_cursor(self, &cursor, err));
+    RMAP_TRY(rmap_cursor_select(cursor, self->unsure, 1, all, &some, &ray, err));
+    if (some) {
+        RMAP_TRY(settle(self, rays->portion, some, ray, err));
+    } else { /* too many for a selection, so that the portion in hand is none */
+        RMAP_TRY(read_columns(self, all, &rays->portion, err));
+        st = rmap_which_mark(self->which, rays->portion, self->chosen, err);
+    }
+out:
+    return st;
 }
 
 /* The registrations of the portion that count. */
@@ -295,7 +399,8 @@ static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_match
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(RMAP_RESERVE(self->chosen, self->chosen_cap,
                           rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
-    RMAP_TRY(rmap_which_mark(self->which, rays->portion, self->chosen, err));
+    RMAP_TRY(self->bounding ? choose_bounded(self, rays, err)
+                            : rmap_which_mark(self->which, rays->portion, self->chosen, err));
     rays->chosen = self->chosen;
 out:
     return st;
@@ -320,6 +425,8 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     }
     if (fold->kind->may_count && !fold->kind->may_count(fold->context, info))
         return RMAP_OK;
+    self->bounding = 0;
+    self->row = NULL;
     RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
     if (rays.n_match > 0 && self->which)
         RMAP_TRY(choose(self, &rays, err));

@@ -352,7 +352,8 @@ static enum rmap_status mark_own(void *context, int32_t index,
     else
         RMAP_TRY(rmap_class_tests_mark(self->tests, self->c, index, node, &steps, n_bit, self->bits,
                                        err));
-    *marks = (struct rmap_marks){self->bits, is_path ? NULL : self->own->ray.segment_count};
+    *marks = (struct rmap_marks){.bits = self->bits,
+                                 .n_rows = is_path ? NULL : self->own->ray.segment_count};
 out:
     return st;
 }

@@ -211,13 +211,17 @@ static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
     rmap_column_set columns = rest_columns(self->criterion[c]), traced;
     RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
-    if (!((columns | self->more) & traced)) /* those that match need not be selected again */
-        columns |= self->more ? self->more | sum_columns : 0;
-    if ((columns & traced) && (columns & ~traced & ~RMAP_COLUMNS_DISCRETE))
-        RMAP_TRY(decide_open(self, c, columns & ~traced, outcome, err));
-    st = decide_open(self, c, columns, outcome, err);
+    const rmap_column_set told = rmap_cursor_tells_of(self->cursor, columns & traced);
+    const rmap_column_set standing = (columns & ~traced) | told;
+    rmap_column_set more = 0;
+    if (self->more && !((columns | self->more) & traced & ~(told ? direction : 0)))
+        more = (self->more & ~traced) | sum_columns; /* those that match are selected for these */
+    if ((columns & traced) && (standing & ~RMAP_COLUMNS_DISCRETE))
+        RMAP_TRY(decide_open(self, c, standing | more, outcome, err));
+    st = decide_open(self, c, columns | (columns & traced ? 0 : more), outcome, err);
 out:
     return st;
 }

@@ -267,9 +267,16 @@ void rmap_which_destroy(struct rmap_which *self)
     rmap_free(self);
 }
 
-/* Adds the registrations that one test chooses. */
+/* Bits of rows, for a test. */
+struct bits {
+    uint64_t *may, *sure; /* one word more than they take */
+};
+
+/* Adds the registrations that one test chooses. columns: that there are; open: [n] those that it
+ * may choose, or NULL where all columns are there. */
 static void mark_test(const struct rmap_which *self, int32_t index,
-                      const struct rmap_portion *portion, uint64_t *bits, uint8_t *chosen)
+                      const struct rmap_portion *portion, rmap_column_set columns,
+                      const struct bits *bits, uint8_t *chosen, uint8_t *open)
 {
     static const uint8_t marked = 1;
     const struct rmap_registration_test *test = &self->criterion->node[index].registrations;
@@ -281,26 +288,30 @@ static void mark_test(const struct rmap_which *self, int32_t index,
         rmap_registrations_mark(self->criterion, test, portion, &strip, flag);
         const size_t n_flag = strip.n;
         if (!is_told)
-            rmap_bytes_among(flag, n_flag, &marked, 1, bits + strip.first / 64);
+            rmap_bytes_among(flag, n_flag, &marked, 1, bits->may + strip.first / 64);
         else
             for (size_t i = 0; i < n_flag; i++)
                 chosen[strip.first + i] |= flag[i];
     }
     if (is_told)
         return;
-    rmap_where_keep(self->criterion, test->where, RMAP_COLUMNS_ALL, portion, n, bits);
+    rmap_where_keep(self->criterion, test->where, columns, portion, n, bits->may, bits->sure);
     for (size_t i = 0; i < n; i++)
-        chosen[i] |= (uint8_t)(bits[i / 64] >> i % 64 & 1);
+        chosen[i] |= (uint8_t)(bits->sure[i / 64] >> i % 64 & 1);
+    for (size_t i = 0; open && i < n; i++)
+        open[i] |= (uint8_t)(bits->may[i / 64] >> i % 64 & 1);
 }
 
+/* open: NULL where all columns are there. */
 static enum rmap_status mark_tests(const struct rmap_which *self,
-                                   const struct rmap_portion *portion, uint8_t *chosen,
-                                   struct rmap_error *err)
+                                   const struct rmap_portion *portion, rmap_column_set columns,
+                                   uint8_t *chosen, uint8_t *open, struct rmap_error *err)
 {
     const struct rmap_registration_columns *seen = &portion->registration;
-    const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
-    uint64_t *bits = rmap_alloc(n / 64 + 2, sizeof *bits);
-    if (!bits)
+    const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION], n_word = n / 64 + 2;
+    uint64_t *word = rmap_alloc(2 * n_word, sizeof *word);
+    const struct bits bits = {word, word + n_word};
+    if (!word)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu registrations", n);
     const int32_t *detector = seen->detector;
     const uint8_t *registered = seen->registered, *chosen_on = self->chosen_on;
@@ -310,9 +321,27 @@ static enum rmap_status mark_tests(const struct rmap_which *self,
         chosen[i] = (registered[i] != 0) & !chosen_on[d];
     }
     for (size_t i = 0; i < self->n_test; i++)
-        mark_test(self, self->test[i], portion, bits, chosen);
-    rmap_free(bits);
+        mark_test(self, self->test[i], portion, columns, &bits, chosen, open);
+    for (size_t i = 0; open && i < n; i++)
+        open[i] &= !chosen[i];
+    rmap_free(word);
     return RMAP_OK;
+}
+
+bool rmap_which_may_be_bound(const struct rmap_which *self)
+{
+    return self->n_test > 0 && self->n_of == 0 && !self->both[0] && !self->detects;
+}
+
+enum rmap_status rmap_which_bound(const struct rmap_which *self, const struct rmap_portion *portion,
+                                  rmap_column_set columns, uint8_t *chosen, uint8_t *open,
+                                  struct rmap_error *err)
+{
+    const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
+    if (n == 0)
+        return RMAP_OK;
+    memset(open, 0, n);
+    return mark_tests(self, portion, columns, chosen, open, err);
 }
 
 /* Registrations that the k-th criterion has count, of the rays that match it. */
@@ -415,7 +444,7 @@ enum rmap_status rmap_which_mark(const struct rmap_which *self, const struct rma
         return RMAP_OK;
     st = self->both[0]    ? mark_both(self, portion, chosen, err)
          : self->n_of > 0 ? mark_any(self, portion, chosen, err)
-                          : mark_tests(self, portion, chosen, err);
+                          : mark_tests(self, portion, RMAP_COLUMNS_ALL, chosen, NULL, err);
     if (st == RMAP_OK && self->detects)
         keep_detected(self, portion, chosen);
     return st;

@@ -78,6 +78,17 @@ void rmap_which_destroy(struct rmap_which *which); /* NULL is fine */
 enum rmap_status rmap_which_mark(const struct rmap_which *which, const struct rmap_portion *portion,
                                  uint8_t *chosen, struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same where the portion has these columns alone, which may tell (rmap_cursor_tells_of) of
+ * others: chosen: [rows] those that surely count; open: [rows] 1 for others that may. */
+enum rmap_status rmap_which_bound(const struct rmap_which *which,
+                                  const struct rmap_portion *portion, rmap_column_set columns,
+                                  uint8_t *chosen, uint8_t *open,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether that can be: of several criteria, two choices, or what is detected by chance, it cannot.
+ */
+bool rmap_which_may_be_bound(const struct rmap_which *which);
+
 /* Some registrations may not count. */
 static inline bool rmap_which_chooses(const struct rmap_which *which)
 {

@@ -37,7 +37,8 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
         return;
     for (size_t i = 0; self->space && i < self->map->spaces.n; i++) {
         rmap_portion_destroy(self->space[i].portion);
-        rmap_portion_destroy(self->space[i].selected);
+        for (int k = 0; k < RMAP_CURSOR_SELECTIONS; k++)
+            rmap_portion_destroy(self->space[i].selected[k]);
         rmap_compact_selection_destroy(self->space[i].selection);
         rmap_compact_decoder_destroy(self->space[i].decoder);
     }
@@ -49,7 +50,8 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
     rmap_free(self->beside.data);
-    rmap_free(self->some);
+    for (int k = 0; k < RMAP_CURSOR_SELECTIONS; k++)
+        rmap_free(self->selected[k].ray);
     rmap_free(self->own_sum);
     rmap_free(self);
 }
@@ -130,7 +132,8 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->in_hand = portion;
     self->own_columns = 0;
     self->knows_header = self->add_up = false;
-    self->selected_columns = 0;
+    for (int k = 0; k < RMAP_CURSOR_SELECTIONS; k++)
+        self->selected[k].columns = 0;
     self->header = (struct rmap_compact_summary){.placed = false};
     rmap_cursor_leave_paths(self, (size_t)info->piece);
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
@@ -156,6 +159,10 @@ void rmap_cursor_show_columns(const struct rmap_portion *rows, rmap_column_set c
         if (columns & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(shown, (enum rmap_column)c) =
                 rmap_portion_column(rows, (enum rmap_column)c);
+    if (columns & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)) {
+        shown->knows_angles = rows->knows_angles;
+        shown->angle = rows->angle;
+    }
 }
 
 /* What is decoded when columns are asked for: rays are gone through once for all that their paths

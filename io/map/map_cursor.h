@@ -42,11 +42,11 @@ void rmap_cursor_pass_over(struct rmap_cursor *cursor, const uint8_t *mark);
 
 /* Rays of the portion in hand alone, side by side, with those columns: those with mark[i] ==
  * wanted, mark [n_ray]; where all of them, and the columns, are among those selected last since the
- * portion was entered, these. Only they are traced again. *ray_ret: [its rays] their rows in the
- * portion. *selected_ret: NULL where that would not be of use (a plain piece; nothing need be
- * traced again; there are none, or too many of them; a reader keeps columns; points of curved
- * segments are asked for), and what `fetch` gives must do. Both are valid until the next call.
- * Errors as of fetch. */
+ * portion was entered, these. Only they are traced again, where a column has them be. *ray_ret:
+ * [its rays] their rows in the portion. *selected_ret: NULL where that would not be of use (a plain
+ * piece; nothing need be traced again; there are none, or too many of them; a reader keeps columns;
+ * points of curved segments are asked for), and what `fetch` gives must do. Both are valid until
+ * the next call for which rays are traced again, too, or are not, too. Errors as of fetch. */
 enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *mark, uint8_t wanted,
                                     rmap_column_set columns,
                                     const struct rmap_portion **selected_ret,
@@ -66,6 +66,11 @@ enum rmap_status rmap_cursor_compare_beside(struct rmap_cursor *cursor,
  */
 enum rmap_status rmap_cursor_traced(struct rmap_cursor *cursor, rmap_column_set *traced_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Columns of the portion in hand beside which something of these is known though no ray is traced
+ * again: with /registration/relative, of directions, the angles that they make. After
+ * rmap_cursor_traced; nothing is read. */
+rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *cursor, rmap_column_set columns);
 
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
  * false says nothing. Errors as of fetch. */

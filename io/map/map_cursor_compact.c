@@ -142,6 +142,14 @@ enum rmap_status rmap_cursor_traced(struct rmap_cursor *self, rmap_column_set *t
     return st;
 }
 
+rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *self, rmap_column_set columns)
+{
+    const bool known = self->knows_header && self->header.angled && self->header.placed;
+    return known && (columns & RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction))
+               ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)
+               : 0;
+}
+
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
                                    struct rmap_error *err)
 {

@@ -13,11 +13,22 @@
 #include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
 
+/* Rays are selected as they stand, or traced again: neither takes the place of the other. */
+enum { RMAP_CURSOR_SELECTIONS = 2 };
+
 /* What a colour space takes; made when first needed. */
 struct rmap_cursor_space {
-    struct rmap_portion *portion, *selected;
+    struct rmap_portion *portion, *selected[RMAP_CURSOR_SELECTIONS];
     struct rmap_compact_decoder *decoder;
     struct rmap_compact_selection *selection;
+};
+
+/* Rays of the portion in hand that were selected. */
+struct rmap_cursor_selected {
+    struct rmap_portion shown; /* as the cursor's; of the space in hand */
+    rmap_column_set columns;   /* 0: none yet */
+    uint32_t *ray;             /* [cap] their rows in the portion */
+    size_t cap;
 };
 
 /* A stream's rows of the portion in hand, for the decoder. */
@@ -38,14 +49,11 @@ struct rmap_cursor {
     bool add_up;                     /* its paths and counts were found to fit together */
     bool knows_header;               /* of a compact one: */
     struct rmap_compact_summary header;
-    const uint8_t *passed_over;       /* rays of it; NULL: none */
-    struct rmap_portion *portion;     /* of the space in hand; borrowed from there */
-    struct rmap_portion shown;        /* that, without columns that only decoding needed */
-    struct rmap_portion selected;     /* the same of rays that were selected, */
-    rmap_column_set selected_columns; /* with these columns; 0: none yet */
-    struct rmap_row_buffer beside;    /* rows that are compared with decoded ones */
-    uint32_t *some;                   /* [n_ray] their rows */
-    size_t some_cap;
+    const uint8_t *passed_over;   /* rays of it; NULL: none */
+    struct rmap_portion *portion; /* of the space in hand; borrowed from there */
+    struct rmap_portion shown;    /* that, without columns that only decoding needed */
+    struct rmap_cursor_selected selected[RMAP_CURSOR_SELECTIONS];
+    struct rmap_row_buffer beside; /* rows that are compared with decoded ones */
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
     bool whole_paths;                    /* their heads are not enough */

@@ -59,24 +59,25 @@ RMAP_WIDE static size_t count_marked(const uint8_t *mark, size_t n, uint8_t want
 }
 
 /* Whether the n rays that are marked are among those selected last. */
-static bool are_selected(const struct rmap_cursor *self, const uint8_t *mark, uint8_t wanted,
-                         size_t n, rmap_column_set columns)
+static bool are_selected(const struct rmap_cursor_selected *selected, const uint8_t *mark,
+                         uint8_t wanted, size_t n, rmap_column_set columns)
 {
     size_t count = 0;
-    if (columns & ~self->selected_columns)
+    if (columns & ~selected->columns)
         return false;
-    for (size_t s = 0; s < self->selected.n_row[RMAP_TABLE_RAY]; s++)
-        count += mark[self->some[s]] == wanted;
+    for (size_t s = 0; s < selected->shown.n_row[RMAP_TABLE_RAY]; s++)
+        count += mark[selected->ray[s]] == wanted;
     return count == n;
 }
 
-/* Decodes n rays of `some` into what the space has for them. */
+/* Decodes n rays into what the space has for such a selection. */
 static enum rmap_status decode_selected(struct rmap_cursor *self,
-                                        const struct rmap_portion_info *info, size_t n,
+                                        const struct rmap_portion_info *info, int which, size_t n,
                                         rmap_column_set columns, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor_space *space = &self->space[info->space];
+    struct rmap_portion **rays = &space->selected[which];
     struct rmap_cursor_rows in_hand;
     const struct rmap_rows *rows = NULL;
     size_t n_row[RMAP_TABLE_COUNT];
@@ -86,14 +87,13 @@ static enum rmap_status decode_selected(struct rmap_cursor *self,
     RMAP_TRY(rmap_cursor_make_decoder(self, info, err));
     if (!space->selection)
         RMAP_TRY(rmap_compact_selection_create(in_hand.model, &space->selection, err));
-    if (!space->selected)
-        RMAP_TRY(rmap_portion_create(0, self->portion->n_channel, &space->selected, err));
+    if (!*rays)
+        RMAP_TRY(rmap_portion_create(0, self->portion->n_channel, rays, err));
     st = rmap_compact_select(space->selection, self->paths, &in_hand.rows, in_hand.n_row, columns,
-                             self->some, n, &rows, n_row, err);
+                             self->selected[which].ray, n, &rows, n_row, err);
     rmap_compact_decoder_pass_over(space->decoder, NULL);
     if (st == RMAP_OK)
-        st = rmap_compact_decode(space->decoder, self->paths, rows, n_row, columns, 0,
-                                 space->selected, err);
+        st = rmap_compact_decode(space->decoder, self->paths, rows, n_row, columns, 0, *rays, err);
     if (st != RMAP_OK)
         rmap_cursor_say_where(self, info, err);
 out:
@@ -119,24 +119,27 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     const size_t n = count_marked(mark, n_ray, wanted);
     if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > n_ray)
         goto out;
-    if (are_selected(self, mark, wanted, n, columns))
+    const int which = (columns & rmap_compact_traced(self->header.placed)) != 0;
+    struct rmap_cursor_selected *selected = &self->selected[which];
+    struct rmap_portion *shown = &selected->shown;
+    if (are_selected(selected, mark, wanted, n, columns))
         goto selected;
-    self->selected_columns = 0;
-    RMAP_TRY(RMAP_RESERVE(self->some, self->some_cap, n_ray, err));
-    rmap_bytes_list(mark, n_ray, wanted, self->some);
-    RMAP_TRY(decode_selected(self, info, n, columns, err));
-    const struct rmap_portion *rows = self->space[info->space].selected;
-    self->selected = (struct rmap_portion){
+    selected->columns = 0;
+    RMAP_TRY(RMAP_RESERVE(selected->ray, selected->cap, n_ray, err));
+    rmap_bytes_list(mark, n_ray, wanted, selected->ray);
+    RMAP_TRY(decode_selected(self, info, which, n, columns, err));
+    const struct rmap_portion *rows = self->space[info->space].selected[which];
+    *shown = (struct rmap_portion){
         .n_channel = rows->n_channel, .timed = rows->timed, .first_ray = rows->first_ray};
-    memcpy(self->selected.n_row, rows->n_row, sizeof rows->n_row);
-    rmap_cursor_show_columns(rows, columns, &self->selected);
-    RMAP_TRY(rmap_cursor_check_limits(self, &self->selected, columns, info, err));
+    memcpy(shown->n_row, rows->n_row, sizeof rows->n_row);
+    rmap_cursor_show_columns(rows, columns, shown);
+    RMAP_TRY(rmap_cursor_check_limits(self, shown, columns, info, err));
     if ((columns & RMAP_CELL_COLUMNS) == RMAP_CELL_COLUMNS)
-        RMAP_TRY(rmap_cursor_check_cells(self, &self->selected, err));
-    self->selected_columns = columns;
+        RMAP_TRY(rmap_cursor_check_cells(self, shown, err));
+    selected->columns = columns;
 selected:
-    *selected_ret = &self->selected;
-    *ray_ret = self->some;
+    *selected_ret = shown;
+    *ray_ret = selected->ray;
 out:
     return st;
 }

@@ -35,7 +35,8 @@
     "classes" /* compact portions may have classes of steps for segments of own paths */
 #define RMAP_FEATURE_CODES "codes" /* and these in a byte each */
 #define RMAP_FEATURE_LENGTHS                                                                       \
-    "lengths" /* rays with paths of their own say about how long they are */
+    "lengths"                        /* rays with paths of their own say about how long they are */
+#define RMAP_FEATURE_ANGLES "angles" /* registrations say about under which angle */
 #define RMAP_FEATURE_SCATTER                                                                       \
     "scatter" /* compact portions may leave out colours that follow from scatter models */
 

@@ -5,6 +5,7 @@
 #include "io/recovery/verify_paths.h"
 
 #include "base/alloc.h"
+#include "compact/angles.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
@@ -83,18 +84,20 @@ enum rmap_status rmap_verify_path_rays(struct rmap_verification *self, size_t pi
     return st;
 }
 
+static const char beyond_bounds[] = "has bounds that rays with these paths are beyond";
+
 static bool is_outside(const float bound[2], double x)
 {
     return x < (double)bound[0] || x > (double)bound[1];
 }
 
-static enum rmap_status tell_beyond(const struct rmap_verification *self,
-                                    const struct rmap_portion_info *info, const char *dataset,
-                                    struct rmap_findings *findings, struct rmap_error *err)
+static enum rmap_status tell(const struct rmap_verification *self,
+                             const struct rmap_portion_info *info, const char *dataset,
+                             const char *what, struct rmap_findings *findings,
+                             struct rmap_error *err)
 {
     struct rmap_finding finding;
-    rmap_finding_set(&finding, self->content->piece[info->piece].name, dataset,
-                     "has bounds that rays with these paths are beyond");
+    rmap_finding_set(&finding, self->content->piece[info->piece].name, dataset, "%s", what);
     rmap_finding_add_rays(&finding, info->first_ray, info->n_row[RMAP_TABLE_RAY]);
     return rmap_findings_add(findings, &finding, err);
 }
@@ -123,7 +126,7 @@ enum rmap_status rmap_verify_path_bounds(struct rmap_verification *self, struct 
     }
     if (st != RMAP_OK || n_outside == 0)
         return st;
-    return tell_beyond(self, info, "/tally/path_length", findings, err);
+    return tell(self, info, "/tally/path_length", beyond_bounds, findings, err);
 }
 
 enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct rmap_cursor *cursor,
@@ -146,6 +149,23 @@ enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct 
             *err = why;
         return st;
     }
-    return beyond || st == RMAP_FORMAT ? tell_beyond(self, info, "/pool16/value", findings, err)
-                                       : RMAP_OK;
+    return beyond || st == RMAP_FORMAT
+               ? tell(self, info, "/pool16/value", beyond_bounds, findings, err)
+               : RMAP_OK;
+}
+
+enum rmap_status rmap_verify_angles(struct rmap_verification *self, size_t portion,
+                                    const struct rmap_portion *rays, struct rmap_findings *findings,
+                                    struct rmap_error *err)
+{
+    const struct rmap_portion_info *info = &self->content->portion[portion];
+    const struct rmap_scene *scene = self->map->scene[info->space];
+    const struct rmap_registration_columns *seen = &rays->registration;
+    bool differ = false;
+    for (size_t i = 0; rays->knows_angles && i < rays->n_row[RMAP_TABLE_REGISTRATION]; i++)
+        differ |= !rmap_angle_is_in(rays->angle[i], &scene->detector[seen->detector[i]],
+                                    seen->direction + 3 * i);
+    return differ ? tell(self, info, "/pool16/value",
+                         "says other angles than its registrations have", findings, err)
+                  : RMAP_OK;
 }

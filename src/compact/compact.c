@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "compact/angles.h"
 #include "compact/damaged.h"
 #include "compact/decode_paths.h"
 #include "compact/detect.h"
@@ -59,6 +60,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->class_of);
     rmap_free(encoder->own_class);
     rmap_free(encoder->own_length);
+    rmap_free(encoder->angle);
     rmap_step_coder_fini(&encoder->coder);
     rmap_free(encoder->triangle);
     rmap_free(encoder->medium);
@@ -101,6 +103,7 @@ static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
     ROOM(word, encoder->n_word + words);
     ROOM(step, encoder->n_segment + s);
     ROOM(triangle, encoder->n_triangle + s);
+    ROOM(angle, encoder->n_registration + part->n_row[RMAP_TABLE_REGISTRATION] + 1);
     ROOM(medium, s);
 #undef ROOM
 out:
@@ -172,9 +175,18 @@ out:
 static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_one,
                               struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_lane_header header = header_of(encoder);
+    struct rmap_lane_store *its = &encoder->store;
+    const size_t n = encoder->n_registration;
     header.one_by_one = one_by_one;
-    return rmap_lanes_store(encoder->lane, &header, &encoder->store, err);
+    RMAP_TRY(rmap_lanes_store(encoder->lane, &header, its, err));
+    RMAP_TRY(RMAP_RESERVE(its->pool16, its->cap16, its->n16 + rmap_angle_rows(n) + 1, err));
+    rmap_angles_pack(encoder->angle, n, its->pool16 + its->n16);
+    its->n16 += rmap_angle_rows(n);
+    rmap_lane_header_set_angled(its->pool64);
+out:
+    return st;
 }
 
 /* all: the part is the portion. *one_by_one_ret as in retrace; *whole_ret, where not all: its rays
@@ -383,6 +395,19 @@ static void fill_places(struct rmap_compact_decoder *decoder, rmap_column_set co
     rmap_lane_finish(&lane[RMAP_LANE_REGISTRATION_cell]);
 }
 
+/* About the angles of registrations, where the portion says them. */
+static enum rmap_status fill_angles(const struct rmap_lane_header *header, struct rmap_portion *out,
+                                    struct rmap_error *err)
+{
+    const size_t n = out->n_row[RMAP_TABLE_REGISTRATION];
+    const enum rmap_status st =
+        header->angle ? RMAP_RESERVE(out->angle, out->angle_cap, n, err) : RMAP_OK;
+    out->knows_angles = header->angle && st == RMAP_OK;
+    if (out->knows_angles)
+        rmap_angles_unpack(header->angle, n, out->angle);
+    return st;
+}
+
 static enum rmap_status retrace_rows(struct rmap_compact_decoder *decoder,
                                      const struct rmap_rows *rows,
                                      const struct rmap_lane_header *header, rmap_column_set traced,
@@ -427,6 +452,8 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
         correct_media(&lane[RMAP_LANE_SEGMENT_medium], out);
     if (header.placed)
         fill_places(decoder, columns, out);
+    if (columns & BIT(RMAP_REGISTRATION_relative))
+        RMAP_TRY(fill_angles(&header, out, err));
     if (traced)
         RMAP_TRY(retrace_rows(decoder, rows, &header, traced, out, err));
 out:

@@ -95,7 +95,8 @@ struct rmap_compact_summary {
     bool placed;          /* places of registrations stand by themselves */
     bool classed;         /* segments of own paths are stored as classes of steps, */
     size_t n_code;        /* which have so many codes; 0: none */
-    bool measured;        /* lengths of own paths are known, about */
+    bool angled;          /* angles of registrations are known, about, */
+    bool measured;        /* and lengths of own paths */
     uint64_t first_ray;
 };
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "compact/angles.h"
 #include "compact/detect.h"
 #include "compact/encoder.h"
 #include "compact/own_lengths.h"
@@ -103,12 +104,19 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           sizeof *encoder->medium, encoder->medium);
 }
 
-/* Cells, from the places recorded; those stand as they are. */
-static void offer_cells(struct rmap_compact_encoder *encoder, const struct rmap_portion *part)
+/* Cells, from the places recorded, which stand as they are; and about the angles. */
+static void offer_registrations(struct rmap_compact_encoder *encoder,
+                                const struct rmap_portion *part)
 {
     const struct rmap_registration_columns *hit = &part->registration;
+    uint16_t *angle = encoder->angle + encoder->n_registration;
     for (size_t i = 0; i < part->n_row[RMAP_TABLE_REGISTRATION]; i++) {
         uint16_t cell[2];
+        const size_t d = (size_t)hit->detector[i];
+        angle[i] =
+            d < encoder->model->n_detector
+                ? rmap_angle_quarter(&encoder->model->scene->detector[d], hit->direction + 3 * i)
+                : RMAP_ANGLE_NONE;
         rmap_detect_cell(encoder->model, hit->detector[i], hit->relative + 2 * i, cell);
         (void)rmap_lane_offer(&encoder->lane[RMAP_LANE_REGISTRATION_cell], 2 * i, 2, sizeof *cell,
                               cell);
@@ -120,7 +128,7 @@ void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_p
 {
     list_triangles(encoder, part, all);
     offer_simple(encoder, part);
-    offer_cells(encoder, part);
+    offer_registrations(encoder, part);
 }
 
 /* Paths of rays on their way into a piece: spelled as words, looked up, entered. */

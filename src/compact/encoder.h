@@ -37,6 +37,8 @@ struct rmap_compact_encoder {
     enum rmap_status status; /* RMAP_SYSTEM once memory ran short for them */
     uint32_t *triangle;
     size_t n_triangle, cap_triangle;
+    uint16_t *angle; /* [n_registration] */
+    size_t cap_angle;
     int16_t *medium; /* expected, [segments of the part in hand] */
     size_t cap_medium;
     struct rmap_path_rows own, entered;

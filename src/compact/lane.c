@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "compact/angles.h"
 #include "compact/damaged.h"
 #include "compact/lane.h"
 #include "compact/own_lengths.h"
@@ -457,7 +458,10 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
         else if (l->mode != RMAP_LANE_PREDICTED)
             RMAP_TRY(load_dense(l, store, is_used, &taken, err));
     }
-    if (taken.n16 + (header->measured ? store->n16_behind : 0) != store->n16 ||
+    const size_t n_angle =
+        header->angled ? rmap_angle_rows(portion->n_row[RMAP_TABLE_REGISTRATION]) : 0;
+    header->angle = n_angle > 0 && store->pool16 ? store->pool16 + taken.n16 : NULL;
+    if (taken.n16 + n_angle + (header->measured ? store->n16_behind : 0) != store->n16 ||
         taken.n32 != store->n32 || taken.n64 != store->n64 || taken.n_patch != store->n_patch)
         return rmap_portion_damaged("it has more rows than its header says", err);
 out:

@@ -17,6 +17,7 @@
 #define TURBID         UINT64_C(32)
 #define METALS         UINT64_C(64)
 #define FILMS          UINT64_C(128)
+#define ANGLED         (UINT64_C(1) << 16)
 #define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_UNTIMED))
 
@@ -52,6 +53,11 @@ void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_
     row[ROW_FLAGS] |= CLASSED | (uint64_t)n_code << CODES_AT;
 }
 
+void rmap_lane_header_set_angled(uint64_t row[RMAP_LANE_HEADER_ROWS])
+{
+    row[ROW_FLAGS] |= ANGLED;
+}
+
 void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
     row[ROW_FLAGS] |= MEASURED;
@@ -65,13 +71,14 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     if (n <= ROW_LANES || n - ROW_LANES - 1 < n_lane)
         return rmap_portion_damaged("its header is cut off", err);
     if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | METALS |
-                   FILMS | CODES)) ||
+                   FILMS | CODES | ANGLED)) ||
         ((flags & CODES) && !(flags & CLASSED)) ||
         (n_lane != RMAP_LANE_UNTIMED && n_lane != RMAP_LANE_COUNT))
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
+    header->angled = flags & ANGLED;
     header->measured = flags & MEASURED;
     header->predicted.weighed = flags & WEIGHED;
     header->predicted.turbid = flags & TURBID;

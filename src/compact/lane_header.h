@@ -86,8 +86,10 @@ struct rmap_lane_header {
     bool classed;    /* segments of own paths are stored as classes of steps, */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     struct rmap_predicted predicted;
-    bool measured; /* lengths of own paths stand behind the lanes (src/compact/own_lengths.h) */
-    int n_lane;    /* rmap_lane_count; of others, nothing is stored */
+    bool angled;   /* angles of registrations stand behind the lanes (src/compact/angles.h), */
+    bool measured; /* and lengths of own paths behind these (src/compact/own_lengths.h) */
+    const uint16_t *angle; /* decoding: the rows of angles, borrowed; NULL: not there */
+    int n_lane;            /* rmap_lane_count; of others, nothing is stored */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
 };
@@ -105,7 +107,8 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
 /* Says afterwards that segments of own paths are stored as classes of steps, with so many codes. */
 void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_code);
 
-/* Says afterwards that lengths of own paths stand behind the lanes. */
+/* Says afterwards that angles, or lengths of own paths, stand behind the lanes. */
+void rmap_lane_header_set_angled(uint64_t row[RMAP_LANE_HEADER_ROWS]);
 void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS]);
 
 /* row: [n] the portion's rows of pool64. *n_used_ret: those of the header. RMAP_FORMAT where there

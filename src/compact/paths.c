@@ -361,6 +361,7 @@ enum rmap_status rmap_compact_summarise_header(const struct rmap_rows *rows,
         .media_known = header.mode[RMAP_LANE_SEGMENT_medium] == RMAP_LANE_PREDICTED,
         .placed = header.placed,
         .classed = header.classed,
+        .angled = header.angled,
         .measured = header.measured,
         .n_code = header.n_code,
         .first_ray = header.first_ray};

@@ -5,6 +5,7 @@
 #include "compact/ray_selection.h"
 
 #include "base/alloc.h"
+#include "compact/angles.h"
 #include "compact/compact.h"
 #include "compact/damaged.h"
 #include "compact/decode_paths.h"
@@ -29,6 +30,8 @@ struct rmap_compact_selection {
     int32_t *object;               /* of a path of its own */
     size_t object_cap;
     struct rmap_step_buffer steps; /* of the whole portion's own paths */
+    uint16_t *angle, *some_angles; /* of the whole portion's registrations; of the rays' */
+    size_t angle_cap, some_angles_cap;
 };
 
 enum rmap_status rmap_compact_selection_create(const struct rmap_compact_model *model,
@@ -70,6 +73,8 @@ void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
         rmap_free(self->rows.data[s]);
     rmap_free(self->object);
     rmap_free(self->steps.class);
+    rmap_free(self->angle);
+    rmap_free(self->some_angles);
     rmap_free(self);
 }
 
@@ -326,6 +331,31 @@ out:
     return st;
 }
 
+/* Behind the lanes, the angles of n rays. */
+static enum rmap_status select_angles(struct rmap_compact_selection *self,
+                                      const struct rmap_lane_header *header, size_t n,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct span *its = self->span[RMAP_TABLE_REGISTRATION];
+    const size_t n_all = self->ids->n_row[RMAP_TABLE_REGISTRATION];
+    size_t n_some = 0;
+    RMAP_TRY(RMAP_RESERVE(self->angle, self->angle_cap, n_all, err));
+    RMAP_TRY(RMAP_RESERVE(self->some_angles, self->some_angles_cap, n_all, err));
+    rmap_angles_unpack(header->angle, n_all, self->angle);
+    for (size_t k = 0; k < n; n_some += its[k++].n)
+        if (its[k].n > 0)
+            memcpy(self->some_angles + n_some, self->angle + its[k].first,
+                   its[k].n * sizeof *self->angle);
+    RMAP_TRY(make_room(self, RMAP_STREAM_pool16, rmap_angle_rows(n_some) + 1, err));
+    rmap_angles_pack(self->some_angles, n_some,
+                     (uint16_t *)self->rows.data[RMAP_STREAM_pool16] + self->n[RMAP_STREAM_pool16]);
+    self->n[RMAP_STREAM_pool16] += rmap_angle_rows(n_some);
+    rmap_lane_header_set_angled(self->rows.data[RMAP_STREAM_pool64]);
+out:
+    return st;
+}
+
 /* Each ray's id follows from that before it: they are stored whole. */
 static void show_ids(struct rmap_compact_selection *self, uint64_t first)
 {
@@ -366,6 +396,8 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
     for (int i = 0; i < header.n_lane; i++)
         if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
             RMAP_TRY(select_dense(self, &self->lane[i], n, err));
+    if (header.angle && (used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)))
+        RMAP_TRY(select_angles(self, &header, n, err));
 out:
     return st;
 }

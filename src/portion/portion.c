@@ -96,6 +96,7 @@ void rmap_portion_destroy(struct rmap_portion *portion)
         return;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         rmap_free(rmap_portion_column(portion, (enum rmap_column)c));
+    rmap_free(portion->angle);
     rmap_free(portion);
 }
 
@@ -116,6 +117,7 @@ void rmap_portion_clear(struct rmap_portion *portion)
 {
     portion->first_ray = 0;
     portion->unpredicted = NULL;
+    portion->knows_angles = false;
     memset(portion->n_row, 0, sizeof portion->n_row);
 }
 

@@ -59,7 +59,10 @@ struct rmap_portion {
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
                          the segment's arrival */
     const struct rmap_unpredicted
-        *unpredicted; /* of the rows as they are, borrowed; NULL: not known */
+        *unpredicted;  /* of the rows as they are, borrowed; NULL: not known */
+    bool knows_angles; /* about, as a compact piece says them beside places: */
+    uint16_t *angle;   /* [n_row[RMAP_TABLE_REGISTRATION]] as src/compact/angles.h */
+    size_t angle_cap;
 };
 
 /* What a portion's index row says of it, so that a query can skip it. */

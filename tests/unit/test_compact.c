@@ -93,7 +93,7 @@ static void test_every_kind(void **state)
     rig_open_text(&rig, all_kinds);
     double nbytes = check_rays(&rig, 0, 4096);
     print_message("every kind: %.3f bytes per segment\n", nbytes);
-    assert_true(nbytes < 4.0);
+    assert_true(nbytes < 4.3);
     check_rays(&rig, UINT64_C(1) << 40, 1000);
     rig_close(&rig);
 }

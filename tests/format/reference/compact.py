@@ -95,7 +95,7 @@ def _bits(numbers):
     return np.ascontiguousarray(numbers).view(f"<u{numbers.dtype.itemsize}").astype(np.uint64)
 
 
-TABLE, PLACES, CLASSES, LENGTHS, FILMS = 1 << 63, 2, 4, 8, 128  # flags
+TABLE, PLACES, CLASSES, LENGTHS, FILMS, ANGLES = 1 << 63, 2, 4, 8, 128, 1 << 16  # flags
 CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are
 
 
@@ -199,6 +199,20 @@ class Decoder:
         if np.any(edges[0] > length[own]) or np.any(edges[1] < length[own]):
             raise ValueError("lengths of own paths are beyond what the portion says of them")
 
+    def _check_angles(self, pool, columns):
+        """What stands behind the lanes of pool16 says of each registration about under which angle it was."""
+        n = len(columns["registration/detector"])
+        degrees = pool[:(n + 1) // 2].astype("<u2").view(np.uint8)[:n].astype(int)
+        parts = pool[(n + 1) // 2:(n + 1) // 2 + (n + 7) // 8].astype(int)
+        parts = (parts[:, None] >> 2 * np.arange(8) & 3).ravel()[:n]
+        detector, its = self.model.detector, columns["registration/detector"]
+        sign = np.where(detector["type"] == 0, -1.0, 1.0)[its]  # of a plane the reversed ray's
+        axis, d = detector["axis"][its], columns["registration/direction"].astype(float) * sign[:, None]
+        angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(d, axis), axis=1), np.sum(d * axis, axis=1)))
+        low = degrees + parts / 4
+        if np.any((degrees <= 180) & ((angle < low - 1e-9) | (angle > low + 0.25 + 1e-9))):
+            raise ValueError("angles of registrations are beyond what the portion says of them")
+
     def portion(self, stored_first, stored_rows, n_row, names):
         """The columns of a portion, by name: `names`, and others that need no ray traced again."""
         rows = {}
@@ -240,6 +254,11 @@ class Decoder:
         if flags & TABLE and flags & LENGTHS and again:
             own = np.flatnonzero(rows["ray/path"] == 0)
             self._check_own_lengths(rows["pool16/value"][-(3 + (len(own) + 1) // 2):], own, columns["ray/path_length"])
+        if flags & TABLE and flags & ANGLES and again:
+            n = len(columns["registration/detector"])
+            behind = 3 + (np.count_nonzero(rows["ray/path"] == 0) + 1) // 2 if flags & LENGTHS else 0
+            begin = len(rows["pool16/value"]) - behind - (n + 1) // 2 - (n + 7) // 8
+            self._check_angles(rows["pool16/value"][begin:], columns)
         columns.update((name, rows[name]) for name in rows if name.startswith("curve/"))
         return columns
 
