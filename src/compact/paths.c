@@ -205,7 +205,8 @@ static void fill_rows(const struct rmap_compact_model *model, const struct rmap_
 }
 
 /* Behind the last one comes what stands for numbers that no class has. */
-static enum rmap_status list_classes(struct rmap_path_table *table, struct rmap_error *err)
+static enum rmap_status list_classes(const struct rmap_compact_model *model,
+                                     struct rmap_path_table *table, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_step_classes *classes = &table->classes;
@@ -217,6 +218,11 @@ static enum rmap_status list_classes(struct rmap_path_table *table, struct rmap_
     }
     RMAP_TRY(RMAP_RESERVE(classes->of, classes->cap, classes->n + 1, err));
     classes->of[classes->n] = (struct rmap_step_class){.object = -1};
+    table->listed = rmap_alloc_unset(classes->n + 1, sizeof *table->listed);
+    if (!table->listed)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
+    for (size_t i = 0; i <= classes->n; i++)
+        table->listed[i] = (uint8_t)rmap_primitives_listed(model, &classes->of[i].object, 1);
 out:
     return st;
 }
@@ -291,7 +297,7 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
     RMAP_TRY(fill_heads(rows, table, err));
     if (table->is_whole) {
         fill_rows(model, rows, table);
-        RMAP_TRY(list_classes(table, err));
+        RMAP_TRY(list_classes(model, table, err));
     }
     rays->segment.object = table->object;
     rays->segment.event = table->event;
@@ -311,6 +317,7 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
     if (!table)
         return;
     rmap_step_classes_fini(&table->classes);
+    rmap_free(table->listed);
     rmap_free(table->first_segment);
     rmap_free(table->first_registration);
     rmap_free(table->rays.ray.source);
@@ -337,7 +344,7 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
                   sizeof *ray->registration_count + sizeof *table->first_segment +
                   sizeof *table->first_registration;
     const struct rmap_step_classes *classes = &table->classes;
-    return sizeof *table + classes->cap * sizeof *classes->of +
+    return sizeof *table + classes->cap * (sizeof *classes->of + sizeof *table->listed) +
            classes->n_slot * sizeof *classes->slot +
            table->n * (sizeof *table->path + sizeof *table->count + head) +
            (table->is_whole ? table->n_segment * segment + table->n_registration * crossing : 0);

@@ -92,6 +92,7 @@ struct rmap_path_table {
     int32_t *detector;
     uint8_t *registered;
     struct rmap_step_classes classes; /* of their segments */
+    uint8_t *listed;                  /* [classes.n + 1] 1: triangles of such segments are listed */
     struct rmap_portion rays; /* the paths as rays: heads of its own, the other columns are these */
     uint32_t *first_segment, *first_registration; /* [n] rows of them */
 };

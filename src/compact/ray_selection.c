@@ -152,7 +152,11 @@ static enum rmap_status measure(struct rmap_compact_selection *self,
                             .own_registration = own->registration_count[at->own],
                             .segment = n,
                             .registration = own->registration_count[at->own]};
-    if (!listed)
+    for (size_t i = 0; listed && own->classed && i < n; i++) {
+        const size_t class = own->object[at->own_segment + i], n_class = table->classes.n;
+        n_ret->triangle += table->listed[class < n_class ? class : n_class];
+    }
+    if (!listed || own->classed)
         return RMAP_OK;
     const enum rmap_status st = RMAP_RESERVE(self->object, self->object_cap, n + 1, err);
     if (st != RMAP_OK)
