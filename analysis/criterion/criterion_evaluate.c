@@ -136,7 +136,7 @@ out:
 static enum rmap_certainty loosen_registrations(const struct rmap_evaluation *ev,
                                                 struct rmap_registration_test *test)
 {
-    enum rmap_certainty certainty = RMAP_BETWEEN;
+    enum rmap_certainty certainty = test->where < 0 ? RMAP_AT_MOST : RMAP_BETWEEN;
     const rmap_column_set place = test->region == RMAP_REGION_CELLS
                                       ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell)
                                       : RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);

@@ -422,6 +422,7 @@ enum rmap_status rmap_overlay_view_extend(struct rmap_overlay_view *self,
     if (st != RMAP_OK)
         return st;
     *extended = *stored;
+    extended->knows_angles = false;
     extended->n_row[RMAP_TABLE_REGISTRATION] = self->own->n_row[RMAP_TABLE_REGISTRATION];
     extended->ray.registration_count = self->own->ray.registration_count;
     /* Columns that were not read lack the stored rows. */

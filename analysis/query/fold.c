@@ -24,11 +24,12 @@ struct rmap_fold_scanner {
     const struct rmap_which *which; /* NULL: all registrations count */
     uint8_t *chosen, *open;         /* [registrations of the portion] as rmap_which_bound */
     size_t chosen_cap, open_cap;
-    rmap_column_set
-        bounding;        /* columns of the portion in hand that tell of others; 0: it has all */
+    /* Columns of the portion in hand that tell of those which choosing reads; 0: it has these. */
+    rmap_column_set bounding;
     const uint32_t *row; /* [rays of the portion] which of its rays they are; NULL: all */
-    uint8_t *unsure, *settled; /* [its rays] of which registrations are open; those of some rays */
-    size_t unsure_cap, settled_cap;
+    uint8_t *unsure;     /* [unsure_cap] rays with open registrations */
+    uint8_t *exact;      /* [exact_cap] of registrations of rays that were traced again: chosen */
+    size_t unsure_cap, exact_cap;
 };
 
 /* Columns that the portion needs, whatever else decides which rays match. */
@@ -90,7 +91,7 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
     rmap_free(self->chosen);
     rmap_free(self->open);
     rmap_free(self->unsure);
-    rmap_free(self->settled);
+    rmap_free(self->exact);
     rmap_free(self);
 }
 
@@ -214,7 +215,8 @@ out:
 
 /* Where what the kind reads stands in the portion, and tells something of what choosing
  * registrations reads: those columns alone are read at first. */
-static enum rmap_status bound(struct rmap_fold_scanner *self, struct rmap_error *err)
+static enum rmap_status bound(struct rmap_fold_scanner *self, size_t portion,
+                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor;
@@ -224,7 +226,9 @@ static enum rmap_status bound(struct rmap_fold_scanner *self, struct rmap_error 
     RMAP_TRY(enter_cursor(self, &cursor, err));
     RMAP_TRY(rmap_cursor_traced(cursor, &traced, err));
     const rmap_column_set told = rmap_cursor_tells_of(cursor, self->which->columns & traced);
-    if (told && !(self->fold->columns & traced))
+    if (told && !(self->fold->columns & traced) &&
+        rmap_map_selects(self->fold->map, portion,
+                         told)) /* else columns are kept, bounds are not */
         self->bounding = (columns_of(self->fold) & ~traced) | told;
 out:
     return st;
@@ -247,7 +251,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     }
     rays->portion = portion;
     if (rays->n_match > 0)
-        RMAP_TRY(bound(self, err));
+        RMAP_TRY(bound(self, rays->index, err));
     columns = self->bounding ? self->bounding : columns;
     if (rays->n_match > 0)
         RMAP_TRY(select_rays(self, columns, rays, err));
@@ -340,22 +344,23 @@ out:
     return st;
 }
 
-/* What counts of rays that are marked, which are among `some`: ray [those] their rows. */
-static enum rmap_status settle(struct rmap_fold_scanner *self, const struct rmap_portion *portion,
-                               const struct rmap_portion *some, const uint32_t *ray,
-                               struct rmap_error *err)
+/* What counts of the rays that were traced again: ray [those] their rows. */
+static enum rmap_status choose_exactly(struct rmap_fold_scanner *self,
+                                       const struct rmap_portion *portion,
+                                       const struct rmap_portion *traced, const uint32_t *ray,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(RMAP_RESERVE(self->settled, self->settled_cap,
-                          some->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
-    RMAP_TRY(rmap_which_mark(self->which, some, self->settled, err));
-    const size_t n_some = some->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(RMAP_RESERVE(self->exact, self->exact_cap, traced->n_row[RMAP_TABLE_REGISTRATION] + 1,
+                          err));
+    RMAP_TRY(rmap_which_mark(self->which, traced, self->exact, err));
+    const size_t n_traced = traced->n_row[RMAP_TABLE_RAY];
     for (size_t s = 0, k = 0, at = 0, from = 0; s < portion->n_row[RMAP_TABLE_RAY]; s++) {
         const size_t n = portion->ray.registration_count[s], its = self->row ? self->row[s] : s;
-        while (k < n_some && ray[k] < its)
-            from += some->ray.registration_count[k++];
-        if (k < n_some && ray[k] == its && n > 0)
-            memcpy(self->chosen + at, self->settled + from, n);
+        while (k < n_traced && ray[k] < its)
+            from += traced->ray.registration_count[k++];
+        if (k < n_traced && ray[k] == its && n > 0)
+            memcpy(self->chosen + at, self->exact + from, n);
         at += n;
     }
 out:
@@ -369,7 +374,7 @@ static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rm
 {
     enum rmap_status st = RMAP_OK;
     const rmap_column_set all = self->bounding | self->which->columns;
-    const struct rmap_portion *some = NULL;
+    const struct rmap_portion *traced = NULL;
     struct rmap_cursor *cursor;
     const uint32_t *ray;
     size_t n = 0;
@@ -381,9 +386,9 @@ static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rm
     if (n == 0)
         goto out;
     RMAP_TRY(enter_cursor(self, &cursor, err));
-    RMAP_TRY(rmap_cursor_select(cursor, self->unsure, 1, all, &some, &ray, err));
-    if (some) {
-        RMAP_TRY(settle(self, rays->portion, some, ray, err));
+    RMAP_TRY(rmap_cursor_select(cursor, self->unsure, 1, all, &traced, &ray, err));
+    if (traced) {
+        RMAP_TRY(choose_exactly(self, rays->portion, traced, ray, err));
     } else { /* too many for a selection, so that the portion in hand is none */
         RMAP_TRY(read_columns(self, all, &rays->portion, err));
         st = rmap_which_mark(self->which, rays->portion, self->chosen, err);

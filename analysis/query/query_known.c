@@ -268,20 +268,25 @@ static enum rmap_status sum_up_paths(struct rmap_query_known *self, bool own_alo
     return rmap_cursor_path_summary(self->cursor, own_alone, &self->summary, err);
 }
 
-/* Looks at the portion in hand: *is_told_ret whether its paths tell of criterion c. */
+/* Looks at the portion in hand: *is_told_ret whether its paths tell of criterion c, or may leave
+ * all to what stands beside them. */
 static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_told_ret,
                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct decision *decision = &self->decision[self->piece];
+    rmap_column_set traced;
     *is_told_ret = false;
-    if (decision->outcome && is_idle(decision, c))
+    RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
+    const rmap_column_set more =
+        rmap_cursor_tells_of(self->cursor, rmap_criterion_columns(self->criterion[c]) & traced);
+    if (decision->outcome && is_idle(decision, c) && !more)
         goto out;
     RMAP_TRY(sum_up_paths(self, false, err));
     if (!self->summary.paths)
         goto out;
     RMAP_TRY(decide(self, err));
-    *is_told_ret = !is_idle(decision, c);
+    *is_told_ret = more || !is_idle(decision, c);
 out:
     return st;
 }

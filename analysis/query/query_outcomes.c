@@ -206,24 +206,35 @@ out:
     return st;
 }
 
-/* Rays that their paths leave open: by what stands as it is, then by tracing those still open. */
-static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
-                                      struct rmap_error *err)
+/* Rays that their paths leave open: by what stands as it is. *left_ret: columns that decide those
+ * which still are; 0: none can be. */
+static enum rmap_status decide_standing(struct rmap_query_outcomes *self, size_t c,
+                                        uint8_t *outcome, rmap_column_set *left_ret,
+                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
-    rmap_column_set columns = rest_columns(self->criterion[c]), traced;
+    const rmap_column_set columns = rest_columns(self->criterion[c]);
+    rmap_column_set traced, more = 0;
     RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
     const rmap_column_set told = rmap_cursor_tells_of(self->cursor, columns & traced);
     const rmap_column_set standing = (columns & ~traced) | told;
-    rmap_column_set more = 0;
     if (self->more && !((columns | self->more) & traced & ~(told ? direction : 0)))
-        more = (self->more & ~traced) | sum_columns; /* those that match are selected for these */
-    if ((columns & traced) && (standing & ~RMAP_COLUMNS_DISCRETE))
-        RMAP_TRY(decide_open(self, c, standing | more, outcome, err));
-    st = decide_open(self, c, columns | (columns & traced ? 0 : more), outcome, err);
+        more = (self->more & ~traced) | sum_columns; /* whoever asks for them finds them selected */
+    *left_ret = columns & traced ? columns : 0;
+    if (*left_ret == 0 || (standing & ~RMAP_COLUMNS_DISCRETE))
+        st = decide_open(self, c, standing | more, outcome, err);
 out:
     return st;
+}
+
+/* Then by tracing those still open. */
+static enum rmap_status evaluate_open(struct rmap_query_outcomes *self, size_t c, uint8_t *outcome,
+                                      struct rmap_error *err)
+{
+    rmap_column_set left;
+    const enum rmap_status st = decide_standing(self, c, outcome, &left, err);
+    return st == RMAP_OK && left ? decide_open(self, c, left, outcome, err) : st;
 }
 
 /* Outcomes per ray, whatever they come from: NO or YES. */
@@ -288,24 +299,32 @@ enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *self, size
     return st;
 }
 
+static size_t count_outcomes(const uint8_t *outcome, size_t n, uint8_t which)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        count += outcome[i] == which;
+    return count;
+}
+
 enum rmap_status rmap_query_outcomes_foresee(struct rmap_query_outcomes *self, size_t c,
                                              struct rmap_query_outlook *outlook, bool *told_ret,
                                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const uint8_t *outcome = self->marked;
+    uint8_t *outcome = self->marked;
+    rmap_column_set left;
     *told_ret = false;
-    *outlook = (struct rmap_query_outlook){self->n_ray, self->n_ray, self->n_ray};
+    *outlook = (struct rmap_query_outlook){self->n_ray, self->n_ray, self->n_ray, self->n_ray};
     if (!self->known_paths)
         goto out;
-    RMAP_TRY(rmap_query_known_evaluate(self->known_paths, c, self->marked, told_ret, err));
+    RMAP_TRY(rmap_query_known_evaluate(self->known_paths, c, outcome, told_ret, err));
     if (!*told_ret)
         goto out;
-    outlook->n_open = outlook->n_possible = 0;
-    for (size_t i = 0; i < self->n_ray; i++) {
-        outlook->n_open += outcome[i] == RMAP_OUTCOME_OPEN;
-        outlook->n_possible += outcome[i] != RMAP_OUTCOME_NO;
-    }
+    outlook->n_open = count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
+    RMAP_TRY(decide_standing(self, c, outcome, &left, err));
+    outlook->n_left = count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
+    outlook->n_possible = self->n_ray - count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_NO);
 out:
     return st;
 }

@@ -55,10 +55,11 @@ enum rmap_status rmap_query_outcomes_cursor(struct rmap_query_outcomes *outcomes
                                             struct rmap_cursor **cursor_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* What the paths of the portion in hand, which are read, leave of a criterion: rays that are open,
- * rays that are not ruled out, all. *told_ret: false where they do not tell. */
+/* What is left of a criterion in the portion in hand: rays that paths leave open, those that what
+ * stands beside them does, too, those that are not ruled out then, all. Paths and places are read.
+ * *told_ret: false where paths do not tell. */
 struct rmap_query_outlook {
-    uint64_t n_open, n_possible, n_ray;
+    uint64_t n_open, n_left, n_possible, n_ray;
 };
 enum rmap_status rmap_query_outcomes_foresee(struct rmap_query_outcomes *outcomes, size_t c,
                                              struct rmap_query_outlook *outlook, bool *told_ret,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries and the paths of compact
- * portions.
+ * What a scan for one criterion would read, found out from summaries, and of compact portions from
+ * paths and what stands beside them.
  */
 #include "analysis/query/query_plan.h"
 
@@ -40,10 +40,11 @@ static enum rmap_status add_compact(struct rmap_query_plan *plan,
     RMAP_TRY(rmap_query_outcomes_foresee(outcomes, 0, &outlook, &told, err));
     plan->n_compact++;
     plan->n_retraced +=
-        (columns & traced) && (rays_wanted ? outlook.n_possible : outlook.n_open) > 0;
+        (columns & traced) && (rays_wanted ? outlook.n_possible : outlook.n_left) > 0;
     if (told) {
         plan->n_told_ray += outlook.n_ray;
         plan->n_left_ray += outlook.n_open;
+        plan->n_traced_ray += columns & traced ? outlook.n_left : 0;
     }
 out:
     return st;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What a scan for one criterion would read, found out from summaries and the paths of compact
- * portions.
+ * What a scan for one criterion would read, found out from summaries, and of compact portions from
+ * paths and what stands beside them.
  */
 #ifndef RMAP_QUERY_PLAN_H
 #define RMAP_QUERY_PLAN_H
@@ -15,7 +15,8 @@ struct rmap_query_plan {
     uint64_t decoded_nbytes;         /* of these columns in these portions, decoded */
     uint64_t n_compact, n_retraced;  /* portions of compact pieces with columns to read; those some
                                         of whose rays may be traced again */
-    uint64_t n_told_ray, n_left_ray; /* by their paths; of these, undecided */
+    uint64_t n_told_ray, n_left_ray; /* by their paths; of these, undecided, */
+    uint64_t n_traced_ray;           /* and by what stands beside them, too */
 };
 
 /* rays_wanted: matching rays are to be read whole. RMAP_FORMAT as a scan. */

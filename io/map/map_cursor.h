@@ -46,7 +46,8 @@ void rmap_cursor_pass_over(struct rmap_cursor *cursor, const uint8_t *mark);
  * [its rays] their rows in the portion. *selected_ret: NULL where that would not be of use (a plain
  * piece; nothing need be traced again; there are none, or too many of them; a reader keeps columns;
  * points of curved segments are asked for), and what `fetch` gives must do. Both are valid until
- * the next call for which rays are traced again, too, or are not, too. Errors as of fetch. */
+ * the next call of the same kind: for columns that rmap_cursor_traced names, or for none of those.
+ * Errors as of fetch. */
 enum rmap_status rmap_cursor_select(struct rmap_cursor *cursor, const uint8_t *mark, uint8_t wanted,
                                     rmap_column_set columns,
                                     const struct rmap_portion **selected_ret,

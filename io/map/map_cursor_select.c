@@ -119,7 +119,8 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     const size_t n = count_marked(mark, n_ray, wanted);
     if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > n_ray)
         goto out;
-    const int which = (columns & rmap_compact_traced(self->header.placed)) != 0;
+    const rmap_column_set standing = rmap_map_columns_beside(self->map, (size_t)info->piece);
+    const int which = (columns & rmap_compact_traced(self->header.placed) & ~standing) != 0;
     struct rmap_cursor_selected *selected = &self->selected[which];
     struct rmap_portion *shown = &selected->shown;
     if (are_selected(selected, mark, wanted, n, columns))

@@ -246,7 +246,7 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
                                         json_string(rmap_column_info((enum rmap_column)c)->path));
     return json_pack(
         "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, "
-        "s:{s:I, s:I, s:I, s:I}, s:I}",
+        "s:{s:I, s:I, s:I, s:I, s:I}, s:I}",
         "criterion", rmap_criterion_text(criterion), "columns", names, "portions", "total",
         (json_int_t)n_portion, "read", n_read, "skipped", (json_int_t)plan->n_skipped, "index",
         "by_paths", none, "by_rows", none, "without", n_read, "rays", none, "undecided_rays", none,
@@ -254,7 +254,8 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
         indexes->n > 0 ? "history indexes are no longer used" : "", "compact", "portions",
         (json_int_t)plan->n_compact, "traced_again", (json_int_t)plan->n_retraced, "rays",
         (json_int_t)plan->n_told_ray, "undecided_rays", (json_int_t)plan->n_left_ray,
-        "bytes_decoded", (json_int_t)plan->decoded_nbytes);
+        "undecided_beside_paths", (json_int_t)plan->n_traced_ray, "bytes_decoded",
+        (json_int_t)plan->decoded_nbytes);
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -269,6 +270,10 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
                rmap_counted(plan->n_told_ray, "ray").text,
                rmap_counted(plan->n_left_ray, "ray").text,
                100.0 * (double)plan->n_left_ray / (double)plan->n_told_ray);
+    if (plan->n_left_ray > plan->n_traced_ray)
+        printf("  places   of these leave %s undecided (%.3g %%)\n",
+               rmap_counted(plan->n_traced_ray, "ray").text,
+               100.0 * (double)plan->n_traced_ray / (double)plan->n_told_ray);
     if (plan->n_compact > 0)
         printf("  compact  %s, rays traced again in %s\n",
                rmap_counted(plan->n_compact, "portion").text,

@@ -463,7 +463,7 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     header->angle = n_angle > 0 && store->pool16 ? store->pool16 + taken.n16 : NULL;
     if (taken.n16 + n_angle + (header->measured ? store->n16_behind : 0) != store->n16 ||
         taken.n32 != store->n32 || taken.n64 != store->n64 || taken.n_patch != store->n_patch)
-        return rmap_portion_damaged("it has more rows than its header says", err);
+        return rmap_portion_damaged("it has other rows than its header says", err);
 out:
     return st;
 }

@@ -25,6 +25,7 @@ QUESTIONS = (
      "x(sensor) > 2 * y(sensor) and path_length > 140", "hit(lens.3 where angle > 20) and path_length < 170", "--count"),
     ("stats", "--of", "path_length"), ("stats", "--of", "angle(sensor)", "--where", "path_length < 160"),
     ("stats", "--of", "optical_path - 1.5 * path_length", "--by", "source"),
+    ("stats", "--of", "path_length", "--detector", "sensor", "--where", "source(star) and hit(*, reflect) >= 2", "--which", "angle > 10"),
     ("detector", "sensor", "--where", "path_length > 145"),
     ("query", "all", "--top", 5, "--of", "path_length"))
 

@@ -62,6 +62,17 @@ for name, length in lengths.items():
 explained = run("query", "lens.raymap", f"path_length > {numpy.quantile(lengths['path_length'], 0.5)!r}", "--explain", "--json")
 undecided = json.loads(explained)[0]["compact"]
 check(0 < undecided["undecided_rays"] < 0.4 * undecided["rays"], f"{undecided}")
+
+# Angles are known to a quarter of a degree: at its ends, at angles that there are, and next to them.
+angles = [one["value"] for one in served.ask("stats", "plain.raymap", "--of", "angle(sensor)")["quantiles"]]
+for value in (*angles, 12.25, 12.5):
+    for at in (value, numpy.nextafter(value, 0), numpy.nextafter(value, 90)):
+        for question in (f"registered(sensor where angle > {at!r})", f"registered(sensor where not (angle == {at!r} or x > 2)) == 1"):
+            told, true = (ask(name, question) for name in ("lens.raymap", "plain.raymap"))
+            check(same(told, true) and told["registered"] == true["registered"], question)
+explained = run("query", "lens.raymap", f"registered(sensor where angle > {angles[2]!r})", "--explain", "--json")
+undecided = json.loads(explained)[0]["compact"]
+check(0 < undecided["undecided_beside_paths"] < undecided["undecided_rays"] / 20, f"{undecided}")
 together = json.loads(run("query", "lens.raymap", *QUESTIONS, "--json", ranks=2))
 check(all(same(one, ask("plain.raymap", question)) for one, question in zip(together, QUESTIONS)), "all at once")
 part = [ask(name, QUESTIONS[0], "--until", "20%") for name in ("lens.raymap", "plain.raymap")]

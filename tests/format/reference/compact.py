@@ -210,7 +210,7 @@ class Decoder:
         axis, d = detector["axis"][its], columns["registration/direction"].astype(float) * sign[:, None]
         angle = np.degrees(np.arctan2(np.linalg.norm(np.cross(d, axis), axis=1), np.sum(d * axis, axis=1)))
         low = degrees + parts / 4
-        if np.any((degrees <= 180) & ((angle < low - 1e-9) | (angle > low + 0.25 + 1e-9))):
+        if np.any((low <= 180) & ((angle < low - 1e-9) | (angle > low + 0.25 + 1e-9))):
             raise ValueError("angles of registrations are beyond what the portion says of them")
 
     def portion(self, stored_first, stored_rows, n_row, names):
