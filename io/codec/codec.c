@@ -14,9 +14,10 @@
 #include "io/codec/zlib_stream.h"
 
 #define FLETCHER_NBYTES 4
+#define LOOK            4096 /* bytes that tell how a chunk is deflated best */
 
 struct rmap_encoder {
-    struct rmap_deflater *deflater;
+    struct rmap_deflater *deflater, *runs;
     uint8_t *plane;
     size_t plane_cap;
 };
@@ -92,7 +93,8 @@ enum rmap_status rmap_encoder_create(struct rmap_encoder **encoder_ret, struct r
     struct rmap_encoder *encoder = rmap_alloc(1, sizeof *encoder);
     if (!encoder)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
-    RMAP_TRY(rmap_deflater_create(&encoder->deflater, err));
+    RMAP_TRY(rmap_deflater_create(false, &encoder->deflater, err));
+    RMAP_TRY(rmap_deflater_create(true, &encoder->runs, err));
     *encoder_ret = encoder;
     encoder = NULL;
 out:
@@ -105,16 +107,34 @@ void rmap_encoder_destroy(struct rmap_encoder *encoder)
     if (!encoder)
         return;
     rmap_deflater_destroy(encoder->deflater);
+    rmap_deflater_destroy(encoder->runs);
     rmap_free(encoder->plane);
     rmap_free(encoder);
 }
 
-size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
-                                  size_t element_nbytes, bool quick, uint8_t *stored)
+/* Whether deflate leaves too much of such bytes for them to be inflated again and again. */
+static bool noise(size_t deflated, size_t nbytes)
 {
-    size_t nbytes = rmap_deflate(encoder->deflater, plane, n * element_nbytes, stored);
-    if (quick && 5 * nbytes > 3 * n * element_nbytes)
-        nbytes = rmap_deflate_none(plane, n * element_nbytes, stored);
+    return 5 * deflated > 3 * nbytes;
+}
+
+size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
+                                  size_t element_nbytes, unsigned how, uint8_t *stored)
+{
+    const size_t all = n * element_nbytes, look = all < LOOK ? all : LOOK;
+    struct rmap_deflater *deflater = encoder->deflater;
+    bool as_is = how & RMAP_ENCODE_QUICK &&
+                 noise(rmap_deflate(deflater, plane + all - look, look, stored), look);
+    size_t nbytes = 0;
+    if (!as_is) {
+        if (how & RMAP_ENCODE_RUNS && rmap_deflate(encoder->runs, plane, look, stored) <=
+                                          rmap_deflate(deflater, plane, look, stored))
+            deflater = encoder->runs;
+        nbytes = rmap_deflate(deflater, plane, all, stored);
+        as_is = how & RMAP_ENCODE_QUICK && noise(nbytes, all);
+    }
+    if (as_is)
+        nbytes = rmap_deflate_none(plane, all, stored);
     uint32_t sum = rmap_fletcher32(stored, nbytes);
     memcpy(stored + nbytes, &sum, FLETCHER_NBYTES);
     return nbytes + FLETCHER_NBYTES;
@@ -131,8 +151,7 @@ enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *r
     rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n);
     for (size_t k = 0; k < element_nbytes; k++)
         memset(encoder->plane + k * n + n_used, 0, n - n_used);
-    *nbytes_ret =
-        rmap_encoder_encode_planes(encoder, encoder->plane, n, element_nbytes, false, stored);
+    *nbytes_ret = rmap_encoder_encode_planes(encoder, encoder->plane, n, element_nbytes, 0, stored);
     return RMAP_OK;
 }
 

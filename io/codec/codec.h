@@ -32,10 +32,13 @@ enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *r
                                      size_t n, size_t element_nbytes, uint8_t *stored,
                                      size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same of elements that are shuffled already: plane [element_nbytes][n]. Stored bytes. quick:
- * left as they are unless deflate takes less than 0.6 of them. */
+/* Bits of `how`. RUNS: deflated by runs alone where that takes less of the first 4096 bytes. QUICK:
+ * left as they are where deflate leaves more than 0.6 of the last 4096 bytes, or of all. */
+enum { RMAP_ENCODE_RUNS = 1, RMAP_ENCODE_QUICK = 2 };
+
+/* The same of elements that are shuffled already: plane [element_nbytes][n]. Stored bytes. */
 size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
-                                  size_t element_nbytes, bool quick, uint8_t *stored);
+                                  size_t element_nbytes, unsigned how, uint8_t *stored);
 
 struct rmap_decoder;
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,

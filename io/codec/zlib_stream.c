@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * zlib streams (RFC 1950) of known length: by libdeflate, or by zlib where that is not there.
+ * zlib streams (RFC 1950) of known length: by libdeflate, or by zlib where that is not there; by
+ * runs always by zlib.
  */
 #include "io/codec/zlib_stream.h"
 
-#ifdef RAYMAP_HAVE_LIBDEFLATE
-#include <libdeflate.h>
-#else
 #define ZLIB_CONST
 #include <limits.h>
-#include <zlib.h>
+#ifdef RAYMAP_HAVE_LIBDEFLATE
+#include <libdeflate.h>
 #endif
-
 #include <string.h>
+#include <zlib.h>
 
 #include "base/alloc.h"
 
@@ -24,30 +23,78 @@ size_t rmap_deflate_bound(size_t nbytes)
     return nbytes + nbytes / 256 + 1024; /* stored blocks, of any length, in up to eight parts */
 }
 
+struct rmap_deflater {
+#ifdef RAYMAP_HAVE_LIBDEFLATE
+    struct libdeflate_compressor *compressor; /* NULL: the stream does it */
+#endif
+    z_stream stream;
+};
+
+static void *zlib_alloc(void *opaque, unsigned n, unsigned size)
+{
+    (void)opaque;
+    return rmap_alloc(n, size);
+}
+
+static void zlib_free(void *opaque, void *block)
+{
+    (void)opaque;
+    rmap_free(block);
+}
+
+/* Lengths of zlib are 32 bits; chunks are far shorter. */
+static bool fits(size_t n_in, size_t n_out)
+{
+    return n_in <= UINT_MAX && n_out <= UINT_MAX;
+}
+
+static bool begin_deflate(struct rmap_deflater *self, bool runs)
+{
+#ifdef RAYMAP_HAVE_LIBDEFLATE
+    if (!runs) {
+        self->compressor = libdeflate_alloc_compressor(LEVEL);
+        return self->compressor != NULL;
+    }
+#endif
+    self->stream = (z_stream){.zalloc = zlib_alloc, .zfree = zlib_free};
+    return deflateInit2(&self->stream, LEVEL, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL,
+                        runs ? Z_RLE : Z_DEFAULT_STRATEGY) == Z_OK;
+}
+
+static void end_deflate(struct rmap_deflater *self)
+{
+#ifdef RAYMAP_HAVE_LIBDEFLATE
+    libdeflate_free_compressor(self->compressor);
+#endif
+    (void)deflateEnd(&self->stream); /* one that was never begun is refused */
+}
+
+size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nbytes, uint8_t *out)
+{
+    z_stream *stream = &deflater->stream;
+    const size_t bound = rmap_deflate_bound(nbytes);
+#ifdef RAYMAP_HAVE_LIBDEFLATE
+    if (deflater->compressor)
+        return libdeflate_zlib_compress(deflater->compressor, data, nbytes, out, bound);
+#endif
+    if (!fits(nbytes, bound) || deflateReset(stream) != Z_OK)
+        return 0;
+    stream->next_in = data;
+    stream->avail_in = (uInt)nbytes;
+    stream->next_out = out;
+    stream->avail_out = (uInt)bound;
+    return deflate(stream, Z_FINISH) == Z_STREAM_END ? bound - stream->avail_out : 0;
+}
+
 #ifdef RAYMAP_HAVE_LIBDEFLATE
 const char *rmap_libdeflate_version(void)
 {
     return LIBDEFLATE_VERSION_STRING;
 }
 
-struct rmap_deflater {
-    struct libdeflate_compressor *compressor;
-};
-
 struct rmap_inflater {
     struct libdeflate_decompressor *decompressor;
 };
-
-static bool begin_deflate(struct rmap_deflater *self)
-{
-    self->compressor = libdeflate_alloc_compressor(LEVEL);
-    return self->compressor != NULL;
-}
-
-static void end_deflate(struct rmap_deflater *self)
-{
-    libdeflate_free_compressor(self->compressor);
-}
 
 static bool begin_inflate(struct rmap_inflater *self)
 {
@@ -58,12 +105,6 @@ static bool begin_inflate(struct rmap_inflater *self)
 static void end_inflate(struct rmap_inflater *self)
 {
     libdeflate_free_decompressor(self->decompressor);
-}
-
-size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nbytes, uint8_t *out)
-{
-    return libdeflate_zlib_compress(deflater->compressor, data, nbytes, out,
-                                    rmap_deflate_bound(nbytes));
 }
 
 static uint32_t sum_bytes(const void *data, size_t nbytes)
@@ -85,36 +126,9 @@ const char *rmap_libdeflate_version(void)
     return "";
 }
 
-struct rmap_deflater {
-    z_stream stream;
-};
-
 struct rmap_inflater {
     z_stream stream;
 };
-
-static void *zlib_alloc(void *opaque, unsigned n, unsigned size)
-{
-    (void)opaque;
-    return rmap_alloc(n, size);
-}
-
-static void zlib_free(void *opaque, void *block)
-{
-    (void)opaque;
-    rmap_free(block);
-}
-
-static bool begin_deflate(struct rmap_deflater *self)
-{
-    self->stream = (z_stream){.zalloc = zlib_alloc, .zfree = zlib_free};
-    return deflateInit(&self->stream, LEVEL) == Z_OK;
-}
-
-static void end_deflate(struct rmap_deflater *self)
-{
-    (void)deflateEnd(&self->stream);
-}
 
 static bool begin_inflate(struct rmap_inflater *self)
 {
@@ -125,25 +139,6 @@ static bool begin_inflate(struct rmap_inflater *self)
 static void end_inflate(struct rmap_inflater *self)
 {
     (void)inflateEnd(&self->stream);
-}
-
-/* Lengths of zlib are 32 bits; chunks are far shorter. */
-static bool fits(size_t n_in, size_t n_out)
-{
-    return n_in <= UINT_MAX && n_out <= UINT_MAX;
-}
-
-size_t rmap_deflate(struct rmap_deflater *deflater, const void *data, size_t nbytes, uint8_t *out)
-{
-    z_stream *stream = &deflater->stream;
-    const size_t bound = rmap_deflate_bound(nbytes);
-    if (!fits(nbytes, bound) || deflateReset(stream) != Z_OK)
-        return 0;
-    stream->next_in = data;
-    stream->avail_in = (uInt)nbytes;
-    stream->next_out = out;
-    stream->avail_out = (uInt)bound;
-    return deflate(stream, Z_FINISH) == Z_STREAM_END ? bound - stream->avail_out : 0;
 }
 
 static uint32_t sum_bytes(const void *data, size_t nbytes)
@@ -194,10 +189,11 @@ size_t rmap_deflate_none(const void *data, size_t nbytes, uint8_t *out)
     return (size_t)(to - out);
 }
 
-enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret, struct rmap_error *err)
+enum rmap_status rmap_deflater_create(bool runs, struct rmap_deflater **deflater_ret,
+                                      struct rmap_error *err)
 {
     struct rmap_deflater *self = rmap_alloc(1, sizeof *self);
-    if (!self || !begin_deflate(self)) {
+    if (!self || !begin_deflate(self, runs)) {
         rmap_free(self);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a compressor");
     }

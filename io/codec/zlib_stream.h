@@ -18,9 +18,10 @@ const char *rmap_libdeflate_version(void);
 /* Most bytes that the stream of nbytes bytes takes, whoever wrote it. */
 size_t rmap_deflate_bound(size_t nbytes);
 
-/* Not thread-safe: one per thread. */
+/* Not thread-safe: one per thread. runs: looks for runs of a byte alone (zlib's Z_RLE), which takes
+ * less of bytes that repeat by chance: a match costs more there than what it stands for. */
 struct rmap_deflater;
-enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret,
+enum rmap_status rmap_deflater_create(bool runs, struct rmap_deflater **deflater_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_deflater_destroy(struct rmap_deflater *deflater); /* NULL is fine */
 

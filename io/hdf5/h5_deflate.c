@@ -53,7 +53,7 @@ enum rmap_status rmap_h5_scratch_init(struct rmap_h5_scratch *scratch, size_t n,
 {
     scratch->n = n;
     scratch->element_nbytes = element_nbytes;
-    enum rmap_status st = rmap_deflater_create(&scratch->deflater, err);
+    enum rmap_status st = rmap_deflater_create(false, &scratch->deflater, err);
     if (st != RMAP_OK)
         return st;
     scratch->raw = rmap_alloc(n, element_nbytes);

@@ -236,7 +236,8 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout,
                                      struct rmap_encoder_slot *slot, struct rmap_chunk *chunk,
                                      struct rmap_error *err)
 {
-    size_t element = rmap_element_nbytes(layout->stream[chunk->stream].element);
+    const struct rmap_stream_info *stream = &layout->stream[chunk->stream];
+    size_t element = rmap_element_nbytes(stream->element);
     size_t n = chunk->raw_nbytes / element;
     if (!chunk->stored)
         chunk->stored = rmap_alloc_unset(rmap_codec_bound(n, element), 1);
@@ -245,9 +246,10 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout,
     size_t n_used = n / RMAP_CHUNK_ROWS * chunk->n_row;
     for (size_t k = 0; k < element; k++)
         memset(chunk->plane + k * n + n_used, 0, n - n_used);
-    const bool quick = layout->quick_streams >> chunk->stream & 1;
+    const unsigned how = (layout->run_tables >> stream->table & 1 ? RMAP_ENCODE_RUNS : 0) |
+                         (layout->quick_streams >> chunk->stream & 1 ? RMAP_ENCODE_QUICK : 0);
     chunk->stored_nbytes =
-        rmap_encoder_encode_planes(slot->encoder, chunk->plane, n, element, quick, chunk->stored);
+        rmap_encoder_encode_planes(slot->encoder, chunk->plane, n, element, how, chunk->stored);
     return RMAP_OK;
 }
 

@@ -40,14 +40,18 @@ _Static_assert((int)RMAP_PLAIN_TABLE_COUNT <= (int)RMAP_STORED_TABLE_STRAIGHT,
 static const char *const plain_table[] = {"/ray",   "/segment", "/registration",
                                           "/curve", "/ray",     "/registration"};
 
+#define LAYOUT(streams)                                                                            \
+    {                                                                                              \
+        .encoding = RMAP_ENCODING_PLAIN, .n_table = RMAP_PLAIN_TABLE_COUNT,                        \
+        .table_path = plain_table, .n_stream = RMAP_COLUMN_COUNT, .stream = streams,               \
+        .curve_table = RMAP_TABLE_CURVE, .curve_stream = RMAP_CURVE_ray,                           \
+        .time_stream = RMAP_RAY_group_path                                                         \
+    }
 static const struct rmap_layout plain[] = {
-    [RMAP_COLOUR_SPECTRAL] = {RMAP_ENCODING_PLAIN, RMAP_PLAIN_TABLE_COUNT, plain_table,
-                              RMAP_COLUMN_COUNT, plain_spectral, 0, 0, RMAP_TABLE_CURVE,
-                              RMAP_CURVE_ray, RMAP_RAY_group_path},
-    [RMAP_COLOUR_RGB] = {RMAP_ENCODING_PLAIN, RMAP_PLAIN_TABLE_COUNT, plain_table,
-                         RMAP_COLUMN_COUNT, plain_rgb, 0, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray,
-                         RMAP_RAY_group_path},
+    [RMAP_COLOUR_SPECTRAL] = LAYOUT(plain_spectral),
+    [RMAP_COLOUR_RGB] = LAYOUT(plain_rgb),
 };
+#undef LAYOUT
 
 const struct rmap_layout *rmap_layout_of(enum rmap_encoding encoding, enum rmap_colour_mode mode)
 {

@@ -43,6 +43,8 @@ struct rmap_layout {
     const struct rmap_stream_info *stream; /* [n_stream] */
     uint32_t whole_tables;  /* bit t: rows of table t belong to the piece as a whole and stand in no
                                portion's range; a reader loads the table entirely */
+    uint32_t run_tables;    /* bit t: chunks of table t are deflated by runs of a byte alone where
+                               that takes less */
     uint64_t quick_streams; /* bit s: stream s is read by so many questions that chunks of it which
                                deflate little are stored as they are */
     int curve_table, curve_stream; /* /curve and its streams: only files of scenes with gradient

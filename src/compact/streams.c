@@ -37,6 +37,8 @@ const struct rmap_layout rmap_compact_layout = {
     .stream = stream,
     .whole_tables = 1u << RMAP_COMPACT_PATH | 1u << RMAP_COMPACT_PATH_SEGMENT |
                     1u << RMAP_COMPACT_PATH_REGISTRATION,
+    .run_tables = 1u << RMAP_COMPACT_RAY | 1u << RMAP_COMPACT_OWN | 1u << RMAP_COMPACT_OWN_SEGMENT |
+                  1u << RMAP_COMPACT_OWN_REGISTRATION | 1u << RMAP_COMPACT_TRIANGLE,
     .quick_streams = UINT64_C(1) << RMAP_STREAM_OWN_object,
     .curve_table = RMAP_COMPACT_CURVE,
     .curve_stream = RMAP_STREAM_curve_ray,

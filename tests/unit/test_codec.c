@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Chunks come back equal whatever is in them, zlib itself reads them, fletcher32 is Fletcher's,
- * and no flipped bit goes unseen.
+ * Chunks come back equal whatever is in them and however they are deflated, zlib itself reads them,
+ * fletcher32 is Fletcher's, and no flipped bit goes unseen.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -41,6 +41,32 @@ static void fill(int kind, uint8_t *raw, size_t n, size_t size)
     }
 }
 
+/* The planes come back from chunks deflated in every way, each of which does what it is for. */
+static void check_ways(struct rmap_encoder *encoder, struct rmap_decoder *decoder, int kind,
+                       const uint8_t *planes, size_t n, size_t size)
+{
+    enum { ANY, RUNS = RMAP_ENCODE_RUNS, QUICK = RMAP_ENCODE_QUICK, BOTH = RUNS | QUICK };
+    uint8_t *stored = rmap_alloc(rmap_codec_bound(n, size) + RMAP_INFLATE_SLACK, 1);
+    uint8_t *back = rmap_alloc(n, size);
+    size_t nbytes[BOTH + 1];
+    for (unsigned how = ANY; how <= BOTH; how++) {
+        nbytes[how] = rmap_encoder_encode_planes(encoder, planes, n, size, how, stored);
+        uLongf got = n * size;
+        assert_int_equal(uncompress(back, &got, stored, nbytes[how] - 4), Z_OK);
+        assert_int_equal(rmap_decoder_planes(decoder, stored, nbytes[how], n, size, back, NULL),
+                         RMAP_OK);
+        assert_memory_equal(planes, back, n * size);
+    }
+    if (kind == 3 && n >= 4096) /* one of nine values, by chance: runs */
+        assert_true(nbytes[RUNS] < nbytes[ANY] && nbytes[BOTH] == nbytes[RUNS]);
+    if (kind == 4 && n >= 4096) /* what comes again and again: matches */
+        assert_int_equal(nbytes[RUNS], nbytes[ANY]);
+    if (kind == 1) /* noise: as it is */
+        assert_true(nbytes[QUICK] > n * size && nbytes[BOTH] == nbytes[QUICK]);
+    rmap_free(stored);
+    rmap_free(back);
+}
+
 /* n elements, of which those from n_used on are 0. */
 static void check_round_trip(struct rmap_encoder *encoder, struct rmap_decoder *decoder, int kind,
                              size_t n_used, size_t n, size_t size)
@@ -65,6 +91,8 @@ static void check_round_trip(struct rmap_encoder *encoder, struct rmap_decoder *
     assert_int_equal(got, n * size);
     for (size_t i = 0; i < n * size; i++) /* HDF5's shuffle, by its definition */
         assert_int_equal(planes[i], raw[i % n * size + i / n]);
+    if (n_used == n && size == 4)
+        check_ways(encoder, decoder, kind, planes, n, size);
     rmap_free(raw);
     rmap_free(back);
     rmap_free(planes);
