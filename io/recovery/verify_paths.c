@@ -165,7 +165,7 @@ enum rmap_status rmap_verify_angles(struct rmap_verification *self, size_t porti
     for (size_t i = 0; rays->knows_angles && i < rays->n_row[RMAP_TABLE_REGISTRATION]; i++)
         differ |= !rmap_angle_is_in(rays->angle[i], &scene->detector[seen->detector[i]],
                                     seen->direction + 3 * i);
-    return differ ? tell(self, info, "/pool16/value",
+    return differ ? tell(self, info, "/pool32/value",
                          "says other angles than its registrations have", findings, err)
                   : RMAP_OK;
 }

@@ -10,7 +10,7 @@
 #include "base/portable.h"
 #include "scene/incidence.h"
 
-enum { DEGREES_PER_ROW = 2, QUARTERS_PER_ROW = 8 };
+enum { DEGREES_PER_ROW = 4, PARTS_PER_ROW = 8 };
 
 /* Degrees by which two ways to compute an angle differ at most, and far more. */
 static const double slack = 1e-9;
@@ -45,22 +45,21 @@ bool rmap_angle_bounds(uint16_t quarter, double bound[2])
     return quarter <= RMAP_ANGLE_MAX;
 }
 
-void rmap_angles_pack(const uint16_t *quarter, size_t n, uint16_t *row)
+void rmap_angles_pack(const uint16_t *quarter, size_t n, uint32_t *degrees, uint16_t *parts)
 {
-    uint16_t *fine = row + (n + 1) / DEGREES_PER_ROW;
-    memset(row, 0, rmap_angle_rows(n) * sizeof *row);
+    memset(degrees, 0, rmap_angle_degree_rows(n) * sizeof *degrees);
+    memset(parts, 0, rmap_angle_part_rows(n) * sizeof *parts);
     for (size_t i = 0; i < n; i++) {
-        row[i / DEGREES_PER_ROW] |= (uint16_t)(quarter[i] / 4 << 8 * (i % DEGREES_PER_ROW));
-        fine[i / QUARTERS_PER_ROW] |= (uint16_t)(quarter[i] % 4 << 2 * (i % QUARTERS_PER_ROW));
+        degrees[i / DEGREES_PER_ROW] |= (uint32_t)quarter[i] / 4 << 8 * (i % DEGREES_PER_ROW);
+        parts[i / PARTS_PER_ROW] |= (uint16_t)(quarter[i] % 4 << 2 * (i % PARTS_PER_ROW));
     }
 }
 
-void rmap_angles_unpack(const uint16_t *row, size_t n, uint16_t *quarter)
+void rmap_angles_unpack(const struct rmap_angle_rows *rows, size_t n, uint16_t *quarter)
 {
-    const uint16_t *fine = row + (n + 1) / DEGREES_PER_ROW;
     for (size_t i = 0; i < n; i++) {
-        const unsigned degrees = row[i / DEGREES_PER_ROW] >> 8 * (i % DEGREES_PER_ROW) & 0xff;
-        const unsigned part = fine[i / QUARTERS_PER_ROW] >> 2 * (i % QUARTERS_PER_ROW) & 3;
-        quarter[i] = (uint16_t)(4 * degrees + part);
+        const unsigned whole = rows->degrees[i / DEGREES_PER_ROW] >> 8 * (i % DEGREES_PER_ROW);
+        const unsigned part = rows->parts[i / PARTS_PER_ROW] >> 2 * (i % PARTS_PER_ROW);
+        quarter[i] = (uint16_t)(4 * (whole & 0xff) + (part & 3));
     }
 }

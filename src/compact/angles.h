@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT
  *
- * About the angles under which detectors were reached: a quarter of a degree that each lies in,
- * behind the lanes of pool16, before lengths of own paths.
+ * About the angles under which detectors were reached: a quarter of a degree that each lies in.
  *
- * Rows of n registrations: their whole degrees, two to a row, the first in its lower byte, 255
- * where nothing is said; then their quarters, eight to a row, the first in its lowest bits.
+ * Whole degrees stand behind the lanes of pool32, four to a row, the first in its lowest byte, 255
+ * where nothing is said: by themselves, since few of them are met often, which deflate makes use
+ * of. Their quarters stand behind the lanes of pool16, before lengths of own paths, eight to a row,
+ * the first in its lowest bits.
  */
 #ifndef RMAP_COMPACT_ANGLES_H
 #define RMAP_COMPACT_ANGLES_H
@@ -17,9 +18,20 @@
 /* Quarters up to 180 degrees; and what says nothing. */
 enum { RMAP_ANGLE_MAX = 4 * 180, RMAP_ANGLE_NONE = 4 * 255 };
 
-static inline size_t rmap_angle_rows(size_t n)
+/* Rows of n registrations. */
+struct rmap_angle_rows {
+    const uint32_t *degrees; /* [rmap_angle_degree_rows(n)] */
+    const uint16_t *parts;   /* [rmap_angle_part_rows(n)] */
+};
+
+static inline size_t rmap_angle_degree_rows(size_t n)
 {
-    return (n + 1) / 2 + (n + 7) / 8;
+    return (n + 3) / 4;
+}
+
+static inline size_t rmap_angle_part_rows(size_t n)
+{
+    return (n + 7) / 8;
 }
 
 /* The quarter of a degree in which light that goes in this direction meets the detector, the same
@@ -34,8 +46,8 @@ bool rmap_angle_bounds(uint16_t quarter, double bound[2]);
 bool rmap_angle_is_in(uint16_t quarter, const struct rmap_detector *detector,
                       const float *direction);
 
-/* row: [rmap_angle_rows(n)] of quarter [n], and back; what is no angle becomes RMAP_ANGLE_NONE. */
-void rmap_angles_pack(const uint16_t *quarter, size_t n, uint16_t *row);
-void rmap_angles_unpack(const uint16_t *row, size_t n, uint16_t *quarter);
+/* Rows of quarter [n] into room for them, and back. */
+void rmap_angles_pack(const uint16_t *quarter, size_t n, uint32_t *degrees, uint16_t *parts);
+void rmap_angles_unpack(const struct rmap_angle_rows *rows, size_t n, uint16_t *quarter);
 
 #endif

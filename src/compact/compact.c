@@ -181,9 +181,13 @@ static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_
     const size_t n = encoder->n_registration;
     header.one_by_one = one_by_one;
     RMAP_TRY(rmap_lanes_store(encoder->lane, &header, its, err));
-    RMAP_TRY(RMAP_RESERVE(its->pool16, its->cap16, its->n16 + rmap_angle_rows(n) + 1, err));
-    rmap_angles_pack(encoder->angle, n, its->pool16 + its->n16);
-    its->n16 += rmap_angle_rows(n);
+    const size_t n16 = its->n16 + rmap_angle_part_rows(n);
+    const size_t n32 = its->n32 + rmap_angle_degree_rows(n);
+    RMAP_TRY(RMAP_RESERVE(its->pool16, its->cap16, n16 + 1, err));
+    RMAP_TRY(RMAP_RESERVE(its->pool32, its->cap32, n32 + 1, err));
+    rmap_angles_pack(encoder->angle, n, its->pool32 + its->n32, its->pool16 + its->n16);
+    its->n16 = n16;
+    its->n32 = n32;
     rmap_lane_header_set_angled(its->pool64);
 out:
     return st;
@@ -400,11 +404,11 @@ static enum rmap_status fill_angles(const struct rmap_lane_header *header, struc
                                     struct rmap_error *err)
 {
     const size_t n = out->n_row[RMAP_TABLE_REGISTRATION];
-    const enum rmap_status st =
-        header->angle ? RMAP_RESERVE(out->angle, out->angle_cap, n, err) : RMAP_OK;
-    out->knows_angles = header->angle && st == RMAP_OK;
+    const bool known = header->angles.degrees != NULL;
+    const enum rmap_status st = known ? RMAP_RESERVE(out->angle, out->angle_cap, n, err) : RMAP_OK;
+    out->knows_angles = known && st == RMAP_OK;
     if (out->knows_angles)
-        rmap_angles_unpack(header->angle, n, out->angle);
+        rmap_angles_unpack(&header->angles, n, out->angle);
     return st;
 }
 

@@ -458,11 +458,14 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
         else if (l->mode != RMAP_LANE_PREDICTED)
             RMAP_TRY(load_dense(l, store, is_used, &taken, err));
     }
-    const size_t n_angle =
-        header->angled ? rmap_angle_rows(portion->n_row[RMAP_TABLE_REGISTRATION]) : 0;
-    header->angle = n_angle > 0 && store->pool16 ? store->pool16 + taken.n16 : NULL;
-    if (taken.n16 + n_angle + (header->measured ? store->n16_behind : 0) != store->n16 ||
-        taken.n32 != store->n32 || taken.n64 != store->n64 || taken.n_patch != store->n_patch)
+    const size_t n_angle = header->angled ? portion->n_row[RMAP_TABLE_REGISTRATION] : 0;
+    if (n_angle > 0 && store->pool16 && store->pool32)
+        header->angles =
+            (struct rmap_angle_rows){store->pool32 + taken.n32, store->pool16 + taken.n16};
+    if (taken.n16 + rmap_angle_part_rows(n_angle) + (header->measured ? store->n16_behind : 0) !=
+            store->n16 ||
+        taken.n32 + rmap_angle_degree_rows(n_angle) != store->n32 || taken.n64 != store->n64 ||
+        taken.n_patch != store->n_patch)
         return rmap_portion_damaged("it has other rows than its header says", err);
 out:
     return st;

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "compact/angles.h"
 #include "portion/columns.h"
 
 /* Columns and roles, in the order in which the header and the pools have them. */
@@ -88,8 +89,8 @@ struct rmap_lane_header {
     struct rmap_predicted predicted;
     bool angled;   /* angles of registrations stand behind the lanes (src/compact/angles.h), */
     bool measured; /* and lengths of own paths behind these (src/compact/own_lengths.h) */
-    const uint16_t *angle; /* decoding: the rows of angles, borrowed; NULL: not there */
-    int n_lane;            /* rmap_lane_count; of others, nothing is stored */
+    struct rmap_angle_rows angles; /* decoding: borrowed; NULL: not there */
+    int n_lane;                    /* rmap_lane_count; of others, nothing is stored */
     uint8_t mode[RMAP_LANE_COUNT];
     uint64_t n_patch[RMAP_LANE_COUNT];
 };

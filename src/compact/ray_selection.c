@@ -346,15 +346,20 @@ static enum rmap_status select_angles(struct rmap_compact_selection *self,
     size_t n_some = 0;
     RMAP_TRY(RMAP_RESERVE(self->angle, self->angle_cap, n_all, err));
     RMAP_TRY(RMAP_RESERVE(self->some_angles, self->some_angles_cap, n_all, err));
-    rmap_angles_unpack(header->angle, n_all, self->angle);
+    rmap_angles_unpack(&header->angles, n_all, self->angle);
     for (size_t k = 0; k < n; n_some += its[k++].n)
         if (its[k].n > 0)
             memcpy(self->some_angles + n_some, self->angle + its[k].first,
                    its[k].n * sizeof *self->angle);
-    RMAP_TRY(make_room(self, RMAP_STREAM_pool16, rmap_angle_rows(n_some) + 1, err));
-    rmap_angles_pack(self->some_angles, n_some,
-                     (uint16_t *)self->rows.data[RMAP_STREAM_pool16] + self->n[RMAP_STREAM_pool16]);
-    self->n[RMAP_STREAM_pool16] += rmap_angle_rows(n_some);
+    const size_t n16 = rmap_angle_part_rows(n_some), n32 = rmap_angle_degree_rows(n_some);
+    RMAP_TRY(make_room(self, RMAP_STREAM_pool16, n16, err));
+    RMAP_TRY(make_room(self, RMAP_STREAM_pool32, n32, err));
+    uint16_t *parts = self->rows.data[RMAP_STREAM_pool16];
+    uint32_t *degrees = self->rows.data[RMAP_STREAM_pool32];
+    rmap_angles_pack(self->some_angles, n_some, degrees + self->n[RMAP_STREAM_pool32],
+                     parts + self->n[RMAP_STREAM_pool16]);
+    self->n[RMAP_STREAM_pool16] += n16;
+    self->n[RMAP_STREAM_pool32] += n32;
     rmap_lane_header_set_angled(self->rows.data[RMAP_STREAM_pool64]);
 out:
     return st;
@@ -400,7 +405,7 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
     for (int i = 0; i < header.n_lane; i++)
         if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
             RMAP_TRY(select_dense(self, &self->lane[i], n, err));
-    if (header.angle && (used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)) &&
+    if (header.angles.degrees && (used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)) &&
         !(used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction))) /* nobody asks for them beside it */
         RMAP_TRY(select_angles(self, &header, n, err));
 out:

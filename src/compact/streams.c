@@ -38,7 +38,8 @@ const struct rmap_layout rmap_compact_layout = {
     .whole_tables = 1u << RMAP_COMPACT_PATH | 1u << RMAP_COMPACT_PATH_SEGMENT |
                     1u << RMAP_COMPACT_PATH_REGISTRATION,
     .run_tables = 1u << RMAP_COMPACT_RAY | 1u << RMAP_COMPACT_OWN | 1u << RMAP_COMPACT_OWN_SEGMENT |
-                  1u << RMAP_COMPACT_OWN_REGISTRATION | 1u << RMAP_COMPACT_TRIANGLE,
+                  1u << RMAP_COMPACT_OWN_REGISTRATION | 1u << RMAP_COMPACT_TRIANGLE |
+                  1u << RMAP_COMPACT_POOL32,
     .quick_streams = UINT64_C(1) << RMAP_STREAM_OWN_object,
     .curve_table = RMAP_COMPACT_CURVE,
     .curve_stream = RMAP_STREAM_curve_ray,
@@ -90,6 +91,8 @@ static uint64_t lane_streams(rmap_column_set columns)
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (lanes & RMAP_COLUMN_BIT(c))
             streams |= pool[rmap_element_nbytes(rmap_column_info((enum rmap_column)c)->element)];
+    if (lanes & COLUMN(REGISTRATION_relative)) /* angles come with it */
+        streams |= BIT(pool32);
     if (lanes & ~COLUMN(REGISTRATION_relative)) /* it has no patches */
         streams |= BIT(patch_skip) | BIT(patch_value);
     if (lanes & COLUMN(RAY_wavelength))

@@ -73,7 +73,9 @@ static void test_none(void **state)
 
 static void test_rows(void **state)
 {
-    static uint16_t quarter[MOST], back[MOST], row[MOST];
+    static uint16_t quarter[MOST], back[MOST], parts[MOST];
+    static uint32_t degrees[MOST];
+    const struct rmap_angle_rows rows = {degrees, parts};
     (void)state;
     for (size_t n = 0; n <= 40; n++) {
         for (size_t i = 0; i < n; i++) {
@@ -81,15 +83,16 @@ static void test_rows(void **state)
             rmap_rng(5, i, (uint32_t)n, 0, u);
             quarter[i] = u[1] < 0.1 ? RMAP_ANGLE_NONE : (uint16_t)(u[0] * (RMAP_ANGLE_MAX + 1));
         }
-        assert_true(rmap_angle_rows(n) <= n + 1);
-        row[rmap_angle_rows(n)] = 0xabcd;
-        rmap_angles_pack(quarter, n, row);
-        rmap_angles_unpack(row, n, back);
+        degrees[rmap_angle_degree_rows(n)] = parts[rmap_angle_part_rows(n)] = 0xabcd;
+        rmap_angles_pack(quarter, n, degrees, parts);
+        rmap_angles_unpack(&rows, n, back);
         assert_memory_equal(quarter, back, n * sizeof *back);
-        assert_int_equal(row[rmap_angle_rows(n)], 0xabcd);
+        assert_int_equal(degrees[rmap_angle_degree_rows(n)], 0xabcd);
+        assert_int_equal(parts[rmap_angle_part_rows(n)], 0xabcd);
     }
-    memset(row, 0xff, sizeof row); /* anything may stand in a file */
-    rmap_angles_unpack(row, 40, back);
+    memset(degrees, 0xff, sizeof degrees); /* anything may stand in a file */
+    memset(parts, 0xff, sizeof parts);
+    rmap_angles_unpack(&rows, 40, back);
     for (size_t i = 0; i < 40; i++)
         assert_true(back[i] > RMAP_ANGLE_MAX);
 }

@@ -199,12 +199,11 @@ class Decoder:
         if np.any(edges[0] > length[own]) or np.any(edges[1] < length[own]):
             raise ValueError("lengths of own paths are beyond what the portion says of them")
 
-    def _check_angles(self, pool, columns):
-        """What stands behind the lanes of pool16 says of each registration about under which angle it was."""
+    def _check_angles(self, degrees, parts, columns):
+        """What stands behind the lanes of pool32 and pool16 says of each registration about under which angle it was."""
         n = len(columns["registration/detector"])
-        degrees = pool[:(n + 1) // 2].astype("<u2").view(np.uint8)[:n].astype(int)
-        parts = pool[(n + 1) // 2:(n + 1) // 2 + (n + 7) // 8].astype(int)
-        parts = (parts[:, None] >> 2 * np.arange(8) & 3).ravel()[:n]
+        degrees = degrees.astype("<u4").view(np.uint8)[:n].astype(int)
+        parts = (parts.astype(int)[:, None] >> 2 * np.arange(8) & 3).ravel()[:n]
         detector, its = self.model.detector, columns["registration/detector"]
         sign = np.where(detector["type"] == 0, -1.0, 1.0)[its]  # of a plane the reversed ray's
         axis, d = detector["axis"][its], columns["registration/direction"].astype(float) * sign[:, None]
@@ -257,8 +256,9 @@ class Decoder:
         if flags & TABLE and flags & ANGLES and again:
             n = len(columns["registration/detector"])
             behind = 3 + (np.count_nonzero(rows["ray/path"] == 0) + 1) // 2 if flags & LENGTHS else 0
-            begin = len(rows["pool16/value"]) - behind - (n + 1) // 2 - (n + 7) // 8
-            self._check_angles(rows["pool16/value"][begin:], columns)
+            begin = len(rows["pool16/value"]) - behind - (n + 7) // 8
+            self._check_angles(rows["pool32/value"][len(rows["pool32/value"]) - (n + 3) // 4:],
+                               rows["pool16/value"][begin:begin + (n + 7) // 8], columns)
         columns.update((name, rows[name]) for name in rows if name.startswith("curve/"))
         return columns
 
