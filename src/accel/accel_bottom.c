@@ -21,42 +21,43 @@
  * RMAP_REACH_ERRORS. */
 #define LEAST_COSINE (4.0 / RMAP_REACH_ERRORS)
 
-struct placed {
-    float at[3];
-    uint32_t vertex;
-};
-
-static int compare(const void *left, const void *right)
+static bool same_place(const float a[3], const float b[3])
 {
-    const struct placed *a = left, *b = right;
-    for (int k = 0; k < 3; k++)
-        if (a->at[k] != b->at[k])
-            return a->at[k] < b->at[k] ? -1 : 1;
-    return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-static bool same_place(const struct placed *a, const struct placed *b)
+/* The same of both zeros. */
+static size_t hash_of(const float at[3])
 {
-    return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
+    uint64_t hash = 0;
+    for (int k = 0; k < 3; k++) {
+        const float number = at[k] + 0.0f;
+        uint32_t bits;
+        memcpy(&bits, &number, sizeof bits);
+        hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return (size_t)hash;
 }
 
+/* same[v]: the first vertex at the place of v. Slots of a table hold vertices plus 1. */
 static bool join_vertices(const struct rmap_mesh *mesh, uint32_t *same)
 {
-    struct placed *sorted = rmap_alloc(mesh->n_vertex, sizeof(*sorted));
-    if (!sorted)
+    size_t n_slot = 4;
+    while (n_slot < 2 * mesh->n_vertex)
+        n_slot *= 2;
+    uint32_t *slot = rmap_alloc(n_slot, sizeof *slot);
+    if (!slot)
         return false;
     for (size_t i = 0; i < mesh->n_vertex; i++) {
-        memcpy(sorted[i].at, mesh->vertex[i], sizeof(sorted[i].at));
-        sorted[i].vertex = (uint32_t)i;
+        size_t at = hash_of(mesh->vertex[i]) & (n_slot - 1);
+        while (slot[at] && !same_place(mesh->vertex[slot[at] - 1], mesh->vertex[i]))
+            at = (at + 1) & (n_slot - 1);
+        if (!slot[at])
+            slot[at] = (uint32_t)i + 1;
+        same[i] = slot[at] - 1;
     }
-    qsort(sorted, mesh->n_vertex, sizeof(*sorted), compare);
-    size_t leader = 0;
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        if (!same_place(&sorted[leader], &sorted[i]))
-            leader = i;
-        same[sorted[i].vertex] = sorted[leader].vertex;
-    }
-    rmap_free(sorted);
+    rmap_free(slot);
     return true;
 }
 
