@@ -83,11 +83,11 @@ static void set_sight(const struct rmap_facets *facets, size_t i, double wider, 
 static enum rmap_status facets_build(const struct rmap_mesh *mesh, double wider,
                                      struct rmap_facets *facets, struct rmap_error *err)
 {
-    facets->same = rmap_alloc(mesh->n_vertex, sizeof(*facets->same));
+    facets->same = rmap_alloc_unset(mesh->n_vertex, sizeof(*facets->same));
     facets->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*facets->first));
-    facets->fan = rmap_alloc(3 * mesh->n_triangle, sizeof(*facets->fan));
-    facets->corner = rmap_alloc(mesh->n_triangle, sizeof(*facets->corner));
-    facets->sight = rmap_alloc(mesh->n_triangle, sizeof(*facets->sight));
+    facets->fan = rmap_alloc_unset(3 * mesh->n_triangle, sizeof(*facets->fan));
+    facets->corner = rmap_alloc_unset(mesh->n_triangle, sizeof(*facets->corner));
+    facets->sight = rmap_alloc_unset(mesh->n_triangle, sizeof(*facets->sight));
     if (!facets->corner || !facets->sight || !facets->same || !facets->first || !facets->fan ||
         !join_vertices(mesh, facets->same))
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles",
@@ -127,6 +127,7 @@ static void drop(struct rmap_bottom *bottom)
     facets_release(&bottom->facets);
     if (bottom->scene)
         rtcReleaseScene(bottom->scene);
+    rmap_free(bottom->widened);
     rmap_mesh_destroy(bottom->mesh);
     rmap_free(bottom);
 }
@@ -163,7 +164,7 @@ static enum rmap_status build(struct rmap_accel *accel, const struct rmap_geomet
             rmap_cells_build(geometry->mesh, &bottom->facets, wider, &bottom->facets.cells, err));
         RMAP_TRY(rmap_accel_cells(accel, bottom->facets.cells, &bottom->scene, err));
     } else {
-        RMAP_TRY(rmap_accel_mesh(accel, geometry, wider, &bottom->scene, err));
+        RMAP_TRY(rmap_accel_mesh(accel, geometry, wider, &bottom->scene, &bottom->widened, err));
         RMAP_TRY(facets_build(geometry->mesh, wider, &bottom->facets, err));
     }
     accel->build.n_built++;

@@ -11,6 +11,7 @@
 
 struct rmap_bottom {
     RTCScene scene;
+    void *widened; /* triangles that the scene was built of; NULL: of cells */
     struct rmap_facets facets;
     struct rmap_mesh *mesh; /* held */
     struct rmap_vec3 lower, upper;

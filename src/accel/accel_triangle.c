@@ -11,6 +11,7 @@
 #include "accel/accel_cell.h"
 #include "accel/accel_internal.h"
 #include "accel/accel_start.h"
+#include "base/alloc.h"
 #include "geometry/shape_solve.h"
 
 /* The bottom level of a mesh. Embree's float test is not watertight where many triangles share a
@@ -36,7 +37,7 @@ double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider)
     double perimeter = rmap_length(e1) + rmap_length(e2) + rmap_length(rmap_sub(e2, e1));
     if (!(perimeter > 0))
         return wider;
-    return fmax(wider, LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter);
+    return rmap_greater(LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter, wider);
 }
 
 static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, float out[9])
@@ -50,7 +51,7 @@ static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, f
         along[k] = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
     for (int k = 0; k < 3; k++) {
         struct rmap_vec3 a = along[k], b = rmap_scale(along[(k + 2) % 3], -1);
-        double sine = fmax(rmap_length(rmap_cross(a, b)), RMAP_NEEDLE_SINE);
+        double sine = rmap_greater(rmap_length(rmap_cross(a, b)), RMAP_NEEDLE_SINE);
         struct rmap_vec3 p = rmap_axpy(-wider / sine, rmap_add(a, b), corner[k]);
         out[3 * k] = (float)p.x;
         out[3 * k + 1] = (float)p.y;
@@ -103,21 +104,30 @@ enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *c
 }
 
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
-                                 double wider, RTCScene *scene_ret, struct rmap_error *err)
+                                 double wider, RTCScene *scene_ret, void **widened_ret,
+                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_mesh *mesh = geometry->mesh;
+    const size_t n = mesh->n_triangle;
     RTCGeometry triangles = NULL;
     RMAP_TRY(check(geometry, err));
     triangles = rtcNewGeometry(accel->device->embree, RTC_GEOMETRY_TYPE_TRIANGLE);
-    float *vertex = rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                            12, 3 * mesh->n_triangle);
-    uint32_t *index = rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                              12, mesh->n_triangle);
+    /* Memory of ours is on huge pages. Embree reads 16 bytes of the last corner. */
+    float *vertex = rmap_alloc_unset(12 * n + 1, 4);
+    if (!vertex)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles", n));
+    *widened_ret = vertex;
+    uint32_t *index = (void *)(vertex + 9 * n + 1);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertex, 0,
+                               12, 3 * n);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, index, 0, 12,
+                               n);
     RMAP_TRY(rmap_accel_failed(accel, "making room for a mesh", err));
-    for (size_t i = 0; i < mesh->n_triangle; i++)
+    for (size_t i = 0; i < n; i++)
         widen(mesh, i, wider, &vertex[9 * i]);
-    for (size_t i = 0; i < 3 * mesh->n_triangle; i++)
+    vertex[9 * n] = 0;
+    for (size_t i = 0; i < 3 * n; i++)
         index[i] = (uint32_t)i;
     rtcSetGeometryIntersectFilterFunction(triangles, rmap_accel_triangle);
     rtcCommitGeometry(triangles);

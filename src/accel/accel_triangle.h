@@ -12,9 +12,10 @@
 
 #include "accel/accel_internal.h"
 
-/* The bottom level of a mesh, its triangles `wider` on every side. */
+/* The bottom level of a mesh, its triangles `wider` on every side. *widened_ret: these, which the
+ * scene uses; rmap_free after it, whatever the status. */
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
-                                 double wider, RTCScene *scene_ret,
+                                 double wider, RTCScene *scene_ret, void **widened_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same of a mesh whose faces lie on true surfaces. */
