@@ -150,7 +150,7 @@ bool rmap_words_have(const char *text, const char *word)
 {
     const size_t len = strlen(word);
     const char *at = strchr(word, ' ') ? NULL : text;
-    while (at && (strncmp(at, word, len) != 0 || (at[len] && at[len] != ' '))) {
+    while (at && (at[0] != word[0] || strncmp(at, word, len) != 0 || (at[len] && at[len] != ' '))) {
         at = strchr(at, ' ');
         at += at != NULL;
     }
