@@ -192,7 +192,7 @@ const struct rmap_command rmap_command_convert = {
     .help =
         "Writes the rays of a map into a new one, bit by bit the same: its digest, energy balance\n"
         "and images do not change. The encoding 'plain' keeps every column as a dataset that any\n"
-        "HDF5 tool reads; 'compact' takes a twelfth to a hundredth of its bytes, with gradient\n"
+        "HDF5 tool reads; 'compact' takes a seventh to a hundredth of its bytes, with gradient\n"
         "media more. Runs on all ranks and threads.",
     .options = options,
     .min_operands = 1,
