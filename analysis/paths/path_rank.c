@@ -15,7 +15,11 @@ static int compare_ranked(const void *a_, const void *b_)
         return a->value > b->value ? -1 : 1;
     if (a->flux != b->flux)
         return a->flux > b->flux ? -1 : 1;
-    return (a->first_ray > b->first_ray) - (a->first_ray < b->first_ray);
+    if (a->first_ray != b->first_ray)
+        return a->first_ray < b->first_ray ? -1 : 1;
+    if (a->key.high != b->key.high)
+        return a->key.high < b->key.high ? -1 : 1;
+    return (a->key.low > b->key.low) - (a->key.low < b->key.low);
 }
 
 static struct rmap_path_ranked ranked_of(const struct rmap_path_counts *counts, size_t class,
@@ -27,6 +31,7 @@ static struct rmap_path_ranked ranked_of(const struct rmap_path_counts *counts, 
     const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
     return (struct rmap_path_ranked){
         .class = class,
+        .key = sum->key,
         .first_ray = sum->number[RMAP_PATH_CLASS_FIRST_RAY],
         .value = sort == RMAP_PATH_BY_FLUX   ? flux
                  : sort == RMAP_PATH_BY_RAYS ? rays

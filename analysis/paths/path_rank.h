@@ -10,6 +10,7 @@
 /* A class while classes are ranked. */
 struct rmap_path_ranked {
     size_t class;
+    struct rmap_key key; /* of the class: a ray may be the first of several */
     uint64_t first_ray;
     double value; /* the greater, the earlier */
     double flux;

@@ -16,7 +16,7 @@ enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set 
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
-    self->columns = columns & rmap_columns_of_run(map->scene[0]->timed);
+    self->columns = columns & rmap_columns_known(map->scene[0]->timed);
     self->whole_paths = rmap_compact_needs_rows(self->columns);
     self->space = rmap_alloc(map->spaces.n, sizeof *self->space);
     if (!self->space) {
@@ -159,7 +159,7 @@ void rmap_cursor_show_columns(const struct rmap_portion *rows, rmap_column_set c
         if (columns & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(shown, (enum rmap_column)c) =
                 rmap_portion_column(rows, (enum rmap_column)c);
-    if (columns & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)) {
+    if (columns & RMAP_COLUMNS_ANGLES) {
         shown->knows_angles = rows->knows_angles;
         shown->angle = rows->angle;
     }
@@ -239,7 +239,7 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
 {
     enum rmap_status st = RMAP_OK;
     const rmap_column_set cells = RMAP_CELL_COLUMNS;
-    columns &= rmap_columns_of_run(self->shown.timed);
+    columns &= rmap_columns_known(self->shown.timed);
     if (self->map->held) { /* as they were traced: there is nothing to check */
         rmap_cursor_show_columns(self->map->held[self->in_hand], columns, &self->shown);
         return RMAP_OK;

@@ -68,9 +68,8 @@ enum rmap_status rmap_cursor_compare_beside(struct rmap_cursor *cursor,
 enum rmap_status rmap_cursor_traced(struct rmap_cursor *cursor, rmap_column_set *traced_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
-/* Columns of the portion in hand beside which something of these is known though no ray is traced
- * again: with /registration/relative, of directions, the angles that they make. After
- * rmap_cursor_traced; nothing is read. */
+/* What tells something of these columns of the portion in hand though no ray is traced again: of
+ * directions, RMAP_COLUMNS_ANGLES with places. After rmap_cursor_traced; nothing is read. */
 rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *cursor, rmap_column_set columns);
 
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;

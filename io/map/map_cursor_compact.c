@@ -146,7 +146,7 @@ rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *self, rmap_column
 {
     const bool known = self->knows_header && self->header.angled && self->header.placed;
     return known && (columns & RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction))
-               ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)
+               ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) | RMAP_COLUMNS_ANGLES
                : 0;
 }
 

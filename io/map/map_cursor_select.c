@@ -109,7 +109,7 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     const size_t n_ray = self->shown.n_row[RMAP_TABLE_RAY];
     *selected_ret = NULL;
-    columns &= rmap_columns_of_run(self->shown.timed);
+    columns &= rmap_columns_known(self->shown.timed);
     if (!rmap_map_selects(self->map, self->in_hand, columns) ||
         !(columns & ~self->present & rmap_compact_traced(false)))
         return RMAP_OK;

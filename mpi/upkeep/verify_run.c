@@ -81,7 +81,8 @@ static enum rmap_status verify_rays(void *context, int thread, size_t first, siz
     struct worker *self = &check->worker[thread];
     enum rmap_status st = RMAP_OK;
     if (!self->cursor)
-        RMAP_TRY(rmap_cursor_create(what->map, RMAP_COLUMNS_ALL, &self->cursor, err));
+        RMAP_TRY(rmap_cursor_create(what->map, RMAP_COLUMNS_ALL | RMAP_COLUMNS_ANGLES,
+                                    &self->cursor, err));
     for (size_t i = first; i < last; i++) {
         const struct rmap_portion_info *info = &what->content->portion[i];
         bool is_open = what->content->piece[info->piece].is_open;

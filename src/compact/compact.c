@@ -305,7 +305,7 @@ void rmap_compact_decoder_pass_over(struct rmap_compact_decoder *decoder, const 
 
 /* Columns that lanes have. */
 #define LANE(column, role) | BIT(RMAP_##column)
-#define LANE_COLUMNS       (0 RMAP_LANES(LANE))
+#define LANE_COLUMNS       (RMAP_COLUMNS_ANGLES RMAP_LANES(LANE))
 
 #define COLOUR_COLUMNS                                                                             \
     (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path) | \
@@ -456,7 +456,7 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
         correct_media(&lane[RMAP_LANE_SEGMENT_medium], out);
     if (header.placed)
         fill_places(decoder, columns, out);
-    if (columns & BIT(RMAP_REGISTRATION_relative))
+    if (columns & RMAP_COLUMNS_ANGLES)
         RMAP_TRY(fill_angles(&header, out, err));
     if (traced)
         RMAP_TRY(retrace_rows(decoder, rows, &header, traced, out, err));
@@ -509,7 +509,7 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (!present)
         rmap_portion_clear(out);
     out->timed = decoder->model->scene->timed;
-    columns &= rmap_columns_of_run(out->timed);
+    columns &= rmap_columns_known(out->timed);
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);

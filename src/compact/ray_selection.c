@@ -405,8 +405,7 @@ static enum rmap_status select_lanes(struct rmap_compact_selection *self,
     for (int i = 0; i < header.n_lane; i++)
         if (self->lane[i].mode == RMAP_LANE_RESIDUAL || self->lane[i].mode == RMAP_LANE_VERBATIM)
             RMAP_TRY(select_dense(self, &self->lane[i], n, err));
-    if (header.angles.degrees && (used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative)) &&
-        !(used & RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction))) /* nobody asks for them beside it */
+    if (header.angles.degrees && (used & RMAP_COLUMNS_ANGLES))
         RMAP_TRY(select_angles(self, &header, n, err));
 out:
     return st;

@@ -91,9 +91,9 @@ static uint64_t lane_streams(rmap_column_set columns)
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (lanes & RMAP_COLUMN_BIT(c))
             streams |= pool[rmap_element_nbytes(rmap_column_info((enum rmap_column)c)->element)];
-    if (lanes & COLUMN(REGISTRATION_relative)) /* angles come with it */
-        streams |= BIT(pool32);
-    if (lanes & ~COLUMN(REGISTRATION_relative)) /* it has no patches */
+    if (lanes & RMAP_COLUMNS_ANGLES)
+        streams |= BIT(pool16) | BIT(pool32);
+    if (lanes & ~(COLUMN(REGISTRATION_relative) | RMAP_COLUMNS_ANGLES)) /* these have no patches */
         streams |= BIT(patch_skip) | BIT(patch_value);
     if (lanes & COLUMN(RAY_wavelength))
         streams |= BIT(ray_channel);

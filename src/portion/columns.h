@@ -123,6 +123,16 @@ static inline rmap_column_set rmap_columns_of_run(bool timed)
     return timed ? RMAP_COLUMNS_ALL : RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_TIME;
 }
 
+/* No column: what a compact piece knows about the angles of registrations, where places stand by
+ * themselves (struct rmap_portion.angle). */
+#define RMAP_COLUMNS_ANGLES RMAP_COLUMN_BIT(RMAP_COLUMN_COUNT)
+
+/* What readers of such a run may ask for. */
+static inline rmap_column_set rmap_columns_known(bool timed)
+{
+    return rmap_columns_of_run(timed) | RMAP_COLUMNS_ANGLES;
+}
+
 /* What of a ray is no number measured: equal for all rays of the same path. */
 #define RMAP_COLUMNS_DISCRETE                                                                      \
     (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
