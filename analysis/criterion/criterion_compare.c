@@ -39,47 +39,33 @@ RMAP_WIDE static void choose(const uint32_t *restrict count, size_t n, uint32_t 
     }
 }
 
-static void compare_exactly(const uint32_t *count, size_t n, const struct whole_range *range,
-                            uint8_t *outcome)
+/* The same of counts that lie between these; neither here nor there: open. least: NULL stands for
+ * 0. */
+RMAP_WIDE static void choose_between(const uint32_t *restrict least, const uint32_t *restrict most,
+                                     size_t n, const struct whole_range *range, uint8_t inside,
+                                     uint8_t outside, uint8_t *restrict outcome)
 {
-    uint8_t flip = range->flip ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
-    if (range->empty)
-        memset(outcome, flip, n);
-    else
-        choose(count, n, range->least, range->span, flip ^ RMAP_OUTCOME_YES, flip, outcome);
+    const uint32_t low = range->least, span = range->span, high = low + span;
+    for (size_t i = 0; i < n; i++) {
+        const uint32_t from = least ? least[i] : 0;
+        const uint8_t in = (uint8_t)(0 - ((from >= low) & (most[i] <= high)));
+        const uint8_t out = (uint8_t)(0 - ((most[i] < low) | (from > high)));
+        outcome[i] = (uint8_t)((in & inside) | (out & outside) | (~(in | out) & RMAP_OUTCOME_OPEN));
+    }
 }
 
-/* The outcome where no count up to the one given, or every one, is in the range. */
-static uint8_t decided(const struct whole_range *range)
+void rmap_compare_counts(const uint32_t *least, const uint32_t *most, size_t n,
+                         const struct rmap_interval *interval, uint8_t *outcome)
 {
-    uint8_t own = range->least > 0 || range->empty ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
-    return range->flip ? rmap_outcome_not(own) : own;
-}
-
-static void compare_at_most(const uint32_t *count, size_t n, const struct whole_range *range,
-                            uint8_t *outcome)
-{
-    uint8_t own = decided(range);
-    if (range->empty)
-        memset(outcome, own, n);
-    else if (range->least > 0) /* decided where there are fewer */
-        choose(count, n, 0, range->least - 1, own, RMAP_OUTCOME_OPEN, outcome);
+    const struct whole_range range = whole_range(interval);
+    const uint8_t outside = range.flip ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
+    const uint8_t inside = rmap_outcome_not(outside);
+    if (range.empty)
+        memset(outcome, outside, n);
+    else if (least == most)
+        choose(most, n, range.least, range.span, inside, outside, outcome);
     else
-        choose(count, n, 0, range->span, own, RMAP_OUTCOME_OPEN, outcome);
-}
-
-void rmap_compare_counts(const uint32_t *least, const uint32_t *count, size_t n,
-                         const struct rmap_interval *interval, enum rmap_certainty certainty,
-                         uint8_t *outcome)
-{
-    struct whole_range range = whole_range(interval);
-    if (certainty == RMAP_EXACTLY)
-        compare_exactly(count, n, &range, outcome);
-    else if (certainty == RMAP_AT_MOST)
-        compare_at_most(count, n, &range, outcome);
-    else
-        for (size_t i = 0; i < n; i++)
-            outcome[i] = rmap_bounds_outcome(interval, least[i], count[i]);
+        choose_between(least, most, n, &range, inside, outside, outcome);
 }
 
 RMAP_WIDE void rmap_compare_numbers(const double *restrict number, size_t n,

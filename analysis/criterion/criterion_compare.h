@@ -7,15 +7,10 @@
 
 #include "analysis/criterion/criterion_evaluate.h"
 
-/* What a count says of the one that is asked for: that it is the same, or anything up to it, or
- * from another one up to it. */
-enum rmap_certainty { RMAP_EXACTLY, RMAP_AT_MOST, RMAP_BETWEEN };
-
-/* outcome: [n], enum rmap_outcome, where the interval holds count [n]. least: [n] of RMAP_BETWEEN.
- */
-void rmap_compare_counts(const uint32_t *least, const uint32_t *count, size_t n,
-                         const struct rmap_interval *interval, enum rmap_certainty certainty,
-                         uint8_t *outcome);
+/* outcome: [n], enum rmap_outcome, where the interval holds a count that lies between least and
+ * most [n]; these are the same where it is known. least NULL: 0. */
+void rmap_compare_counts(const uint32_t *least, const uint32_t *most, size_t n,
+                         const struct rmap_interval *interval, uint8_t *outcome);
 
 void rmap_compare_numbers(const double *number, size_t n, const struct rmap_interval *interval,
                           uint8_t *outcome);

@@ -111,44 +111,49 @@ out:
     return st;
 }
 
+/* What a test counts, of what is asked for: just that, or at most, or at most and at least. */
+enum certainty { EXACTLY, AT_MOST, BETWEEN };
+
 /* Outcomes by what a test counts. index: of the node, which may stand looser here. */
 static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t index,
                                      const struct rmap_criterion_node *node,
-                                     enum rmap_certainty certainty, uint8_t *outcome,
+                                     enum certainty certainty, uint8_t *outcome,
                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_marks marks;
     struct rmap_evaluator *memory = ev->evaluator;
-    RMAP_TRY(rmap_test_mark(ev, index, node, certainty == RMAP_BETWEEN, &marks, err));
+    const uint32_t *least = certainty == EXACTLY ? ev->count : NULL;
+    RMAP_TRY(rmap_test_mark(ev, index, node, certainty == BETWEEN, &marks, err));
     rmap_test_count(marks.bits, marks.n_rows, ev->n_ray, ev->count);
-    if (certainty == RMAP_BETWEEN) {
+    if (certainty == BETWEEN) {
         RMAP_TRY(RMAP_RESERVE(memory->least, memory->least_cap, ev->n_ray, err));
         rmap_test_count(marks.sure, marks.n_rows, ev->n_ray, memory->least);
+        least = memory->least;
     }
-    rmap_compare_counts(memory->least, ev->count, ev->n_ray, &node->interval, certainty, outcome);
+    rmap_compare_counts(least, ev->count, ev->n_ray, &node->interval, outcome);
 out:
     return st;
 }
 
 /* A test of registrations without what needs columns that may not be fetched. What it counts then
  * may count, or, where places are known and something of `where`, some of it does. */
-static enum rmap_certainty loosen_registrations(const struct rmap_evaluation *ev,
-                                                struct rmap_registration_test *test)
+static enum certainty loosen_registrations(const struct rmap_evaluation *ev,
+                                           struct rmap_registration_test *test)
 {
-    enum rmap_certainty certainty = test->where < 0 ? RMAP_AT_MOST : RMAP_BETWEEN;
+    enum certainty certainty = test->where < 0 ? AT_MOST : BETWEEN;
     const rmap_column_set place = test->region == RMAP_REGION_CELLS
                                       ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell)
                                       : RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     if (place & ~ev->input->columns) {
         test->region = RMAP_REGION_ALL;
         test->box = NULL;
-        certainty = RMAP_AT_MOST;
+        certainty = AT_MOST;
     }
     if (test->where >= 0 &&
         !rmap_where_tells(ev->criterion, test->where, ev->portion, ev->input->columns)) {
         test->where = -1;
-        certainty = RMAP_AT_MOST;
+        certainty = AT_MOST;
     }
     return certainty;
 }
@@ -177,7 +182,7 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
                                    uint8_t *outcome, struct rmap_error *err)
 {
     struct rmap_criterion_node loose = ev->criterion->node[index];
-    enum rmap_certainty certainty = RMAP_AT_MOST;
+    enum certainty certainty = AT_MOST;
     loose.columns &= ev->input->columns;
     if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
@@ -219,7 +224,7 @@ static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t 
     } else if (node->kind == RMAP_CRITERION_PATH_IN) {
         st = compare_paths_in(ev, node, true, outcome, err);
     } else {
-        st = compare_rows(ev, index, node, RMAP_EXACTLY, outcome, err);
+        st = compare_rows(ev, index, node, EXACTLY, outcome, err);
     }
 out:
     return st;

@@ -13,6 +13,7 @@
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/count.h"
 #include "base/wide.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_keep.h"
@@ -199,14 +200,6 @@ out:
     return st;
 }
 
-static size_t count_open(const uint8_t *outcome, size_t n)
-{
-    size_t n_open = 0;
-    for (size_t i = 0; i < n; i++)
-        n_open += outcome[i] == RMAP_OUTCOME_OPEN;
-    return n_open;
-}
-
 static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct decision *decision,
                                        struct rmap_error *err)
 {
@@ -226,7 +219,7 @@ static enum rmap_status evaluate_paths(struct rmap_query_known *self, struct dec
         uint8_t *outcome = decision->outcome + c * (n + 1);
         outcome[0] = RMAP_OUTCOME_NO;
         RMAP_TRY(evaluate_dictionary(self, c, outcome + 1, err));
-        decision->n_open[c] = count_open(outcome + 1, n);
+        decision->n_open[c] = rmap_count_equal(outcome + 1, n, RMAP_OUTCOME_OPEN);
     }
     memcpy(decision->segments, paths->ray.segment_count, n * sizeof *decision->segments);
     memcpy(decision->source, paths->ray.source, n * sizeof *decision->source);

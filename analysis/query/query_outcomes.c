@@ -10,6 +10,7 @@
 #include "analysis/query/query_outcomes.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
+#include "base/count.h"
 #include "io/map/map_cursor.h"
 
 struct rmap_query_outcomes {
@@ -299,14 +300,6 @@ enum rmap_status rmap_query_outcomes_mark(struct rmap_query_outcomes *self, size
     return st;
 }
 
-static size_t count_outcomes(const uint8_t *outcome, size_t n, uint8_t which)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < n; i++)
-        count += outcome[i] == which;
-    return count;
-}
-
 enum rmap_status rmap_query_outcomes_foresee(struct rmap_query_outcomes *self, size_t c,
                                              struct rmap_query_outlook *outlook, bool *told_ret,
                                              struct rmap_error *err)
@@ -321,10 +314,10 @@ enum rmap_status rmap_query_outcomes_foresee(struct rmap_query_outcomes *self, s
     RMAP_TRY(rmap_query_known_evaluate(self->known_paths, c, outcome, told_ret, err));
     if (!*told_ret)
         goto out;
-    outlook->n_open = count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
+    outlook->n_open = rmap_count_equal(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
     RMAP_TRY(decide_standing(self, c, outcome, &left, err));
-    outlook->n_left = count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
-    outlook->n_possible = self->n_ray - count_outcomes(outcome, self->n_ray, RMAP_OUTCOME_NO);
+    outlook->n_left = rmap_count_equal(outcome, self->n_ray, RMAP_OUTCOME_OPEN);
+    outlook->n_possible = self->n_ray - rmap_count_equal(outcome, self->n_ray, RMAP_OUTCOME_NO);
 out:
     return st;
 }

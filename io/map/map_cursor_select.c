@@ -6,7 +6,7 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
-#include "base/wide.h"
+#include "base/count.h"
 #include "io/map/map_cursor_internal.h"
 #include "io/map/map_keep.h"
 #include "io/map/piece_columns.h"
@@ -48,14 +48,6 @@ enum rmap_status rmap_cursor_compare_beside(struct rmap_cursor *self, enum rmap_
     }
 out:
     return st;
-}
-
-RMAP_WIDE static size_t count_marked(const uint8_t *mark, size_t n, uint8_t wanted)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < n; i++)
-        count += mark[i] == wanted;
-    return count;
 }
 
 /* Whether the n rays that are marked are among those selected last. */
@@ -116,7 +108,7 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     rmap_column_set beside;
     RMAP_TRY(rmap_cursor_know_header(self, err));
     RMAP_TRY(rmap_cursor_choose_beside(self, info, columns & ~self->present, &beside, err));
-    const size_t n = count_marked(mark, n_ray, wanted);
+    const size_t n = rmap_count_equal(mark, n_ray, wanted);
     if (n == 0 || n * (beside ? BESIDE_SHARE : SELECTED_SHARE) > n_ray)
         goto out;
     const rmap_column_set standing = rmap_map_columns_beside(self->map, (size_t)info->piece);

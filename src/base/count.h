@@ -15,6 +15,9 @@
 /* How many of n marks, each 0 or 1, are 1. */
 size_t rmap_count_ones(const uint8_t *mark, size_t n);
 
+/* How many of n marks are this one. */
+size_t rmap_count_equal(const uint8_t *mark, size_t n, uint8_t wanted);
+
 /* Whether n counts add up to so much. */
 bool rmap_sums_to(const uint32_t *count, size_t n, uint64_t wanted);
 
