@@ -68,10 +68,12 @@ static void set_sight(const struct rmap_facets *facets, size_t i, double wider, 
     rmap_facets_corners(facets, (int32_t)i, corner);
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
     struct rmap_vec3 e0 = rmap_sub(e2, e1), n = rmap_cross(e1, e2);
+    const double side[3] = {rmap_length(e0), rmap_length(e1), rmap_length(e2)};
     double area = rmap_length(n), cosine = HUGE_VAL;
-    double longest = rmap_max(rmap_dot(e0, e0), rmap_max(rmap_dot(e1, e1), rmap_dot(e2, e2)));
-    if (area > RMAP_NEEDLE_SINE * longest) {
-        cosine = rmap_max(wider / rmap_facet_margin(e1, e2, wider), LEAST_COSINE) * (1 + 1e-5);
+    double longest = rmap_max(side[0], rmap_max(side[1], side[2]));
+    if (area > RMAP_NEEDLE_SINE * longest * longest) {
+        const double margin = rmap_facet_margin(area, side[0] + side[1] + side[2], wider);
+        cosine = rmap_max(wider / margin, LEAST_COSINE) * (1 + 1e-5);
         n = rmap_scale(n, 1 / area);
     }
     sight[0] = (float)n.x;

@@ -107,14 +107,15 @@ static bool keeps_lengths(const struct rmap_affine *a)
 void rmap_world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lower,
                     struct rmap_vec3 *upper)
 {
-    struct rmap_vec3 low = *lower, high = *upper;
-    for (int k = 0; k < 8; k++) {
-        struct rmap_vec3 corner =
-            rmap_vec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
-        corner = rmap_affine_point(to_world, corner);
-        *lower = k == 0 ? corner : rmap_least(*lower, corner);
-        *upper = k == 0 ? corner : rmap_greatest(*upper, corner);
-    }
+    const struct rmap_vec3 half = rmap_scale(rmap_sub(*upper, *lower), 0.5),
+                           middle = rmap_affine_point(to_world, rmap_add(*lower, half));
+    const double(*m)[3] = to_world->m;
+    const struct rmap_vec3 reach =
+        rmap_vec3(fabs(m[0][0]) * half.x + fabs(m[0][1]) * half.y + fabs(m[0][2]) * half.z,
+                  fabs(m[1][0]) * half.x + fabs(m[1][1]) * half.y + fabs(m[1][2]) * half.z,
+                  fabs(m[2][0]) * half.x + fabs(m[2][1]) * half.y + fabs(m[2][2]) * half.z);
+    *lower = rmap_sub(middle, reach);
+    *upper = rmap_add(middle, reach);
 }
 
 void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,

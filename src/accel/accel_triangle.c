@@ -26,33 +26,33 @@
  * edge on. */
 #define LEAST_MARGIN 0.003
 
-static struct rmap_vec3 unit(struct rmap_vec3 v)
+double rmap_facet_margin(double area, double perimeter, double wider)
 {
-    double length = rmap_length(v);
-    return length > 0 ? rmap_scale(v, 1 / length) : v;
+    return perimeter > 0 ? rmap_greater(LEAST_MARGIN * area / perimeter, wider) : wider;
 }
 
-double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider)
-{
-    double perimeter = rmap_length(e1) + rmap_length(e2) + rmap_length(rmap_sub(e2, e1));
-    if (!(perimeter > 0))
-        return wider;
-    return rmap_greater(LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter, wider);
-}
-
+/* At a corner between a and b the sides meet again, moved out by the margin, where it stands less
+ * margin / sine * (a / |a| + b / |b|); |a| |b| sine is the area. */
 static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, float out[9])
 {
-    struct rmap_vec3 corner[3];
+    struct rmap_vec3 corner[3], side[3]; /* from the k-th corner to the next */
+    double length[3];
     rmap_mesh_corners(mesh, triangle, corner);
-    wider =
-        rmap_facet_margin(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]), wider);
-    struct rmap_vec3 along[3]; /* from the k-th corner to the next */
-    for (int k = 0; k < 3; k++)
-        along[k] = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
     for (int k = 0; k < 3; k++) {
-        struct rmap_vec3 a = along[k], b = rmap_scale(along[(k + 2) % 3], -1);
-        double sine = rmap_greater(rmap_length(rmap_cross(a, b)), RMAP_NEEDLE_SINE);
-        struct rmap_vec3 p = rmap_axpy(-wider / sine, rmap_add(a, b), corner[k]);
+        side[k] = rmap_sub(corner[(k + 1) % 3], corner[k]);
+        length[k] = rmap_length(side[k]);
+    }
+    const double area = rmap_length(rmap_cross(side[0], side[1]));
+    const double margin = rmap_facet_margin(area, length[0] + length[1] + length[2], wider);
+    for (int k = 0; k < 3; k++) {
+        const int last = (k + 2) % 3;
+        const double least = RMAP_NEEDLE_SINE * length[k] * length[last];
+        struct rmap_vec3 p = corner[k];
+        if (least > 0) {
+            const double share = margin / rmap_greater(area, least);
+            p = rmap_axpy(-share * length[last], side[k], p);
+            p = rmap_axpy(share * length[k], side[last], p);
+        }
         out[3 * k] = (float)p.x;
         out[3 * k + 1] = (float)p.y;
         out[3 * k + 2] = (float)p.z;

@@ -22,8 +22,8 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
 enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *cells,
                                   RTCScene *scene_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* By how much a triangle with these edges from its first corner is widened, in its plane. */
-double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider);
+/* By how much a triangle is widened in its plane; area: twice its own, perimeter: of its sides. */
+double rmap_facet_margin(double area, double perimeter, double wider);
 
 /* True when the surface came nearer than all before, so that the limit has shrunk. */
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
