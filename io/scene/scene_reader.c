@@ -149,11 +149,9 @@ void rmap_words_split(const char *text, struct rmap_words *words)
 bool rmap_words_have(const char *text, const char *word)
 {
     const size_t len = strlen(word);
-    const char *at = strchr(word, ' ') ? NULL : text;
-    while (at && (at[0] != word[0] || strncmp(at, word, len) != 0 || (at[len] && at[len] != ' '))) {
-        at = strchr(at, ' ');
-        at += at != NULL;
-    }
+    const char *at = len > 0 && !strchr(word, ' ') ? strstr(text, word) : NULL;
+    while (at && ((at > text && at[-1] != ' ') || (at[len] && at[len] != ' ')))
+        at = strstr(at + 1, word);
     return at != NULL;
 }
 

@@ -201,6 +201,15 @@ bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
     return true;
 }
 
+/* Without snprintf, since a scene has some numbers for each of a hundred thousand objects. */
+static void quote(const char *key, char *what, size_t nbytes)
+{
+    const size_t n = strnlen(key, nbytes - 3);
+    what[0] = '\'';
+    memcpy(what + 1, key, n);
+    memcpy(what + 1 + n, "'", 2);
+}
+
 static void missing(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key)
 {
     rmap_reader_error(reader, map, "'%s' is missing: add it", key);
@@ -212,7 +221,7 @@ bool rmap_reader_number(struct rmap_reader *reader, const struct rmap_yaml_node 
 {
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
     char what[80];
-    (void)snprintf(what, sizeof what, "'%s'", key);
+    quote(key, what, sizeof what);
     if (node)
         return rmap_reader_scalar(reader, node, what, range, value);
     if (need == RMAP_REQUIRED)
@@ -228,7 +237,7 @@ bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *
     char what[80];
     if (!node)
         return true;
-    (void)snprintf(what, sizeof what, "'%s'", key);
+    quote(key, what, sizeof what);
     if (!rmap_reader_scalar(reader, node, what, &rmap_range_any, &number))
         return false;
     if (number > (double)to) {
@@ -256,7 +265,7 @@ bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node
             missing(reader, map, key);
         return need == RMAP_OPTIONAL;
     }
-    (void)snprintf(what, sizeof what, "'%s'", key);
+    quote(key, what, sizeof what);
     if (node->kind == RMAP_YAML_SCALAR && n_min == 1) {
         *n_ret = 1;
         return rmap_reader_scalar(reader, node, what, range, value);

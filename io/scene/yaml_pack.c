@@ -114,15 +114,30 @@ static enum rmap_status take_text(struct cursor *in, const char **text)
     return RMAP_OK;
 }
 
-/* Into a node that is there. */
-static enum rmap_status take_node(struct cursor *in, struct rmap_yaml_node *node, int depth)
+static enum rmap_status no_memory(struct cursor *in)
+{
+    return rmap_error_set(in->err, RMAP_SYSTEM, "out of memory for a scene");
+}
+
+/* Objects of a list have the same keys, mostly in the same order: one copy serves all. */
+static char *key_of(struct rmap_pool *pool, const char *text, const struct rmap_yaml_node *before,
+                    size_t i)
+{
+    const bool same = before && i < before->n_item && before->kind == RMAP_YAML_MAP &&
+                      strcmp(before->item[i].key, text) == 0;
+    return same ? before->item[i].key : rmap_pool_strdup(pool, text);
+}
+
+/* Into a node that is there; `before` is that of the item before it, or NULL. */
+static enum rmap_status take_node(struct cursor *in, struct rmap_yaml_node *node,
+                                  const struct rmap_yaml_node *before, int depth)
 {
     enum rmap_status st = RMAP_OK;
-    int kind = 0, n = 0, line = 0, column = 0;
+    int kind = 0, n = 0;
     const char *text = NULL;
+    struct rmap_yaml_node *value;
     RMAP_TRY(take_number(in, &kind));
-    if ((kind & KIND) > RMAP_YAML_MAP || kind > (KIND | QUOTED) || depth > RMAP_YAML_DEPTH_MAX ||
-        ++in->n_node > RMAP_YAML_NODE_MAX + RMAP_YAML_COPY_MAX)
+    if ((kind & KIND) > RMAP_YAML_MAP || kind > (KIND | QUOTED) || depth > RMAP_YAML_DEPTH_MAX)
         RMAP_TRY(damaged(in));
     node->kind = (enum rmap_yaml_kind)(kind & KIND);
     node->quoted = kind & QUOTED;
@@ -131,19 +146,30 @@ static enum rmap_status take_node(struct cursor *in, struct rmap_yaml_node *node
     if (node->kind == RMAP_YAML_SCALAR) {
         RMAP_TRY(take_text(in, &text));
         node->text = rmap_pool_strdup(node->pool, text);
-        return node->text ? st : rmap_error_set(in->err, RMAP_SYSTEM, "out of memory for a scene");
+        return node->text ? st : no_memory(in);
     }
     RMAP_TRY(take_number(in, &n));
-    for (int i = 0; i < n; i++) {
-        struct rmap_yaml_node *value = rmap_yaml_new(node, RMAP_YAML_SCALAR, 0, 0);
-        if (!value)
-            RMAP_TRY(rmap_error_set(in->err, RMAP_SYSTEM, "out of memory for a scene"));
-        if (node->kind == RMAP_YAML_MAP)
+    in->n_node += (size_t)n; /* what a damaged number can claim has an end */
+    if (in->n_node > RMAP_YAML_NODE_MAX + RMAP_YAML_COPY_MAX)
+        RMAP_TRY(damaged(in));
+    node->item = rmap_pool_alloc(node->pool, (size_t)n, sizeof *node->item);
+    value = rmap_pool_alloc(node->pool, (size_t)n, sizeof *value);
+    if (!node->item || !value)
+        RMAP_TRY(no_memory(in));
+    node->cap_item = (size_t)n;
+    for (size_t i = 0; i < node->cap_item; i++) {
+        struct rmap_yaml_item item = {.value = &value[i]};
+        value[i] = (struct rmap_yaml_node){.pool = node->pool};
+        if (node->kind == RMAP_YAML_MAP) {
             RMAP_TRY(take_text(in, &text));
-        RMAP_TRY(take_number(in, &line));
-        RMAP_TRY(take_number(in, &column));
-        RMAP_TRY(take_node(in, value, depth + 1));
-        RMAP_TRY(rmap_yaml_append(node, text, line, column, value, in->err));
+            item.key = key_of(node->pool, text, before, i);
+            if (!item.key)
+                RMAP_TRY(no_memory(in));
+        }
+        RMAP_TRY(take_number(in, &item.line));
+        RMAP_TRY(take_number(in, &item.column));
+        RMAP_TRY(take_node(in, &value[i], i > 0 ? &value[i - 1] : NULL, depth + 1));
+        node->item[node->n_item++] = item;
     }
 out:
     return st;
@@ -155,8 +181,8 @@ enum rmap_status rmap_yaml_unpack(const uint8_t *bytes, size_t nbytes,
     struct cursor in = {.at = bytes, .end = bytes + nbytes, .err = err};
     struct rmap_yaml_node *root = rmap_yaml_create();
     if (!root)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-    enum rmap_status st = take_node(&in, root, 1);
+        return no_memory(&in);
+    enum rmap_status st = take_node(&in, root, NULL, 1);
     if (st == RMAP_OK && in.at != in.end)
         st = damaged(&in);
     if (st == RMAP_OK)
