@@ -387,12 +387,6 @@ void rmap_reader_read_detectors(struct rmap_reader *reader)
 
 static void read_receivers(struct rmap_reader *reader)
 {
-    enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
-                                          &reader->root, reader->diagnostics, &reader->failure);
-    if (st != RMAP_OK && st != RMAP_INPUT) /* INPUT: reported in the diagnostics */
-        rmap_reader_fail(reader, st);
-    if (st != RMAP_OK || !reader->root)
-        return;
     const struct rmap_yaml_node *list = reader->root; /* alone, or under `detectors` */
     if (list->kind != RMAP_YAML_LIST) {
         if (!rmap_reader_check_map(reader, list, "a file of receivers", "raymap detectors"))
@@ -407,14 +401,20 @@ static void read_receivers(struct rmap_reader *reader)
 
 void rmap_reader_read_receivers(struct rmap_reader *reader)
 {
-    struct rmap_yaml_node *root = reader->root;
+    const struct rmap_yaml_node *const root = reader->root;
+    struct rmap_yaml_node *theirs = NULL;
     struct rmap_diagnostics *diagnostics = reader->diagnostics;
     if (!reader->receivers)
         return;
-    reader->root = NULL;
     reader->diagnostics = reader->receivers->diagnostics;
-    read_receivers(reader);
-    rmap_yaml_destroy(reader->root);
+    enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
+                                          &theirs, reader->diagnostics, &reader->failure);
+    reader->root = theirs;
+    if (st != RMAP_OK && st != RMAP_INPUT) /* INPUT: reported in the diagnostics */
+        rmap_reader_fail(reader, st);
+    if (st == RMAP_OK && theirs)
+        read_receivers(reader);
+    rmap_yaml_destroy(theirs);
     reader->root = root;
     reader->diagnostics = diagnostics;
 }

@@ -85,7 +85,7 @@ static void read_sections(struct rmap_reader *reader)
 
 static enum rmap_status parse_text(struct rmap_reader *reader)
 {
-    return rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->root,
+    return rmap_yaml_parse(reader->bundle->text, reader->bundle->text_nbytes, &reader->own,
                            reader->diagnostics, reader->err);
 }
 
@@ -105,21 +105,31 @@ static enum rmap_status parse_kept(struct rmap_reader *reader)
     if (found == RMAP_OK)
         found = rmap_kept_read(&kept, &bytes, &body, &nbytes, &note);
     if (bytes)
-        found = rmap_yaml_unpack(body, nbytes, &reader->root, &note);
+        found = rmap_yaml_unpack(body, nbytes, &reader->own, &note);
     rmap_free(bytes);
     bytes = NULL;
-    if (reader->root)
+    if (reader->own)
         goto out;
     RMAP_TRY(parse_text(reader));
     if (found != RMAP_SYSTEM && reader->diagnostics->n == 0 &&
-        rmap_yaml_pack(reader->root, &bytes, &nbytes, &note) == RMAP_OK)
+        rmap_yaml_pack(reader->own, &bytes, &nbytes, &note) == RMAP_OK)
         found = rmap_kept_write(&kept, bytes, nbytes, &note);
     if (note.status != RMAP_OK && kept.path) /* a pipe has no place */
-        rmap_reader_warn(reader, reader->root, "%s; the scene's own text is read", note.text);
+        rmap_reader_warn(reader, reader->own, "%s; the scene's own text is read", note.text);
 out:
     rmap_free(bytes);
     rmap_kept_fini(&kept);
     return st;
+}
+
+/* Read as it is where nothing is put into it while it is read. */
+static enum rmap_status take_tree(struct rmap_reader *reader)
+{
+    const struct rmap_scene_options *options = &reader->bundle->options;
+    if (options->n_set > 0 || options->simulation || rmap_yaml_get(options->root, "attributes"))
+        return rmap_yaml_duplicate(options->root, &reader->own, reader->err);
+    reader->root = options->root;
+    return RMAP_OK;
 }
 
 static enum rmap_status parse(struct rmap_reader *reader)
@@ -133,7 +143,7 @@ static enum rmap_status parse(struct rmap_reader *reader)
     /* What includes files is read with them. */
     const bool alone = !strstr(reader->bundle->text, RMAP_INCLUDE_MARK);
     if (options->root && alone && !rmap_yaml_get(options->root, "include"))
-        st = rmap_yaml_duplicate(options->root, &reader->root, reader->err);
+        st = take_tree(reader);
     else if (rmap_bundle_is_kept(reader->bundle) && alone &&
              reader->bundle->text_nbytes >= RMAP_KEPT_LEAST)
         st = parse_kept(reader);
@@ -141,17 +151,19 @@ static enum rmap_status parse(struct rmap_reader *reader)
         st = parse_text(reader);
     if (st == RMAP_INPUT) /* reported in the diagnostics */
         return RMAP_OK;
+    if (reader->own)
+        reader->root = reader->own;
     if (st == RMAP_OK)
         st = rmap_reader_set_simulation(reader);
     for (size_t i = 0; st == RMAP_OK && i < options->n_set; i++)
-        st = rmap_yaml_edit(reader->root, options->set[i], -(int)(i + 1), reader->diagnostics,
+        st = rmap_yaml_edit(reader->own, options->set[i], -(int)(i + 1), reader->diagnostics,
                             reader->err);
     return st;
 }
 
 static void fini(struct rmap_reader *reader)
 {
-    rmap_yaml_destroy(reader->root);
+    rmap_yaml_destroy(reader->own);
     rmap_names_fini(&reader->media);
     rmap_names_fini(&reader->films);
     rmap_names_fini(&reader->surfaces);

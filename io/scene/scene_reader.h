@@ -133,7 +133,8 @@ struct rmap_placed_source {
 
 struct rmap_reader {
     struct rmap_bundle *bundle;
-    struct rmap_yaml_node *root;
+    const struct rmap_yaml_node *root;
+    struct rmap_yaml_node *own; /* the same, which changes while it is read; NULL: it is borrowed */
     struct rmap_scene *scene;
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;

@@ -49,7 +49,7 @@ enum rmap_status rmap_reader_set_simulation(struct rmap_reader *reader)
         if (is_named(list->item[i].value, wanted))
             set = rmap_yaml_get(list->item[i].value, "set");
     for (size_t i = 0; set && set->kind == RMAP_YAML_MAP && i < set->n_item && st == RMAP_OK; i++)
-        st = rmap_yaml_put(reader->root, &set->item[i], reader->diagnostics, reader->err);
+        st = rmap_yaml_put(reader->own, &set->item[i], reader->diagnostics, reader->err);
     return st;
 }
 
