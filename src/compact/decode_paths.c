@@ -84,20 +84,6 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
 #define soon(address) ((void)(address))
 #endif
 
-/* The known path of a later ray. */
-static inline const struct rmap_known_path *later(const struct rmap_path_table *table,
-                                                  const uint32_t *path, size_t n, size_t ahead)
-{
-    uint32_t its = path[n > ahead ? ahead : 0];
-    return &table->path[its - (its > 0)]; /* no branch */
-}
-
-/* x where the mask is all ones, y where it is 0. */
-static inline uint32_t either(uint32_t mask, uint32_t x, uint32_t y)
-{
-    return y ^ ((x ^ y) & mask);
-}
-
 /* What the classes of n segments say. */
 static inline void look_up(const struct rmap_step_classes *classes, const uint32_t *class, size_t n,
                            const struct rmap_path_columns *out)
@@ -197,9 +183,42 @@ static inline void copy_crossings(const struct crossings *from, size_t row, size
         memcpy(out->registered + to, from->registered + row, n * sizeof *out->registered);
 }
 
-/* Heads and registrations. Whether a path is known is anybody's guess: both are read, and there are
- * some of both. Most rays have few registrations: two are copied where there is room, into rows
- * that are filled later if they are not the path's. */
+/* Some rays in a row. */
+enum { GROUP = 256 };
+struct group {
+    size_t n, n_own;
+    uint32_t known[GROUP]; /* the path of each in the table; of those with their own, any */
+    uint32_t own[GROUP];   /* [n_own] which have their own */
+    uint32_t size[GROUP];  /* registrations of each, */
+    size_t row[GROUP];     /* from here on */
+};
+
+static void enter_group(const struct rmap_path_table *table, const uint32_t *path, size_t n,
+                        struct group *group)
+{
+    size_t n_own = 0;
+    for (size_t i = 0; i < n; i++) {
+        group->known[i] = path[i] - (path[i] > 0);
+        soon(&table->path[group->known[i]]);
+        group->own[n_own] = (uint32_t)i;
+        n_own += path[i] == 0;
+    }
+    group->n = n;
+    group->n_own = n_own;
+}
+
+/* A column of the group: as if all paths were known; that of the m-th with its own takes its place.
+ */
+#define FILL(to, field, own_value)                                                                 \
+    do {                                                                                           \
+        for (size_t i = 0; i < group.n; i++)                                                       \
+            (to)[i] = table->path[group.known[i]].field;                                           \
+        for (size_t m = 0; m < group.n_own; m++)                                                   \
+            (to)[group.own[m]] = (own_value);                                                      \
+    } while (0)
+
+/* Heads and registrations. Most rays have few registrations: two are copied where there is room,
+ * into rows that are filled later if they are not the path's. */
 static void fill_rays(const struct rmap_path_table *table, const struct rmap_own_paths *own,
                       rmap_column_set columns, struct rmap_portion *out)
 {
@@ -209,58 +228,40 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
         {table->segment, table->detector, table->registered, table->n_registration}};
     const struct rmap_ray_columns ray = out->ray;
     const struct rmap_registration_columns hit = out->registration;
-    const size_t n_ray = out->n_row[RMAP_TABLE_RAY], last = own->n - 1;
+    const size_t n_ray = out->n_row[RMAP_TABLE_RAY];
     const size_t n_row = columns & RMAP_CROSSING_COLUMNS ? out->n_row[RMAP_TABLE_REGISTRATION] : 0;
+    struct group group;
     size_t to = 0, k = 0, next = 0;
-    for (size_t i = 0; i < n_ray; i++) {
-        const size_t its = k < last ? k : last;
-        const uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
-        const struct rmap_known_path *path = &table->path[own->path[i] - known];
-        const uint32_t own_size = own->registration_count[its] & ~mask;
-        const uint32_t size = own_size | (path->n_registration & mask);
-        soon(later(table, own->path + i, n_ray - i, 16));
-        k += 1 - known;
+    for (size_t first = 0; first < n_ray; first += group.n, k += group.n_own) {
+        const uint32_t *path = own->path + first;
+        enter_group(table, path, n_ray - first < GROUP ? n_ray - first : GROUP, &group);
         if (columns & BIT(RMAP_RAY_source))
-            ray.source[i] =
-                (int32_t)either(mask, (uint32_t)path->source, (uint32_t)own->source[its]);
+            FILL(ray.source + first, source, own->source[k + m]);
         if (columns & BIT(RMAP_RAY_stop))
-            ray.stop[i] = (uint8_t)either(mask, path->stop, own->stop[its]);
+            FILL(ray.stop + first, stop, own->stop[k + m]);
         if (columns & BIT(RMAP_RAY_start_object))
-            ray.start_object[i] =
-                (int32_t)either(mask, (uint32_t)path->start_object, own->start_object[its] - 1);
+            FILL(ray.start_object + first, start_object, (int32_t)own->start_object[k + m] - 1);
         if (columns & BIT(RMAP_RAY_segment_count))
-            ray.segment_count[i] = either(mask, path->n_segment, own->segment_count[its]);
+            FILL(ray.segment_count + first, n_segment, own->segment_count[k + m]);
         if (columns & BIT(RMAP_RAY_registration_count))
-            ray.registration_count[i] = size;
+            FILL(ray.registration_count + first, n_registration, own->registration_count[k + m]);
         if (n_row == 0)
             continue;
-        const struct crossings *c = &from[known];
-        const size_t row = next ^ ((next ^ path->registration) & ((size_t)0 - known));
-        const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
-        if (done > 0)
-            copy_crossings(c, row, FEW, columns, &hit, to);
-        if (done < size)
-            copy_crossings(c, row + done, size - done, columns, &hit, to + done);
-        to += size;
-        next += own_size;
+        FILL(group.size, n_registration, own->registration_count[k + m]);
+        for (size_t i = 0; i < group.n; i++)
+            group.row[i] = table->path[group.known[i]].registration;
+        for (size_t m = 0; m < group.n_own; next += own->registration_count[k + m++])
+            group.row[group.own[m]] = next;
+        for (size_t i = 0; i < group.n; to += group.size[i++]) {
+            const struct crossings *c = &from[path[i] > 0];
+            const size_t row = group.row[i], size = group.size[i];
+            const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
+            if (done > 0)
+                copy_crossings(c, row, FEW, columns, &hit, to);
+            if (done < size)
+                copy_crossings(c, row + done, size - done, columns, &hit, to + done);
+        }
     }
-}
-
-/* Something to read where there are no paths of a kind. */
-static const int32_t no_source;
-static const uint8_t no_stop;
-static const uint32_t no_number;
-
-static struct rmap_own_paths own_or_one(const struct rmap_own_paths *own)
-{
-    struct rmap_own_paths some = *own;
-    if (own->n > 0)
-        return some;
-    some.n = 1;
-    some.source = &no_source;
-    some.stop = &no_stop;
-    some.start_object = some.segment_count = some.registration_count = &no_number;
-    return some;
 }
 
 static struct rmap_path_columns segment_columns(rmap_column_set columns,
@@ -277,13 +278,12 @@ void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
 {
     const struct rmap_path_table *table = own->table;
     size_t n_ray = out->n_row[RMAP_TABLE_RAY];
-    const struct rmap_own_paths some = own_or_one(own);
     struct rmap_known_path no_path = {.source = 0};
     struct rmap_path_table known = *table;
     if (table->n == 0)
         known.path = &no_path;
     if (columns & (RMAP_HEAD_COLUMNS | RMAP_CROSSING_COLUMNS))
-        fill_rays(&known, &some, columns, out);
+        fill_rays(&known, own, columns, out);
     const struct rmap_path_columns segments = segment_columns(columns, out);
     if (segments.object || segments.event)
         fill_segments(own, n_ray, &segments);
