@@ -18,6 +18,13 @@ struct rmap_bottom {
     int n_more; /* holders beside the first */
 };
 
+/* Of one mesh; *bottom_ret stays NULL where it has no triangles. Whatever the status:
+ * rmap_bottom_release, which gives up one holder (NULL is fine). */
+enum rmap_status rmap_bottom_create(struct rmap_accel *accel, const struct rmap_geometry *geometry,
+                                    struct rmap_bottom **bottom_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+void rmap_bottom_release(struct rmap_bottom *bottom);
+
 /* Of all meshes that objects of the scene have; those that `like` (or NULL) has are taken over. */
 enum rmap_status rmap_bottoms_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                     const struct rmap_accel *like,

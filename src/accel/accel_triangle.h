@@ -12,19 +12,6 @@
 
 #include "accel/accel_internal.h"
 
-/* The bottom level of a mesh, its triangles `wider` on every side. *widened_ret: these, which the
- * scene uses; rmap_free after it, whatever the status. */
-enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
-                                 double wider, RTCScene *scene_ret, void **widened_ret,
-                                 struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same of a mesh whose faces lie on true surfaces. */
-enum rmap_status rmap_accel_cells(struct rmap_accel *accel, struct rmap_cells *cells,
-                                  RTCScene *scene_ret, struct rmap_error *err) RMAP_MUST_USE;
-
-/* By how much a triangle is widened in its plane; area: twice its own, perimeter: of its sides. */
-double rmap_facet_margin(double area, double perimeter, double wider);
-
 /* True when the surface came nearer than all before, so that the limit has shrunk. */
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
 bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive);
