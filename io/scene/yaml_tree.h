@@ -14,6 +14,7 @@
 #include "io/file/diagnostics.h"
 
 #define RMAP_YAML_DEPTH_MAX 64
+#define RMAP_YAML_TOO_DEEP  "nested too deeply (at most 64 levels)"
 #define RMAP_YAML_NODE_MAX  4000000 /* about 1 GiB of tree */
 #define RMAP_YAML_COPY_MAX  1000000 /* nodes that aliases may add */
 
@@ -45,6 +46,9 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
                                  struct rmap_error *err) RMAP_MUST_USE;
 void rmap_yaml_destroy(struct rmap_yaml_node *root); /* of a whole tree; NULL is fine */
 
+/* An empty plain scalar, ~ or null. */
+bool rmap_yaml_is_nothing(const struct rmap_yaml_node *node);
+
 /* Value of a key; NULL when node is no mapping, has no such key, or nothing stands behind it. */
 struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key);
 
@@ -65,6 +69,13 @@ enum rmap_status rmap_yaml_put(struct rmap_yaml_node *root, const struct rmap_ya
 enum rmap_status rmap_yaml_copy(const struct rmap_yaml_node *in, const struct rmap_yaml_node *from,
                                 struct rmap_yaml_node **node_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same of at most *n_left nodes, from a depth on; they are counted down. RMAP_INPUT: there are
+ * more, or it is nested too deeply, as err says. */
+enum rmap_status rmap_yaml_copy_some(const struct rmap_yaml_node *in,
+                                     const struct rmap_yaml_node *from, int depth, size_t *n_left,
+                                     struct rmap_yaml_node **node_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* A tree of one empty node. NULL when memory is short. */
 struct rmap_yaml_node *rmap_yaml_create(void);
