@@ -22,11 +22,27 @@ void rmap_map_part_text(const struct rmap_map_part *part, char text[RMAP_MAP_PAR
                        rmap_grouped(part->n_ray, first), rmap_grouped(part->all_rays, second));
 }
 
+/* A round of so few rows hides among the first rays. */
+enum { FEW_ROWS = 512 };
+
+static bool is_in_order(const struct rmap_map *map)
+{
+    const struct rmap_scene *scene = map->scene[0];
+    bool ordered = rmap_map_n_space(map) > 1;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        const struct rmap_source *source = &scene->source[s];
+        ordered |= source->type == RMAP_SOURCE_STEPS || source->n_list > FEW_ROWS ||
+                   (source->rays && source->rays->n > FEW_ROWS);
+    }
+    return ordered;
+}
+
 enum rmap_status rmap_map_cut_init(struct rmap_map_cut *cut, struct rmap_map *map,
                                    struct rmap_error *err)
 {
     const size_t n_source = map->scene[0]->n_source;
-    *cut = (struct rmap_map_cut){.map = map, .n_portion = map->content.n_portion};
+    *cut = (struct rmap_map_cut){
+        .map = map, .n_portion = map->content.n_portion, .is_in_order = is_in_order(map)};
     memcpy(cut->n_row, map->content.n_row, sizeof cut->n_row);
     if (map->selection)
         return rmap_error_set(err, RMAP_USAGE,

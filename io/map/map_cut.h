@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * A map asked as if only its first portions had been traced: rays are independent of each other and
- * their ids in no order of what they do, so that these are a fair sample of all.
+ * their ids in no order of what they do, so that these are a fair sample of all; but where they
+ * come in an order.
  */
 #ifndef RMAP_MAP_CUT_H
 #define RMAP_MAP_CUT_H
@@ -25,7 +26,9 @@ struct rmap_map_cut {
     struct rmap_map *map; /* borrowed */
     size_t n_portion;     /* of the whole map */
     uint64_t n_row[RMAP_TABLE_COUNT];
-    double *emitted; /* [n_source] by all of it */
+    double *emitted;  /* [n_source] by all of it */
+    bool is_in_order; /* rays of files and steps are, and those of runs in other colours: the first
+                         are no sample */
 };
 
 /* RMAP_USAGE: of a map of picked rays. rmap_map_cut_fini whatever happened. */

@@ -34,7 +34,8 @@ enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap
 
 static void take_portions(struct rmap_until *until, size_t n)
 {
-    until->n_portion = n < until->cut.n_portion ? n : until->cut.n_portion;
+    const bool all = until->cut.is_in_order || n > until->cut.n_portion;
+    until->n_portion = all ? until->cut.n_portion : n;
     rmap_map_cut_to(&until->cut, until->n_portion);
 }
 

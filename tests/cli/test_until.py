@@ -7,7 +7,7 @@ import sys
 
 sys.dont_write_bytecode = True
 import served  # noqa: E402
-from asking import check, finish, run, trace  # noqa: E402
+from asking import SOURCE, check, finish, run, trace  # noqa: E402
 
 KEYS = ("rays", "segments", "flux", "registered")
 QUESTIONS = ("registered(sensor)", "registered(sensor where ghost_order == 0)", "path_length > 150 and source(star)", "hit(lens.3, reflect) and ray > 5")
@@ -68,6 +68,13 @@ run("detector", "lens.raymap", "sensor", "--until", "3%", "-o", "until.svg", "--
 with open("until.svg", encoding="utf-8") as file:
     check("3 % reached, by the first" in file.read(), "in the picture")
 check("--tally is of all rays" in run("detector", "lens.raymap", "sensor", "--until", "3%", "--tally", status=2), "--tally")
+
+trace("scintillator", "events.raymap", 70000, "--set", "sources.muon.count=counted")
+trace("room", "colours.raymap", 70000)
+run("trace", SOURCE / "examples" / "room" / "scene.yaml", "-o", "colours.raymap", "-n", 1000, "--append", "--color", "rgb", "--quiet")
+for name in ("events.raymap", "colours.raymap"):  # the first are no sample
+    until = ask(name, "all", "--until", "50%")["until"]
+    check(until["rays"] == until["of_rays"] >= 70000, f"{name}: {until}")
 
 run("query", "lens.raymap", "registered(sensor)", "-o", "picked.raymap", "--force", "--quiet")
 for words, told in ((("lens.raymap", "all", "--until", "2"), "1% or 0.01"), (("lens.raymap", "all", "--until", "-1%"), "1% or 0.01"),
