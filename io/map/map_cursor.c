@@ -5,6 +5,7 @@
 #include "base/alloc.h"
 #include "io/map/map_chunks.h"
 #include "io/map/map_cursor_internal.h"
+#include "io/map/map_held.h"
 #include "io/map/map_keep.h"
 #include "io/map/piece_columns.h"
 
@@ -241,8 +242,10 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
     const rmap_column_set cells = RMAP_CELL_COLUMNS;
     columns &= rmap_columns_known(self->shown.timed);
     if (self->map->held) { /* as they were traced: there is nothing to check */
-        rmap_cursor_show_columns(self->map->held[self->in_hand], columns, &self->shown);
-        return RMAP_OK;
+        const struct rmap_portion *held;
+        RMAP_TRY(rmap_map_held_portion(self->map, self->in_hand, &held, err));
+        rmap_cursor_show_columns(held, columns, &self->shown);
+        goto out;
     }
     rmap_column_set before = self->present | self->kept;
     self->kept |=

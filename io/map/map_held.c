@@ -54,12 +54,13 @@ static enum rmap_status make(int n_rank, const struct rmap_scene *scene, struct 
     map->scene = rmap_alloc(1, sizeof *map->scene);
     map->model = rmap_alloc(1, sizeof *map->model);
     map->held = rmap_alloc(1, sizeof(void *));
+    map->held_elsewhere = rmap_alloc(1, sizeof *map->held_elsewhere);
     map->spaces.space = rmap_alloc(1, sizeof *map->spaces.space);
     map->flux_per_weight = rmap_alloc(scene->n_source + 1, sizeof *map->flux_per_weight);
     map->content.piece = rmap_alloc((size_t)n_rank, sizeof *map->content.piece);
     *map_ret = map;
-    if (!map->path || !map->scene || !map->model || !map->held || !map->spaces.space ||
-        !map->flux_per_weight || !map->content.piece)
+    if (!map->path || !map->scene || !map->model || !map->held || !map->held_elsewhere ||
+        !map->spaces.space || !map->flux_per_weight || !map->content.piece)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays");
     return RMAP_OK;
 }
@@ -158,4 +159,22 @@ enum rmap_status rmap_map_hold_more(struct rmap_map *map, struct rmap_held *more
 bool rmap_map_is_held(const struct rmap_map *map)
 {
     return map->held != NULL;
+}
+
+void rmap_map_set_elsewhere(const struct rmap_map *map, struct rmap_held_elsewhere elsewhere)
+{
+    *map->held_elsewhere = elsewhere;
+}
+
+enum rmap_status rmap_map_held_portion(const struct rmap_map *map, size_t portion,
+                                       const struct rmap_portion **portion_ret,
+                                       struct rmap_error *err)
+{
+    const struct rmap_held_elsewhere *elsewhere = map->held_elsewhere;
+    *portion_ret = map->held[portion];
+    if (*portion_ret)
+        return RMAP_OK;
+    if (!elsewhere->fetch)
+        return rmap_error_set(err, RMAP_INTERNAL, "rays that another rank has are read");
+    return elsewhere->fetch(elsewhere->context, portion, portion_ret, err);
 }

@@ -37,7 +37,20 @@ enum rmap_status rmap_map_hold_more(struct rmap_map *map, struct rmap_held *more
 size_t rmap_map_held_nbytes(const struct rmap_map *map);
 size_t rmap_held_nbytes(const struct rmap_portion *portion); /* of one */
 
-/* Whether a map is one of these: a rank can read the portions of its own shard alone. */
+/* Whether a map is one of these: a rank can read the portions of its own shard alone, */
 bool rmap_map_is_held(const struct rmap_map *map);
+
+/* and those that this brings, which stay as they are as long as it is set. */
+struct rmap_held_elsewhere {
+    enum rmap_status (*fetch)(void *context, size_t portion,
+                              const struct rmap_portion **portion_ret, struct rmap_error *err);
+    void *context;
+};
+void rmap_map_set_elsewhere(const struct rmap_map *map, struct rmap_held_elsewhere elsewhere);
+
+/* Of a map in memory. RMAP_INTERNAL: another rank has it, and nothing brings it. */
+enum rmap_status rmap_map_held_portion(const struct rmap_map *map, size_t portion,
+                                       const struct rmap_portion **portion_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -68,7 +68,8 @@ struct rmap_map {
     struct rmap_kept_rays *kept_rays;               /* what criteria of its scenes may name */
     struct rmap_portion **held; /* [n_portion] in memory (map_held.h); NULL: it lies on disk */
     size_t held_nbytes;         /* of them */
-    unsigned n_lent;            /* users beside the first (rmap_map_lend) */
+    struct rmap_held_elsewhere *held_elsewhere; /* what brings those of other ranks */
+    unsigned n_lent;                            /* users beside the first (rmap_map_lend) */
 };
 
 /* How many runs `later` knows of beyond all those of `map`, which is 0 if it does not know these,

@@ -507,6 +507,7 @@ void rmap_map_close(struct rmap_map *map)
     for (size_t i = 0; map->held && i < map->content.n_portion; i++)
         rmap_portion_destroy(map->held[i]);
     rmap_free(map->held);
+    rmap_free(map->held_elsewhere);
     rmap_tally_destroy(map->tally);
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);

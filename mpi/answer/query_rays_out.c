@@ -15,6 +15,7 @@
 #include "io/export/polydata.h"
 #include "io/file/whole_file.h"
 #include "io/map/history_file.h"
+#include "io/map/map_held.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/query_rays_out.h"
 #include "mpi/answer/ray_file_out.h"
@@ -293,7 +294,10 @@ enum rmap_status rmap_query_explain(const struct rmap_context *context, const st
     enum rmap_status st = RMAP_OK;
     struct rmap_history_files indexes;
     json_t *list = json_array();
-    RMAP_TRY(rmap_history_files_measure(map, &indexes, err));
+    if (rmap_map_is_held(map))
+        indexes = (struct rmap_history_files){0};
+    else
+        RMAP_TRY(rmap_history_files_measure(map, &indexes, err));
     for (size_t c = 0; c < n_criterion; c++) {
         struct rmap_query_plan plan;
         RMAP_TRY(rmap_query_plan(map, criterion[c], rays_wanted, &plan, err));

@@ -22,6 +22,7 @@
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/energy_run.h"
+#include "mpi/scan/head_reads.h"
 #include "mpi/scan/ray_lines.h"
 #include "trace/tracer.h"
 
@@ -81,13 +82,16 @@ static enum rmap_status report_map(const struct rmap_context *context,
 {
     struct rmap_map *map = NULL;
     struct rmap_ray_report *report = NULL;
+    struct rmap_head_reads *reads = NULL;
     struct rmap_whole_file csv = {0};
     uint64_t ray = 0;
     enum rmap_status st = rmap_parse_count(given->operand[1], "the ray", &ray, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_map(context, given->operand[0], &map, err));
+    RMAP_TRY(rmap_head_reads_begin(context, map, &reads, err));
     if (context->rank == 0) {
         st = rmap_ray_report_read(map, ray, &report, err);
+        rmap_head_reads_end(reads);
         if (st == RMAP_OK)
             st = open_csv(given, rmap_map_scene(map), &csv, err);
         if (st == RMAP_OK)

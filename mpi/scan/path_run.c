@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"
+#include "mpi/scan/head_reads.h"
 
 /* Threads whose states fit into a GiB. */
 enum { THREADS_MOST = 6 };
@@ -196,6 +197,7 @@ static enum rmap_status make_report(struct run *run, struct rmap_path_report **r
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_request *request = run->request;
     struct rmap_path_report *report = NULL;
+    struct rmap_head_reads *reads = NULL;
     bool more_cells = false;
     if (run->counts) {
         st = rmap_path_report_create(run->counts, request->sort, request->top, run->bound, &report,
@@ -215,8 +217,10 @@ static enum rmap_status make_report(struct run *run, struct rmap_path_report **r
     RMAP_TRY(tell(run, &more_cells, err));
     if (more_cells)
         RMAP_TRY(count_cells(run, report, err));
+    RMAP_TRY(rmap_head_reads_begin(&run->context, request->map, &reads, err));
     if (report)
         st = rmap_path_report_add_texts(report, err);
+    rmap_head_reads_end(reads);
     RMAP_TRY(rmap_agree(&run->context, st, err));
     *report_ret = report;
     report = NULL;

@@ -21,8 +21,7 @@ enum { ARGUMENTS_MAX = 256, KEY_LEN = 64 };
 /* No option that names a file to read or to write is among them. */
 static const struct rmap_serve_command table[] = {
     {"query", &rmap_command_query, "count", "criterion", WHERE "by until explain", NULL},
-    {"sample", &rmap_command_query, "", "criterion", WHERE "rays=sample seed limit top of segments",
-     NULL},
+    {"sample", &rmap_command_query, "", "criterion", WHERE "rays=sample seed limit top of", NULL},
     {"report", &rmap_command_report, "", "ray", ASKED "energy", NULL},
     {"detector", &rmap_command_detector, "", "name",
      ASKED "which until cells region rotate quantity unit frame over xyz spot mtf frequency tally "

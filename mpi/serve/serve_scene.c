@@ -21,6 +21,7 @@
 #include "mpi/session/session_words.h"
 #include "portion/event.h"
 #include "scene/scene_edit.h"
+#include "trace/tracer_revision.h"
 
 enum { UNDO_MAX = 1000 };
 
@@ -39,12 +40,27 @@ static uint64_t n_ray_of(const struct rmap_map *map)
     return map ? rmap_map_contents(map)->n_row[RMAP_TABLE_RAY] : 0;
 }
 
+/* Whether the map has more to give to the rays of the next than that of before: the seed that was
+ * asked for last is the one that will be. */
+static bool has_more_to_give(const struct rmap_map *map, const struct rmap_map *last)
+{
+    struct rmap_map_summary its, before;
+    if (!map || n_ray_of(map) == 0 || rmap_map_selection(map))
+        return false;
+    rmap_map_summarise(map, &its);
+    if (!rmap_map_is_held(map) && its.tracer_revision != RMAP_TRACER_REVISION)
+        return false;
+    if (!last)
+        return true;
+    rmap_map_summarise(last, &before);
+    return its.seed != before.seed || n_ray_of(map) >= n_ray_of(last);
+}
+
 /* The map and its structure step aside for another; they are kept where they have more to give to
  * its rays than those of before. */
 static void put_map(struct rmap_serve *self, struct rmap_map *map)
 {
-    const bool gives = self->map && rmap_map_is_held(self->map) && n_ray_of(self->map) > 0 &&
-                       n_ray_of(self->map) >= n_ray_of(self->last);
+    const bool gives = has_more_to_give(self->map, self->last);
     if (self->accel) {
         rmap_accel_destroy(self->last_accel);
         self->last_accel = self->accel;

@@ -477,6 +477,15 @@ def check_ranks():
             moved.edit(set={"limits.steps": 5000})
             moved.trace(RAYS)
             assert moved.status()["digest"] == lens.status()["digest"]
+        with raymap.serve.start("full.raymap") as one:  # rays of a map on disk are taken over, those of the seed asked last stay
+            one.move("mount", 0, 0, 1)
+            assert one.trace(RAYS)["rays_taken_over"] > 0 and one.status()["digest"] == lens.status()["digest"]
+            for command, keys in (("report", {"ray": RAYS - 1}), ("paths", {"top": "all"})):  # of rays in other ranks' memory
+                assert without_cost(lens.ask(command, **keys)) == without_cost(one.ask(command, **keys)), command
+            assert lens.ask("model") and lens.ask("query", criterion="path_length > 9", explain=True)
+            one.trace(RAYS // 2, seed=2)
+            one.move("mount", 0, 0, 1)
+            assert one.trace(RAYS // 2, seed=2)["rays_taken_over"] > 0
         assert lens.query("all")["rays"]["total"] == RAYS
         check_cancel(lens, ranks_of(lens._process))
 
