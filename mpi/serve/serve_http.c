@@ -28,6 +28,7 @@ enum {
     TOKEN_LEN = 2 * TOKEN_NBYTES,
     CONNECTIONS_MAX = 256,
     IDLE_S = 120,
+    STRANGER_S = 10, /* who has not shown the token: 256 of them would lock all others out */
     WAIT_MS = 500,
     CLOSING_MS = 300,
     HEARTBEAT_MS = 10000, /* shows whether a browser is still there */
@@ -42,6 +43,7 @@ enum {
     X(MHD_get_daemon_info)                                                                         \
     X(MHD_lookup_connection_value)                                                                 \
     X(MHD_queue_response)                                                                          \
+    X(MHD_set_connection_option)                                                                   \
     X(MHD_start_daemon)                                                                            \
     X(MHD_stop_daemon)
 
@@ -317,9 +319,13 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
                               const char *method, const char *version, const char *data,
                               size_t *n_data, void **state)
 {
+    const struct rmap_serve_http *self = context;
     struct body *body = *state;
     (void)version;
     if (!body) {
+        if (is_known(self, connection) || is_asked_with_token(self, connection))
+            (void)self->by.MHD_set_connection_option(connection, MHD_CONNECTION_OPTION_TIMEOUT,
+                                                     (unsigned)IDLE_S);
         *state = rmap_alloc(1, sizeof *body);
         return *state ? MHD_YES : MHD_NO;
     }
@@ -328,7 +334,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
         *n_data = 0;
         return MHD_YES;
     }
-    return respond(context, connection, path, method, body);
+    return respond(self, connection, path, method, body);
 }
 
 static void complete(void *context, struct MHD_Connection *connection, void **state,
@@ -373,7 +379,7 @@ enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t 
             MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, port,
             NULL, NULL, handle, self, MHD_OPTION_SOCK_ADDR, (const struct sockaddr *)&address,
             MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_CONNECTION_LIMIT,
-            (unsigned)CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)IDLE_S,
+            (unsigned)CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)STRANGER_S,
             MHD_OPTION_END);
     const union MHD_DaemonInfo *info =
         self->daemon ? self->by.MHD_get_daemon_info(self->daemon, MHD_DAEMON_INFO_BIND_PORT) : NULL;
