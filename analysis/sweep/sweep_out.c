@@ -30,7 +30,8 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
         fprintf(out, ",%s_error,%s_difference,%s_difference_error", sweep->answer[i].name,
                 sweep->answer[i].name, sweep->answer[i].name);
     }
-    fputs(sweep->n_require ? ",met\n" : "\n", out);
+    fputs(sweep->n_require ? ",met" : "", out);
+    fputs(rmap_sweep_n_failed(table) ? ",mistake\n" : "\n", out);
     for (uint64_t v = 0; v < sweep->n_variant; v++) {
         if (!table->is_known[v])
             continue;
@@ -51,6 +52,8 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
         }
         if (sweep->n_require)
             fprintf(out, ",%d", rmap_sweep_row_meets(table, v));
+        if (rmap_sweep_n_failed(table))
+            rmap_csv_put_text(table->mistake[v] ? table->mistake[v] : "", out);
         fputc('\n', out);
     }
     return RMAP_OK;
@@ -164,7 +167,10 @@ enum rmap_status rmap_sweep_table_print(const struct rmap_sweep_table *table, FI
     struct rmap_sweep_effect *effect = rmap_alloc(sweep->n_parameter, sizeof *effect);
     if (!effect)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the effects of parameters");
-    fprintf(out, "%-14s %llu and the scene as it is\n", "variants", (unsigned long long)yield.n);
+    fprintf(out, "%-14s %llu and the scene as it is", "variants", (unsigned long long)yield.n);
+    if (rmap_sweep_n_failed(table))
+        fprintf(out, "; %llu have no answers", (unsigned long long)rmap_sweep_n_failed(table));
+    fputc('\n', out);
     for (size_t i = 0; i < sweep->n_answer; i++) {
         const struct rmap_sweep_result *nominal = &rmap_sweep_table_row(table, 0)[i];
         double least = HUGE_VAL, most = -HUGE_VAL;
@@ -234,6 +240,8 @@ static json_t *row_json(const struct rmap_sweep_table *table, uint64_t variant)
     }
     json_t *document = json_pack("{s:I, s:o, s:o}", "variant", (json_int_t)variant, "parameters",
                                  parameters, "answers", answers);
+    if (document && table->mistake[variant])
+        (void)json_object_set_new(document, "mistake", json_string(table->mistake[variant]));
     if (document && sweep->n_require)
         (void)json_object_set_new(document, "met",
                                   json_boolean(rmap_sweep_row_meets(table, variant)));

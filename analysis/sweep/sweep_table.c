@@ -16,10 +16,11 @@ enum rmap_status rmap_sweep_table_init(struct rmap_sweep_table *table,
     *table = (struct rmap_sweep_table){
         .sweep = sweep,
         .is_known = rmap_alloc(sweep->n_variant, sizeof *table->is_known),
+        .mistake = rmap_alloc(sweep->n_variant, sizeof(char *)),
         .result = rmap_alloc(sweep->n_variant * sweep->n_answer, sizeof *table->result),
         .nominal_part =
             rmap_alloc(sweep->n_answer * RMAP_SWEEP_PARTS, sizeof *table->nominal_part)};
-    if (table->is_known && table->result && table->nominal_part)
+    if (table->is_known && table->mistake && table->result && table->nominal_part)
         return RMAP_OK;
     rmap_sweep_table_fini(table);
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table of %llu variants",
@@ -28,6 +29,9 @@ enum rmap_status rmap_sweep_table_init(struct rmap_sweep_table *table,
 
 void rmap_sweep_table_fini(struct rmap_sweep_table *table)
 {
+    for (uint64_t v = 0; table->mistake && v < table->sweep->n_variant; v++)
+        rmap_free(table->mistake[v]);
+    rmap_free(table->mistake);
     rmap_free(table->is_known);
     rmap_free(table->result);
     rmap_free(table->nominal_part);
@@ -64,6 +68,29 @@ void rmap_sweep_row_differ(struct rmap_sweep_table *table, uint64_t variant, con
     }
 }
 
+enum rmap_status rmap_sweep_row_fail(struct rmap_sweep_table *table, uint64_t variant,
+                                     const char *mistake, struct rmap_error *err)
+{
+    struct rmap_sweep_result *row = row_of(table, variant);
+    char *copy = rmap_strdup(mistake);
+    if (!copy)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a row");
+    rmap_free(table->mistake[variant]);
+    table->mistake[variant] = copy;
+    for (size_t i = 0; i < table->sweep->n_answer; i++)
+        row[i] = (struct rmap_sweep_result){
+            .value = NAN, .standard_error = NAN, .difference_error = NAN};
+    return RMAP_OK;
+}
+
+uint64_t rmap_sweep_n_failed(const struct rmap_sweep_table *table)
+{
+    uint64_t n = 0;
+    for (uint64_t v = 0; v < table->sweep->n_variant; v++)
+        n += table->is_known[v] && table->mistake[v];
+    return n;
+}
+
 char *rmap_sweep_row_line(const struct rmap_sweep_table *table, uint64_t variant)
 {
     const struct rmap_sweep_result *row = row_of(table, variant);
@@ -80,6 +107,8 @@ char *rmap_sweep_row_line(const struct rmap_sweep_table *table, uint64_t variant
             (void)json_array_append_new(parts, rmap_json_number(table->nominal_part[k]));
         (void)json_object_set_new(line, "parts", parts);
     }
+    if (line && table->mistake[variant])
+        (void)json_object_set_new(line, "mistake", json_string(table->mistake[variant]));
     char *dumped = line ? json_dumps(line, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     char *text = rmap_strdup(dumped);
     free(dumped);
@@ -109,6 +138,9 @@ void rmap_sweep_row_take(struct rmap_sweep_table *table, const char *line, size_
             row[i].difference_error = number_of(json_array_get(one, 3));
             (void)snprintf(row[i].unit, sizeof row[i].unit, "%s", unit ? unit : "");
         }
+        const char *mistake = json_string_value(json_object_get(document, "mistake"));
+        rmap_free(table->mistake[variant]);
+        table->mistake[variant] = rmap_strdup(mistake);
         const json_t *parts = json_object_get(document, "parts");
         for (size_t k = 0; variant == 0 && k < n * RMAP_SWEEP_PARTS; k++)
             table->nominal_part[k] = number_of(json_array_get(parts, k));

@@ -21,6 +21,7 @@ struct rmap_sweep_result {
 struct rmap_sweep_table {
     const struct rmap_sweep *sweep;
     bool *is_known;                   /* [n_variant] */
+    char **mistake;                   /* [n_variant] why it has no answers; NULL: it has */
     struct rmap_sweep_result *result; /* [n_variant][n_answer]; units: of the nominal variant */
     double *nominal_part;             /* [n_answer][RMAP_SWEEP_PARTS] of variant 0 */
 };
@@ -39,6 +40,14 @@ double rmap_sweep_difference(const struct rmap_sweep_table *table, uint64_t vari
 /* Fills in the differences' errors of a variant whose answers have these parts; those of variant 0
  * are kept. */
 void rmap_sweep_row_differ(struct rmap_sweep_table *table, uint64_t variant, const double *part);
+
+/* A variant that is no scene, or one that the answers cannot be asked of: a row without them.
+ * RMAP_SYSTEM. */
+enum rmap_status rmap_sweep_row_fail(struct rmap_sweep_table *table, uint64_t variant,
+                                     const char *mistake, struct rmap_error *err) RMAP_MUST_USE;
+
+/* How many have no answers. */
+uint64_t rmap_sweep_n_failed(const struct rmap_sweep_table *table);
 
 /* A row as one line of a journal, and from it: what is no whole line of this sweep changes nothing.
  * The line: rmap_free; NULL when memory is short. */

@@ -29,8 +29,10 @@ struct group {
     struct rmap_accel *accel; /* of the variant before; NULL: none */
     struct rmap_map *last;    /* of the variant before, whose rays are taken over; NULL: none */
     struct rmap_bundle *last_bundle;
-    char *last_path;                   /* of the map before; NULL: none */
-    int n_unpaid;                      /* maps in a row that had to trace all anew */
+    char *last_path; /* of the map before; NULL: none */
+    int n_unpaid;    /* maps in a row that had to trace all anew */
+    int n_failed;    /* variants without answers, before the first that has */
+    uint64_t n_done;
     struct rmap_sweep_journal journal; /* on its rank 0 */
 };
 
@@ -275,6 +277,27 @@ out:
     return st;
 }
 
+/* In a row, from the first on: it is the sweep that is wrong, not a variant. */
+enum { FAILED_MAX = 10 };
+
+/* Collective in the group. A variant that is no scene has a row that says so. */
+static enum rmap_status run_or_fail(struct group *group, uint64_t variant, struct rmap_error *err)
+{
+    struct rmap_sweep_run *run = group->run;
+    enum rmap_status st = run_variant(group, variant, err);
+    group->n_done += st == RMAP_OK;
+    if (st != RMAP_INPUT || (group->n_done == 0 && ++group->n_failed >= FAILED_MAX))
+        return st;
+    st = RMAP_OK;
+    if (group->context.rank == 0) {
+        fprintf(stderr, "raymap: %s; its row has no answers\n", err->text);
+        st = rmap_sweep_row_fail(&run->table, variant, err->text, err);
+        if (st == RMAP_OK)
+            st = rmap_sweep_journal_commit(run, &group->journal, variant, err);
+    }
+    return rmap_agree(&group->context, st, err);
+}
+
 /* Collective. By all ranks, who then know what the differences of the others are to. */
 static enum rmap_status run_nominal(struct group *group, struct rmap_error *err)
 {
@@ -310,7 +333,7 @@ static enum rmap_status run_group(struct group *group, struct rmap_error *err)
             st = rmap_error_set(err, RMAP_STOPPED,
                                 "stopped; --resume goes on with the variants that are missing");
         else
-            st = run_variant(group, v, err);
+            st = run_or_fail(group, v, err);
         done += (uint64_t)group->n_group;
         rmap_progress_show(&progress, done < missing ? done : missing);
     }

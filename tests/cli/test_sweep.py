@@ -42,7 +42,7 @@ def rows(folder):
         return list(csv.DictReader(line for line in table if line[0] != "#"))
 
 
-for old in ("one", "mended", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3"):
+for old in ("one", "mended", "box", "box-maps", "box.raymap", "maps", "random", "m.raymap", "n.raymap", "ranks-2", "ranks-3", "failing"):
     shutil.rmtree(old, ignore_errors=True)
 write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "one", "--quiet")
@@ -131,6 +131,20 @@ check([(row["light"], row["star"]) for row in rows("sims")] == [("", "500"), ("q
 write("sims.yaml", open("sims.yaml", encoding="utf-8").read().replace("star_only]", "star_onyl]"))
 error = run("sweep", "sims.yaml", "-o", "sims", "--force", status=3)
 check("sims.yaml:3:" in error and "did you mean 'star_only'" in error, error)
+
+# A variant that is no scene has a row that says so, and the others go on.
+write("failing.yaml", f"""scene: {SCENE}
+rays: 500
+parameters: {{n: {{key: surfaces.black.reflectance, values: [0.1, -3, 0.7]}}}}
+answers: {{all: {{flux: registered(sensor)}}}}
+require: all > 0
+""")
+for ranks, more in ((1, ()), (2, ("--force",)), (1, ("--resume",))):
+    told = json.loads(run("sweep", "failing.yaml", "-o", "failing", "--json", "--quiet", *more, ranks=ranks))
+    table_of = rows("failing")
+    check([row["all"] != "" for row in table_of] == [True, True, False, True] and "surfaces.black.reflectance=-3" in table_of[2]["mistake"], f"{table_of}")
+    check([("mistake" in row, row["met"]) for row in told["rows"]] == [(False, True), (False, True), (True, False), (False, True)], f"{told['rows']}")
+    check(told["yield"]["met"] == 2 and told["yield"]["of"] == 3, f"{told['yield']}")
 
 error = run("sweep", "s.yaml", "-o", "one", status=2)
 check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
