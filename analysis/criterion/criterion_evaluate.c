@@ -158,23 +158,28 @@ static enum certainty loosen_registrations(const struct rmap_evaluation *ev,
     return certainty;
 }
 
-/* Rays of which only the least and greatest number is known. */
+/* Rays of which only the least and greatest number is known, or a sum of such. */
 static void bound_numbers(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
                           uint8_t *outcome)
 {
-    const bool is_length = node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH;
+    const bool is_sum = node->kind == RMAP_CRITERION_SUM;
     for (size_t i = 0; i < ev->n_ray; i++) {
-        const struct rmap_path_sum *of = &ev->input->bounds[i];
-        const float *bound = is_length ? of->path_length : of->optical_path;
-        outcome[i] = rmap_bounds_outcome(&node->interval, (double)bound[0], (double)bound[1]);
+        double bound[2];
+        if (is_sum)
+            rmap_sum_bound(&node->sum, &ev->input->bounds[i], bound);
+        else
+            rmap_number_bound(node->ray_number, &ev->input->bounds[i], bound);
+        outcome[i] = rmap_bounds_outcome(&node->interval, bound[0], bound[1]);
     }
 }
 
 static bool has_bounds(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node)
 {
-    return ev->input->bounds && node->kind == RMAP_CRITERION_NUMBER &&
-           (node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH ||
-            node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH);
+    if (!ev->input->bounds)
+        return false;
+    return node->kind == RMAP_CRITERION_SUM
+               ? rmap_sum_is_bounded(&node->sum)
+               : node->kind == RMAP_CRITERION_NUMBER && rmap_number_is_bounded(node->ray_number);
 }
 
 /* A test that asks for columns which may not be fetched: without what needs them. */

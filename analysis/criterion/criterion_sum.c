@@ -317,6 +317,27 @@ static bool range_of_ray(const struct rmap_scene *scene, const struct rmap_sum *
     return true;
 }
 
+bool rmap_sum_is_bounded(const struct rmap_sum *sum)
+{
+    bool all = true;
+    for (size_t k = 0; k < sum->n; k++)
+        all &= !sum->term[k].of_registration && rmap_number_is_bounded(sum->term[k].ray_number);
+    return all;
+}
+
+void rmap_sum_bound(const struct rmap_sum *sum, const struct rmap_path_sum *of, double bound[2])
+{
+    struct range range = {sum->constant, sum->constant};
+    bool known = true;
+    for (size_t k = 0; k < sum->n; k++) {
+        double its[2];
+        rmap_number_bound(sum->term[k].ray_number, of, its);
+        known &= add_value(&range, sum->term[k].factor, its[0], its[1]);
+    }
+    bound[0] = known ? range.low : (double)NAN;
+    bound[1] = known ? range.high : (double)NAN;
+}
+
 bool rmap_sum_holds_for_ray(const struct rmap_criterion *criterion,
                             const struct rmap_criterion_node *node,
                             const struct rmap_portion *portion, const double *flux_per_weight,

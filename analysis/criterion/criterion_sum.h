@@ -8,6 +8,7 @@
 #define RMAP_CRITERION_SUM_H
 
 #include "analysis/criterion/criterion_parser.h"
+#include "compact/path_sum.h"
 
 /* Whether a comparison that begins at the next token has more in it than one number and a value. */
 bool rmap_parser_at_sum(const struct rmap_parser *parser);
@@ -28,6 +29,22 @@ bool rmap_sum_holds_for_ray(const struct rmap_criterion *criterion,
                             const struct rmap_criterion_node *node,
                             const struct rmap_portion *portion, const double *flux_per_weight,
                             size_t i, size_t first, size_t n);
+
+/* Numbers of rays of which a path tells the least and greatest; and where all of a sum are such,
+ * what it lies between (NaN: not known). */
+static inline bool rmap_number_is_bounded(enum rmap_ray_number number)
+{
+    return number == RMAP_RAY_NUMBER_PATH_LENGTH || number == RMAP_RAY_NUMBER_OPTICAL_PATH;
+}
+static inline void rmap_number_bound(enum rmap_ray_number number, const struct rmap_path_sum *of,
+                                     double bound[2])
+{
+    const float *its = number == RMAP_RAY_NUMBER_PATH_LENGTH ? of->path_length : of->optical_path;
+    bound[0] = (double)its[0];
+    bound[1] = (double)its[1];
+}
+bool rmap_sum_is_bounded(const struct rmap_sum *sum);
+void rmap_sum_bound(const struct rmap_sum *sum, const struct rmap_path_sum *of, double bound[2]);
 
 /* The value of a sum alone. Of a ray NaN, too, where registrations of a number differ in it. */
 double rmap_sum_of_ray(const struct rmap_scene *scene, const struct rmap_sum *sum,

@@ -59,9 +59,11 @@ for name, length in lengths.items():
             for sign, holds in ((">", length > at), ("==", length == at)):
                 told = ask("lens.raymap", f"{name} {sign} {at!r}")
                 check(told["rays"]["matched"] == int(holds.sum()), f"{name} {sign} {at!r}: {told['rays']}, {holds.sum()}")
-explained = run("query", "lens.raymap", f"path_length > {numpy.quantile(lengths['path_length'], 0.5)!r}", "--explain", "--json")
-undecided = json.loads(explained)[0]["compact"]
-check(0 < undecided["undecided_rays"] < 0.4 * undecided["rays"], f"{undecided}")
+middle = float(numpy.quantile(lengths["path_length"], 0.5))
+for question in (f"path_length > {middle!r}", f"2 * path_length > {2 * middle!r}", "optical_path - path_length > 40", f"not (path_length - optical_path > -{middle / 2!r})"):
+    check(same(*(ask(name, question) for name in ("lens.raymap", "plain.raymap"))), question)
+    undecided = json.loads(run("query", "lens.raymap", question, "--explain", "--json"))[0]["compact"]
+    check(0 < undecided["undecided_rays"] < 0.4 * undecided["rays"], f"{question}: {undecided}")
 
 # Angles are known to a quarter of a degree: at its ends, at angles that there are, and next to them.
 angles = [one["value"] for one in served.ask("stats", "plain.raymap", "--of", "angle(sensor)")["quantiles"]]
