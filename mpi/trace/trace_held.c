@@ -32,18 +32,23 @@ struct tracing {
     bool digests; /* somebody may ask for the map's */
 };
 
-/* *n_ret: so many rays from there on, which the older map has. */
+/* *n_ret: so many rays from there on, which the older map has; 0: *way_ret, what it knows of this
+ * one. */
 static enum rmap_status take_over(struct tracing *self, int thread, uint64_t ray, uint64_t end,
                                   struct rmap_portion_recorder *history, uint64_t *n_ret,
-                                  struct rmap_error *err)
+                                  struct rmap_known_way *way_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_reuse_reader *reader = self->reader ? self->reader[thread] : NULL;
     *n_ret = 0;
-    if (reader)
-        RMAP_TRY(rmap_reuse_ready(reader, ray, end, n_ret, err));
+    *way_ret = (struct rmap_known_way){.n = 0};
+    if (!reader)
+        return RMAP_OK;
+    RMAP_TRY(rmap_reuse_ready(reader, ray, end, n_ret, err));
     if (*n_ret > 0)
         RMAP_TRY(rmap_reuse_take(reader, *n_ret, history, self->tally[thread], err));
+    else
+        *way_ret = rmap_reuse_known(reader, ray);
     atomic_fetch_add(&self->n_reused, *n_ret);
 out:
     return st;
@@ -66,9 +71,10 @@ static enum rmap_status trace_portion(struct tracing *self, int thread, size_t i
     history.unpredicted.seed = self->tracer.seed;
     rmap_tally_recorder_init(&recorder, self->tally[thread], &history.base);
     for (uint64_t ray = first, n; ray < end; ray += n) {
-        RMAP_TRY(take_over(self, thread, ray, end, &history, &n, err));
+        struct rmap_known_way way;
+        RMAP_TRY(take_over(self, thread, ray, end, &history, &n, &way, err));
         if (n == 0) {
-            rmap_trace_ray(&self->tracer, ray, &recorder.base);
+            rmap_trace_known(&self->tracer, ray, &way, &recorder.base);
             n = 1;
         }
     }

@@ -164,6 +164,14 @@ out:
     return st;
 }
 
+struct rmap_known_way rmap_reuse_known(const struct rmap_reuse_reader *reader, uint64_t id)
+{
+    const size_t row = reader->at[RMAP_TABLE_RAY];
+    if (!reader->rows || id < reader->first || id >= reader->end || reader->rows->ray.id[row] != id)
+        return (struct rmap_known_way){.n = 0};
+    return rmap_touch_known(&reader->reuse->touch, reader->rows, reader->at);
+}
+
 /* Which of the rays that were taken the encoder has to follow. */
 static void note_unpredicted(const struct rmap_reuse_reader *reader, size_t first, size_t end,
                              size_t to, struct rmap_unpredicted *list)

@@ -42,6 +42,9 @@ void rmap_reuse_reader_destroy(struct rmap_reuse_reader *reader);
 enum rmap_status rmap_reuse_ready(struct rmap_reuse_reader *reader, uint64_t id, uint64_t end,
                                   uint64_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* What is known of the ray for which that was 0, until the next call; n 0: nothing. */
+struct rmap_known_way rmap_reuse_known(const struct rmap_reuse_reader *reader, uint64_t id);
+
 /* So many that are, behind those that were recorded; into the tally, too (NULL: not). */
 enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,
                                  struct rmap_portion_recorder *recorder, struct rmap_tally *tally,

@@ -94,12 +94,15 @@ static enum rmap_status record_next(struct block *block, uint64_t id, uint64_t e
 {
     struct worker *self = block->self;
     enum rmap_status st = RMAP_OK;
+    struct rmap_known_way way = {.n = 0};
     *n_ret = 0;
-    if (self->reader)
+    if (self->reader) {
         RMAP_TRY(rmap_reuse_ready(self->reader, id, end, n_ret, &self->error));
-    if (*n_ret > 0)
-        return rmap_reuse_take(self->reader, *n_ret, &block->history, tally, &self->error);
-    rmap_trace_ray(&block->tracer, id, recorder);
+        if (*n_ret > 0)
+            return rmap_reuse_take(self->reader, *n_ret, &block->history, tally, &self->error);
+        way = rmap_reuse_known(self->reader, id);
+    }
+    rmap_trace_known(&block->tracer, id, &way, recorder);
 out:
     return st;
 }

@@ -559,6 +559,22 @@ bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
     return rmap_accel_next_within(accel, ray, HUGE_VAL, hit);
 }
 
+bool rmap_accel_meet(const struct rmap_accel *accel, const struct rmap_ray *ray, int32_t object,
+                     int32_t primitive, struct rmap_hit *hit)
+{
+    const struct rmap_mesh *mesh = accel->object[object].mesh;
+    struct rmap_query query;
+    if (mesh && (size_t)primitive >= mesh->n_triangle)
+        return false;
+    query_init(&query, accel, ray, HUGE_VAL);
+    (void)(mesh ? rmap_consider_triangle(&query, object, primitive)
+                : rmap_consider_shape(&query, object));
+    if (query.n_candidate == 0)
+        return false;
+    finish(&query, hit);
+    return hit->object == object && hit->primitive == primitive && hit->predicted;
+}
+
 void rmap_accel_watch(struct rmap_accel *accel,
                       void (*watch)(void *context, const struct rmap_ray *ray, double length),
                       void *context)

@@ -122,6 +122,11 @@ bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
 bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ray *ray,
                             double length, struct rmap_hit *hit);
 
+/* The same where the next surface is known, by that one alone. False: it is not met, or it takes
+ * the others to tell. */
+bool rmap_accel_meet(const struct rmap_accel *accel, const struct rmap_ray *ray, int32_t object,
+                     int32_t primitive, struct rmap_hit *hit);
+
 /* The ray went on through the surface of `hit` (which it reached over distance hit->t). */
 void rmap_contact_pass(struct rmap_contact *contact, const struct rmap_hit *hit);
 

@@ -76,17 +76,32 @@ struct rows {
     size_t ray, segment, end, registration, end_registration;
 };
 
+/* A start on what changed. */
+static bool starts_other(const struct rmap_scene_change *change, const struct rmap_portion *portion,
+                         size_t ray)
+{
+    const int32_t start = portion->ray.start_object[ray];
+    return start >= 0 && change->met[start];
+}
+
+/* Row of the first segment that meets what changed, or runs in it; `end`: none does. */
+static size_t first_other(const struct rmap_scene_change *change,
+                          const struct rmap_segment_columns *segment, size_t first, size_t end)
+{
+    size_t i = first;
+    while (i < end && !((segment->object[i] >= 0 && change->met[segment->object[i]]) ||
+                        change->in[segment->medium[i]]))
+        i++;
+    return i;
+}
+
 /* By what it met, where it ran and who noted it. */
 static bool told_by_path(const struct rmap_scene_change *change, const struct rmap_portion *portion,
                          const struct rows *rows)
 {
-    const struct rmap_segment_columns *segment = &portion->segment;
-    const int32_t start = portion->ray.start_object[rows->ray];
     bool told = (change->leaving && portion->ray.stop[rows->ray] == RMAP_STOP_LEFT) ||
-                (start >= 0 && change->met[start]);
-    for (size_t i = rows->segment; i < rows->end && !told; i++)
-        told = (segment->object[i] >= 0 && change->met[segment->object[i]]) ||
-               change->in[segment->medium[i]];
+                starts_other(change, portion, rows->ray) ||
+                first_other(change, &portion->segment, rows->segment, rows->end) < rows->end;
     for (size_t i = rows->registration; i < rows->end_registration && !told; i++)
         told = change->noted[portion->registration.detector[i]];
     return told;
@@ -164,6 +179,22 @@ size_t rmap_touch_places(const struct rmap_touch *touch, const struct rmap_porti
         n += touched[i];
     }
     return n;
+}
+
+struct rmap_known_way rmap_touch_known(const struct rmap_touch *touch,
+                                       const struct rmap_portion *portion,
+                                       const size_t first[RMAP_TABLE_COUNT])
+{
+    const struct rmap_segment_columns *segment = &portion->segment;
+    const size_t ray = first[RMAP_TABLE_RAY], row = first[RMAP_TABLE_SEGMENT];
+    struct rmap_known_way way = {.object = segment->object + row,
+                                 .primitive = segment->primitive + row,
+                                 .number = touch->change.object,
+                                 .places = &touch->places};
+    if (!(touch->loose > 0) && !starts_other(&touch->change, portion, ray))
+        way.n =
+            first_other(&touch->change, segment, row, row + portion->ray.segment_count[ray]) - row;
+    return way;
 }
 
 void rmap_touch_renumber(const struct rmap_touch *touch, struct rmap_portion *portion,

@@ -8,6 +8,7 @@
 #include "accel/accel_places.h"
 #include "portion/portion.h"
 #include "scene/scene_change.h"
+#include "trace/tracer.h"
 
 /* Immutable once it is made; any number of threads. Zeroed: empty. */
 struct rmap_touch {
@@ -33,6 +34,11 @@ void rmap_touch_paths(const struct rmap_touch *touch, const struct rmap_portion 
     (RMAP_COLUMN_BIT(RMAP_RAY_start) | RMAP_COLUMN_BIT(RMAP_SEGMENT_position))
 size_t rmap_touch_places(const struct rmap_touch *touch, const struct rmap_portion *portion,
                          uint8_t *touched);
+
+/* What a touched ray, whose rows begin there, meets before its path is another; borrowed. */
+struct rmap_known_way rmap_touch_known(const struct rmap_touch *touch,
+                                       const struct rmap_portion *portion,
+                                       const size_t first[RMAP_TABLE_COUNT]);
 
 /* Rows of the other rays become those of the new scene: [first_ray, ...) and on of each table. */
 void rmap_touch_renumber(const struct rmap_touch *touch, struct rmap_portion *portion,

@@ -156,10 +156,32 @@ static bool advance(struct rmap_walk *walk)
     return stop_here(walk, &arrival, RMAP_EVENT_ERROR, RMAP_STOP_ERROR);
 }
 
-void rmap_trace_ray(const struct rmap_tracer *tracer, uint64_t ray, struct rmap_recorder *recorder)
+bool rmap_walk_known(struct rmap_walk *walk, struct rmap_hit *hit)
+{
+    const struct rmap_known_way *way = walk->known;
+    const int32_t old = way->object[walk->draw.step], primitive = way->primitive[walk->draw.step];
+    const int32_t object = old < 0 ? -1 : way->number[old];
+    if (object >= 0 && rmap_accel_meet(walk->accel, &walk->ray, object, primitive, hit) &&
+        !rmap_places_meet(way->places, walk->ray.origin, hit->position))
+        return true;
+    const bool met = rmap_accel_next(walk->accel, &walk->ray, hit);
+    if (!met || hit->object != object || hit->primitive != primitive)
+        walk->n_known = 0;
+    return met;
+}
+
+void rmap_trace_known(const struct rmap_tracer *tracer, uint64_t ray,
+                      const struct rmap_known_way *way, struct rmap_recorder *recorder)
 {
     struct rmap_walk walk;
     begin(&walk, tracer, ray, recorder);
+    walk.known = way;
+    walk.n_known = way->n;
     while (advance(&walk))
         continue;
+}
+
+void rmap_trace_ray(const struct rmap_tracer *tracer, uint64_t ray, struct rmap_recorder *recorder)
+{
+    rmap_trace_known(tracer, ray, &(struct rmap_known_way){.n = 0}, recorder);
 }

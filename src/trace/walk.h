@@ -35,7 +35,9 @@ struct rmap_walk {
     double weight, path_length, optical_path;
     struct rmap_clock clock; /* of a timed scene */
     bool predicted;          /* so far every number was what src/compact predicts */
-    bool rough; /* nobody asks for lengths: those of curved segments may be estimates */
+    const struct rmap_known_way *known;
+    size_t n_known; /* segments that it still holds for; 0: `known` need not be there */
+    bool rough;     /* nobody asks for lengths: those of curved segments may be estimates */
 };
 
 enum rmap_segment_end {
@@ -71,6 +73,7 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
     walk->clock = (struct rmap_clock){.group_path = 0.0};
+    walk->n_known = 0;
     walk->rough = false;
     walk->predicted = true;
 }
@@ -103,6 +106,9 @@ static inline double rmap_walk_distance_out(const struct rmap_walk *walk)
     double root = sqrt(along * along + gap);
     return along > 0.0 ? gap / (root + along) : root - along;
 }
+
+/* rmap_accel_next where the walk's way is known. */
+bool rmap_walk_known(struct rmap_walk *walk, struct rmap_hit *hit);
 
 /* The next segment of light in a gradient medium. Not inline: it costs more than a call. */
 void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival);
@@ -139,7 +145,9 @@ static inline void rmap_walk_segment(struct rmap_walk *walk, struct rmap_arrival
         rmap_walk_curve(walk, arrival);
         return;
     }
-    bool met = rmap_accel_next(walk->accel, &walk->ray, &arrival->hit);
+    bool met = walk->draw.step < walk->n_known
+                   ? rmap_walk_known(walk, &arrival->hit)
+                   : rmap_accel_next(walk->accel, &walk->ray, &arrival->hit);
     uint32_t event = 0; /* inside the medium */
     if (met && !arrival->hit.predicted)
         walk->predicted = false;

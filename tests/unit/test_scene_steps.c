@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * A scene that lives: edited in random order, its structure follows by rmap_accel_move and
- * rmap_accel_create_like, and after every step its rays are those of the text read anew.
+ * rmap_accel_create_like, and after every step its rays are those of the text read anew; as are
+ * those of the step before, where they are taken over and traced along what is known of them.
  *
  *     test_scene_steps [STEPS [SEED]]
  */
@@ -17,7 +18,7 @@
 #include "portion/portion_recorder.h"
 #include "scene/scene_edit.h"
 #include "tests/unit/read_text.h"
-#include "trace/tracer.h"
+#include "trace/touched.h"
 
 enum { N_THING = 14, N_RAY = 300, N_GROUP = 2, TEXT_NBYTES = 16384 };
 
@@ -150,7 +151,43 @@ static struct rmap_scene *read_model(const struct model *model)
     return scene;
 }
 
-static struct rmap_digest trace(const struct live *live)
+/* The rays of a scene, of which those before a change are known (NULL: none are). */
+struct taking {
+    const struct rmap_touch *touch;
+    const struct rmap_portion *rows;
+    uint8_t touched[N_RAY];
+    size_t at[RMAP_TABLE_COUNT];
+};
+
+static size_t n_taken, n_traced, n_known; /* n_traced, n_known: segments */
+
+/* A ray from the rows of before, or traced along them. */
+static void take(struct taking *taking, const struct rmap_tracer *tracer, uint64_t ray,
+                 struct rmap_portion_recorder *recorder)
+{
+    struct rmap_error err = {0};
+    struct rmap_portion *to = recorder->portion;
+    const struct rmap_ray_columns *its = &taking->rows->ray;
+    const size_t n[RMAP_TABLE_COUNT] = {1, its->segment_count[ray], its->registration_count[ray]};
+    size_t before[RMAP_TABLE_COUNT];
+    if (taking->touched[ray] || draw(2)) {
+        const struct rmap_known_way way = rmap_touch_known(taking->touch, taking->rows, taking->at);
+        const size_t first = to->n_row[RMAP_TABLE_SEGMENT];
+        rmap_trace_known(tracer, ray, &way, &recorder->base);
+        for (size_t k = 0; k < way.n; k++)
+            n_known += way.object[k] >= 0;
+        n_traced += to->n_row[RMAP_TABLE_SEGMENT] - first;
+    } else {
+        memcpy(before, to->n_row, sizeof before);
+        assert_int_equal(rmap_portion_append_rows(to, taking->rows, taking->at, n, &err), RMAP_OK);
+        rmap_touch_renumber(taking->touch, to, before);
+        n_taken++;
+    }
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        taking->at[t] += n[t];
+}
+
+static struct rmap_portion *trace_along(const struct live *live, struct taking *taking)
 {
     struct rmap_error err = {0};
     struct rmap_portion *portion = NULL;
@@ -159,8 +196,17 @@ static struct rmap_digest trace(const struct live *live)
     const struct rmap_tracer tracer = {live->scene, live->accel, 5};
     rmap_portion_recorder_init(&recorder, portion);
     for (uint64_t ray = 0; ray < N_RAY; ray++)
-        rmap_trace_ray(&tracer, ray, &recorder.base);
+        if (taking)
+            take(taking, &tracer, ray, &recorder);
+        else
+            rmap_trace_ray(&tracer, ray, &recorder.base);
     assert_int_equal(recorder.status, RMAP_OK);
+    return portion;
+}
+
+static struct rmap_digest trace(const struct live *live)
+{
+    struct rmap_portion *portion = trace_along(live, NULL);
     struct rmap_digest digest = rmap_portion_digest(portion);
     rmap_portion_destroy(portion);
     return digest;
@@ -170,6 +216,39 @@ static void close_live(struct live *live)
 {
     rmap_accel_destroy(live->accel);
     rmap_scene_destroy(live->scene);
+}
+
+static void count_search(void *context, const struct rmap_ray *ray, double length)
+{
+    (void)ray;
+    (void)length;
+    ++*(size_t *)context;
+}
+
+static size_t n_search;
+
+/* The rays of the scene before a step, as far as they can be used, are those of the one after it.
+ */
+static void assert_taken_over(const struct live *old, const struct live *live,
+                              const struct rmap_digest *wanted)
+{
+    struct rmap_error err = {0};
+    struct rmap_touch touch;
+    assert_int_equal(rmap_touch_init(&touch, old->scene, live->scene, &err), RMAP_OK);
+    if (!touch.change.all[0]) {
+        struct rmap_portion *rows = trace_along(old, NULL);
+        struct taking taking = {.touch = &touch, .rows = rows};
+        rmap_touch_paths(&touch, rows, taking.touched);
+        (void)rmap_touch_places(&touch, rows, taking.touched);
+        rmap_accel_watch(live->accel, count_search, &n_search);
+        struct rmap_portion *portion = trace_along(live, &taking);
+        rmap_accel_watch(live->accel, NULL, NULL);
+        const struct rmap_digest digest = rmap_portion_digest(portion);
+        assert_memory_equal(&digest, wanted, sizeof digest);
+        rmap_portion_destroy(portion);
+        rmap_portion_destroy(rows);
+    }
+    rmap_touch_fini(&touch);
 }
 
 static size_t n_moved, n_reread, n_kept;
@@ -258,7 +337,9 @@ static void step(struct live *live, struct model *model)
     reread(live, model);
 }
 
-static void assert_as_fresh(const struct live *live, const struct model *model)
+/* *fresh_ret, *digest_ret: the scene read anew, and its rays. */
+static void read_fresh(const struct live *live, const struct model *model, struct live *fresh_ret,
+                       struct rmap_digest *digest_ret)
 {
     struct rmap_error err = {0};
     struct live fresh = {.scene = read_model(model)};
@@ -271,8 +352,17 @@ static void assert_as_fresh(const struct live *live, const struct model *model)
     }
     assert_memory_equal(&live->scene->centre, &fresh.scene->centre, sizeof fresh.scene->centre);
     assert_memory_equal(&live->scene->radius, &fresh.scene->radius, sizeof(double));
-    const struct rmap_digest a = trace(live), b = trace(&fresh);
-    assert_memory_equal(&a, &b, sizeof a);
+    const struct rmap_digest a = trace(live);
+    *digest_ret = trace(&fresh);
+    assert_memory_equal(&a, digest_ret, sizeof a);
+    *fresh_ret = fresh;
+}
+
+static void assert_as_fresh(const struct live *live, const struct model *model)
+{
+    struct rmap_digest digest;
+    struct live fresh;
+    read_fresh(live, model, &fresh, &digest);
     close_live(&fresh);
 }
 
@@ -287,12 +377,22 @@ static void test_edits_in_random_order(void **state)
         model.group[g] = random_stand();
     struct live live = {.scene = read_model(&model)};
     assert_int_equal(rmap_accel_create(live.scene, 1, &live.accel, &err), RMAP_OK);
+    struct live before, fresh;
+    struct rmap_digest digest;
+    read_fresh(&live, &model, &before, &digest);
     for (int i = 0; i < n_step; i++) {
         step(&live, &model);
-        assert_as_fresh(&live, &model);
+        read_fresh(&live, &model, &fresh, &digest);
+        assert_taken_over(&before, &fresh, &digest);
+        close_live(&before);
+        before = fresh;
     }
+    close_live(&before);
     printf("%zu moved, %zu read again with %zu meshes taken over\n", n_moved, n_reread, n_kept);
+    printf("%zu rays taken over; %zu segments traced, %zu of them known, with %zu searches\n",
+           n_taken, n_traced, n_known, n_search);
     assert_true(n_moved > 0 && n_reread > 0 && n_kept > 0);
+    assert_true(n_taken > 0 && n_search < n_traced - n_known / 2);
     close_live(&live);
     assert_int_equal(rmap_alloc_live(), 0);
 }
