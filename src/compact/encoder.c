@@ -167,7 +167,8 @@ static uint32_t *spell(struct rmap_compact_encoder *encoder, const struct rmap_p
         word[n + k] = event ^ from->expected;
         expected_medium[k] = (int16_t)medium;
         const struct rmap_step_class step = {(int32_t)object, event, (int16_t)medium};
-        if (encoder->status == RMAP_OK)
+        class[k] = rmap_step_class_find(&encoder->steps, &step);
+        if (class[k] == RMAP_NO_STEP_CLASS && encoder->status == RMAP_OK)
             encoder->status = rmap_step_class_enter(&encoder->steps, &step, &class[k], NULL);
         medium = rmap_medium_after(from, medium, event);
     }
