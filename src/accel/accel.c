@@ -354,8 +354,8 @@ void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
         ((struct RTCRayHit *)args->rayhit)->ray.tfar = shrink(traversal);
 }
 
-static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
-                       const struct rmap_ray *ray, double limit)
+static inline void query_init(struct rmap_query *query, const struct rmap_accel *accel,
+                              const struct rmap_ray *ray, double limit)
 {
     query->accel = accel;
     query->ray = ray;
@@ -504,7 +504,7 @@ static void finish_triangle(const struct rmap_accel_object *object,
     hit->normal = rmap_scale(best->normal, 1 / best->length);
 }
 
-static void finish(struct rmap_query *query, struct rmap_hit *hit)
+static inline void finish(struct rmap_query *query, struct rmap_hit *hit)
 {
     const struct rmap_candidate *best = rmap_query_best(query);
     const struct rmap_accel_object *object = &query->accel->object[best->object];
