@@ -127,3 +127,8 @@ json_t *rmap_page_string(const char *text)
     rmap_free(plain);
     return string;
 }
+
+json_t *rmap_page_vector(struct rmap_vec3 v)
+{
+    return json_pack("[f, f, f]", v.x, v.y, v.z);
+}

@@ -8,6 +8,8 @@
 #define RMAP_PAGE_PACK_H
 
 #include <jansson.h>
+
+#include "base/vec.h"
 #include <stddef.h>
 #include <stdint.h>
 
@@ -22,5 +24,7 @@ json_t *rmap_page_integers(const int32_t *value, size_t n);
 
 /* The text without what is not UTF-8; null for NULL. */
 json_t *rmap_page_string(const char *text);
+
+json_t *rmap_page_vector(struct rmap_vec3 v);
 
 #endif

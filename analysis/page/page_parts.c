@@ -6,8 +6,6 @@
 #include <string.h>
 
 #include "analysis/criterion/path_order.h"
-#include "analysis/figure/object_colour.h"
-#include "analysis/figure/tessellation.h"
 #include "analysis/page/page_pack.h"
 #include "analysis/page/page_parts.h"
 #include "analysis/paths/path_class.h"
@@ -16,7 +14,6 @@
 #include "analysis/table/colour_map.h"
 #include "base/alloc.h"
 #include "io/export/json_number.h"
-#include "optics/spectrum.h"
 
 /* Length of sequences; the text of a longer one is cut. */
 enum { MOST_SEQUENCE = 200 };
@@ -282,11 +279,6 @@ static json_t *image_json(const struct rmap_detector_image *image)
     return json;
 }
 
-static json_t *vector(struct rmap_vec3 v)
-{
-    return json_pack("[f, f, f]", v.x, v.y, v.z);
-}
-
 /* As a criterion wants it. */
 static json_t *quoted_name(const struct rmap_detector *detector, struct rmap_error *err)
 {
@@ -308,10 +300,11 @@ static json_t *detector_json(const struct rmap_page *page, const struct rmap_det
     return json_pack("{s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:[f, f], s:b, s:o}", "name",
                      rmap_page_string(detector->name), "word", quoted_name(detector, err), "type",
                      detector->type == RMAP_DETECTOR_INTENSITY ? "intensity" : "plane", "origin",
-                     vector(detector->origin), "x", vector(detector->x), "y", vector(detector->y),
-                     "axis", vector(detector->axis), "size", detector->size[0], detector->size[1],
-                     "after_step", (int)(detector->on_object >= 0 || detector->on_group >= 0),
-                     "image", image ? image_json(image) : json_null());
+                     rmap_page_vector(detector->origin), "x", rmap_page_vector(detector->x), "y",
+                     rmap_page_vector(detector->y), "axis", rmap_page_vector(detector->axis),
+                     "size", detector->size[0], detector->size[1], "after_step",
+                     (int)(detector->on_object >= 0 || detector->on_group >= 0), "image",
+                     image ? image_json(image) : json_null());
 }
 
 json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err)
@@ -330,184 +323,5 @@ json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err
         json_decref(list);
     if (!json)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the detectors of a page");
-    return json;
-}
-
-/* [n_vertex][3], parts of the box from `low` by `size`. */
-static uint16_t *quantised(const struct rmap_mesh *mesh, const double low[3], const double size[3])
-{
-    uint16_t *place = rmap_alloc(3 * mesh->n_vertex + 1, sizeof *place);
-    for (size_t i = 0; place && i < mesh->n_vertex; i++)
-        for (int k = 0; k < 3; k++) {
-            double part = size[k] > 0.0 ? ((double)mesh->vertex[i][k] - low[k]) / size[k] : 0.0;
-            place[3 * i + (size_t)k] = (uint16_t)(65535.0 * fmin(fmax(part, 0.0), 1.0) + 0.5);
-        }
-    return place;
-}
-
-static int32_t *corners(const struct rmap_mesh *mesh)
-{
-    int32_t *corner = rmap_alloc(3 * mesh->n_triangle + 1, sizeof *corner);
-    for (size_t i = 0; corner && i < 3 * mesh->n_triangle; i++)
-        corner[i] = (int32_t)mesh->triangle[i / 3][i % 3];
-    return corner;
-}
-
-static json_t *mesh_json(const struct rmap_mesh *mesh)
-{
-    struct rmap_vec3 lower, upper;
-    json_t *json = NULL;
-    rmap_mesh_bounds(mesh, &lower, &upper);
-    const double low[3] = {lower.x, lower.y, lower.z};
-    const double size[3] = {upper.x - lower.x, upper.y - lower.y, upper.z - lower.z};
-    uint16_t *place = quantised(mesh, low, size);
-    int32_t *corner = corners(mesh);
-    if (place && corner)
-        json = json_pack("{s:[f, f, f], s:[f, f, f], s:o, s:o}", "low", low[0], low[1], low[2],
-                         "size", size[0], size[1], size[2], "place",
-                         rmap_page_shorts(place, 3 * mesh->n_vertex), "corner",
-                         rmap_page_integers(corner, 3 * mesh->n_triangle));
-    rmap_free(place);
-    rmap_free(corner);
-    return json;
-}
-
-/* Radius and height of every ring: the page turns them about the axis itself. */
-static json_t *profile_json(const struct rmap_mesh *mesh)
-{
-    size_t n = mesh->n_vertex / RMAP_FACETS;
-    float *profile = rmap_alloc(2 * n + 1, sizeof *profile);
-    for (size_t i = 0; profile && i < n; i++) {
-        profile[2 * i] = mesh->vertex[i * RMAP_FACETS][0];
-        profile[2 * i + 1] = mesh->vertex[i * RMAP_FACETS][2];
-    }
-    json_t *json = profile ? json_pack("{s:i, s:o}", "facets", RMAP_FACETS, "profile",
-                                       rmap_page_floats(profile, 2 * n))
-                           : NULL;
-    rmap_free(profile);
-    return json;
-}
-
-json_t *rmap_page_geometries(const struct rmap_scene *scene, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_mesh *mesh = NULL;
-    json_t *list = json_array(), *json;
-    for (size_t g = 0; g < scene->n_geometry; g++) {
-        const struct rmap_geometry *geometry = &scene->geometry[g];
-        if (geometry->kind == RMAP_GEOMETRY_SHAPE)
-            RMAP_TRY(rmap_shape_tessellate(&geometry->shape, &mesh, err));
-        else
-            RMAP_TRY(rmap_mesh_weld(geometry->mesh, &mesh, err));
-        bool revolved = geometry->kind == RMAP_GEOMETRY_SHAPE &&
-                        rmap_shape_model[geometry->shape.type].revolved;
-        json = revolved ? profile_json(mesh) : mesh_json(mesh);
-        if (!json || json_array_append_new(list, json) != 0)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene of a page"));
-        rmap_mesh_destroy(mesh);
-        mesh = NULL;
-    }
-out:
-    rmap_mesh_destroy(mesh);
-    if (st == RMAP_OK)
-        return list;
-    json_decref(list);
-    return NULL;
-}
-
-/* Row by row, as in the scene file. */
-static json_t *matrix(const struct rmap_affine *a)
-{
-    return json_pack("[f, f, f, f, f, f, f, f, f, f, f, f]", a->m[0][0], a->m[0][1], a->m[0][2],
-                     a->t.x, a->m[1][0], a->m[1][1], a->m[1][2], a->t.y, a->m[2][0], a->m[2][1],
-                     a->m[2][2], a->t.z);
-}
-
-static json_t *media(const struct rmap_scene *scene)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < scene->n_medium; i++)
-        json_array_append_new(list, rmap_page_string(scene->medium[i].name));
-    return list;
-}
-
-static json_t *groups(const struct rmap_scene *scene)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < scene->n_group; i++)
-        json_array_append_new(list, json_pack("{s:o, s:i}", "name",
-                                              rmap_page_string(scene->group[i].name), "parent",
-                                              (int)scene->group[i].parent));
-    return list;
-}
-
-static const char *look_of(const struct rmap_scene *scene, const struct rmap_object *object)
-{
-    if (rmap_scene_transmits(scene, object->surface_front) ||
-        rmap_scene_transmits(scene, object->surface_back))
-        return "glass";
-    return rmap_surface_look(&scene->surface[object->surface_front]) == RMAP_LOOK_MIRROR ? "metal"
-                                                                                         : "opaque";
-}
-
-static json_t *objects(const struct rmap_scene *scene)
-{
-    double(*rgb)[3] = rmap_object_colours(scene);
-    json_t *list = rgb ? json_array() : NULL;
-    for (size_t i = 0; rgb && i < scene->n_object; i++) {
-        const struct rmap_object *object = &scene->object[i];
-        const struct rmap_surface *surface = &scene->surface[object->surface_front];
-        json_array_append_new(
-            list, json_pack("{s:o, s:i, s:i, s:o, s:s, s:[f, f, f], s:o}", "name",
-                            rmap_page_string(object->name), "parent", (int)object->parent,
-                            "geometry", (int)object->geometry, "matrix", matrix(&object->to_world),
-                            "look", look_of(scene, object), "albedo", rgb[i][0], rgb[i][1],
-                            rgb[i][2], "surface", rmap_page_string(surface->name)));
-    }
-    rmap_free(rgb);
-    return list;
-}
-
-static const char *emitter_word(const struct rmap_source *source)
-{
-    static const char *const word[] = {"point", "disc", "rectangle", "mesh", "rectangle", "sky"};
-    return rmap_source_is_of_rays(source) ? "rays" : word[source->shape];
-}
-
-static json_t *sources(const struct rmap_scene *scene)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < scene->n_source; i++) {
-        const struct rmap_source *source = &scene->source[i];
-        struct rmap_affine place = source->frame;
-        const double *size =
-            source->shape == RMAP_EMITTER_BODY ? source->lamp->size : source->shape_size;
-        place.t = rmap_source_place(scene, source);
-        json_array_append_new(list, json_pack("{s:o, s:s, s:[f, f], s:o, s:f}", "name",
-                                              rmap_page_string(source->name), "shape",
-                                              emitter_word(source), "size", size[0], size[1],
-                                              "matrix", matrix(&place), "flux", source->flux));
-    }
-    return list;
-}
-
-static json_t *wavelengths(const struct rmap_scene *scene)
-{
-    json_t *list = json_array();
-    for (int c = 0; c < scene->channels.n; c++)
-        json_array_append_new(list, json_real(scene->channels.wavelength_nm[c]));
-    return list;
-}
-
-json_t *rmap_page_scene(const struct rmap_scene *scene, struct rmap_error *err)
-{
-    json_t *json = json_pack("{s:o, s:s, s:s, s:o, s:o, s:f, s:o, s:o, s:o, s:o}", "unit",
-                             rmap_page_string(scene->unit), "flux_unit", rmap_flux_unit_name(scene),
-                             "mode", scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral",
-                             "wavelengths", wavelengths(scene), "centre", vector(scene->centre),
-                             "radius", scene->radius, "media", media(scene), "groups",
-                             groups(scene), "objects", objects(scene), "sources", sources(scene));
-    if (!json)
-        (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene of a page");
     return json;
 }

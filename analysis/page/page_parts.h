@@ -12,6 +12,11 @@
 /* Media, groups, objects with their geometry, sources. */
 json_t *rmap_page_scene(const struct rmap_scene *scene, struct rmap_error *err);
 
+/* What tells two scenes apart that differ in places alone: those of the objects that moved,
+ * {index: matrix}, and of all sources and detectors. NULL: they may differ in more, or memory is
+ * short. */
+json_t *rmap_page_places(const struct rmap_scene *before, const struct rmap_scene *after);
+
 /* Every geometry: the profile of a surface of revolution, or triangles, their corners as parts of
  * their box, 16 bits each. */
 json_t *rmap_page_geometries(const struct rmap_scene *scene, struct rmap_error *err);

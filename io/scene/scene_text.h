@@ -16,6 +16,7 @@ struct rmap_scene_text {
     char *text;
     struct rmap_yaml_node *root; /* NULL: it has not been read */
     bool is_sound;               /* the tree is all that reading found: no mistakes */
+    bool is_move;                /* from the text before it something moved, and nothing else */
 };
 void rmap_scene_text_fini(struct rmap_scene_text *scene);
 

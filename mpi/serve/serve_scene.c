@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/page/page_parts.h"
 #include "analysis/query/map_light.h"
 #include "base/alloc.h"
 #include "io/map/map_content.h"
@@ -302,15 +303,15 @@ static void tell_change(struct rmap_serve *self)
                                                 (json_int_t)self->revision));
 }
 
-/* With the text, unless the answer is to be brief. */
-static json_t *state_of(const struct rmap_serve *self, const json_t *message)
+/* With the text, unless the answer is to be brief; takes `places`, NULL: it does without. */
+static json_t *state_of(const struct rmap_serve *self, const json_t *message, json_t *places)
 {
     const bool brief = json_is_true(json_object_get(message, "brief"));
-    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*}", "revision", (json_int_t)self->revision,
-                     "undo", (json_int_t)self->now, "redo",
+    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*, s:o*}", "revision",
+                     (json_int_t)self->revision, "undo", (json_int_t)self->now, "redo",
                      (json_int_t)(self->n_text - self->now - 1), "saved",
                      (int)(self->now == self->saved), "file", self->at_hand.path, "text",
-                     brief ? NULL : self->text[self->now].text);
+                     brief ? NULL : self->text[self->now].text, "places", places);
 }
 
 enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,
@@ -323,14 +324,14 @@ enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message,
     if (st != RMAP_OK)
         return st;
     tell_change(self);
-    *result = state_of(self, message);
+    *result = state_of(self, message, NULL);
     return RMAP_OK;
 }
 
 /* Collective. The scene becomes that of the text, which gets those of the files that it includes.
- */
-static enum rmap_status change(struct rmap_serve *self, struct rmap_scene_text *text,
-                               struct rmap_error *err)
+ * is_move: nothing but places changes by it, and rank 0 gets those. */
+static enum rmap_status change(struct rmap_serve *self, struct rmap_scene_text *text, bool is_move,
+                               json_t **places_ret, struct rmap_error *err)
 {
     const struct rmap_at_hand before = self->at_hand;
     struct opening opened = {0};
@@ -340,10 +341,13 @@ static enum rmap_status change(struct rmap_serve *self, struct rmap_scene_text *
     self->at_hand.text = before.text;
     self->at_hand.root = before.root;
     if (st == RMAP_OK) {
+        if (is_move && self->context.rank == 0)
+            *places_ret = rmap_page_places(rmap_map_scene(self->map), rmap_map_scene(opened.map));
         put_bundle(self, &opened);
         take_map(self, opened.map);
         opened.map = NULL;
         if (strcmp(text->text, opened.text.text) != 0) {
+            opened.text.is_move = text->is_move;
             rmap_scene_text_fini(text);
             *text = opened.text;
             opened.text = (struct rmap_scene_text){0};
@@ -392,8 +396,10 @@ static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_
         const bool world = axes && strcmp(axes, "world") == 0;
         if (!world && json_object_get(message, "axes") && (!axes || strcmp(axes, "own") != 0))
             return rmap_error_set(err, RMAP_USAGE, "'axes' is \"own\" or \"world\"");
-        return rmap_scene_text_move(now, move, json_object_get(message, "by"),
-                                    world ? &frame : NULL, text_ret, err);
+        const enum rmap_status st = rmap_scene_text_move(now, move, json_object_get(message, "by"),
+                                                         world ? &frame : NULL, text_ret, err);
+        text_ret->is_move = st == RMAP_OK;
+        return st;
     }
     return rmap_error_set(
         err, RMAP_USAGE,
@@ -405,19 +411,23 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
                                  struct rmap_error *err)
 {
     struct rmap_scene_text text = {0};
+    json_t *places = NULL;
     size_t base;
     enum rmap_status st = base_of(self, json_object_get(message, "amend"), &base, err);
     if (st == RMAP_OK)
         st = edited(self, &self->text[base], message, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    RMAP_TRY(change(self, &text, err));
+    RMAP_TRY(change(self, &text,
+                    text.is_move && (base == self->now || self->text[self->now].is_move), &places,
+                    err));
     self->now = base;
     st = rmap_agree(&self->context, push_text(self, &text, err), err);
     RMAP_TRY(st);
     self->edited = self->revision;
     tell_change(self);
-    *result = state_of(self, message);
+    *result = state_of(self, message, json_incref(places));
 out:
+    json_decref(places);
     rmap_scene_text_fini(&text);
     return st;
 }
@@ -426,12 +436,14 @@ out:
 static enum rmap_status go(struct rmap_serve *self, size_t to, const json_t *message,
                            json_t **result, struct rmap_error *err)
 {
-    const enum rmap_status st = change(self, &self->text[to], err);
+    json_t *places = NULL;
+    const bool is_move = self->text[to > self->now ? to : self->now].is_move;
+    const enum rmap_status st = change(self, &self->text[to], is_move, &places, err);
     if (st != RMAP_OK)
         return st;
     look_at(self, to);
     tell_change(self);
-    *result = state_of(self, message);
+    *result = state_of(self, message, places);
     return RMAP_OK;
 }
 
@@ -455,7 +467,7 @@ enum rmap_status rmap_serve_scene(struct rmap_serve *self, const json_t *message
                                   struct rmap_error *err)
 {
     (void)err;
-    *result = state_of(self, message);
+    *result = state_of(self, message, NULL);
     (void)json_object_update(*result, rmap_session_names_json(rmap_map_scene(self->map)));
     return RMAP_OK;
 }

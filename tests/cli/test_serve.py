@@ -121,6 +121,15 @@ def check_taken_over(lens):
     assert lens.trace(RAYS)["rays_taken_over"] > 0 and lens.status()["digest"] == before
 
 
+def check_places(lens, answer):
+    """A move and its undo tell where what moved is, as the model has it, and nothing of what did not."""
+    now, places = lens.model(parts="scene")["scene"], answer["places"]
+    assert 0 < len(places["objects"]) < len(now["objects"])
+    for index, matrix in places["objects"].items():
+        assert now["objects"][int(index)]["matrix"] == matrix
+    assert {key: places[key] for key in ("sources", "centre", "radius")} == {key: now[key] for key in ("sources", "centre", "radius")}
+
+
 def check_edits():
     with raymap.serve.start("scene.yaml") as lens:
         before = lens.scene()
@@ -134,8 +143,11 @@ def check_edits():
         assert amended.keys() | {"text"} == moved.keys() and "text" not in amended
         refused(lens.move, "mount", 0, 0, 9, amend=moved["revision"], status=3)
         refused(lens.move, "mount", 0, 0, 9, amend="last", status=2)
-        lens.undo()
-        refused(lens.move, "mount", 0, 0, 9, amend=lens.redo()["revision"], status=3)  # no edit led there
+        check_places(lens, amended)
+        check_places(lens, lens.undo())
+        again = lens.redo()
+        check_places(lens, again)
+        refused(lens.move, "mount", 0, 0, 9, amend=again["revision"], status=3)  # no edit led there
         lens.edit(set={"objects.mirror_box.surface": "absorber", "sources.star.flux": "2 W",
                        "limits.steps": 500})
         lens.trace(RAYS)
@@ -143,6 +155,7 @@ def check_edits():
         run("trace", "edited.yaml", "-n", str(RAYS), "-o", "edited.raymap", "--quiet")
         assert lens.status()["digest"] == run("info", "edited.raymap", "--json")["digest"]
         check_taken_over(lens)
+        assert "places" not in lens.edit(set={"limits.steps": 400}) and "places" not in lens.undo()
         wrong = refused(lens.edit, text="raymap: 1\nobjects: 5\n", status=3)
         assert wrong.details["diagnostics"][0]["line"] == 2
         refused(lens.edit, text="{")
