@@ -29,7 +29,7 @@ set(editor ${PAGE_DIR}/codemirror-licence.txt ${mirror}/lib/codemirror.js ${mirr
            ${mirror}/addon/edit/matchbrackets.js ${mirror}/addon/mode/simple.js ${mirror}/mode/yaml/yaml.js)
 set(charts ${PAGE_DIR}/d3-licence.txt ${RAYMAP_D3_DIR}/d3.min.js)
 # Later files use earlier ones.
-set(scripts data camera stage scene rays marker pick report classes objects detector region play main)
+set(scripts data camera stage shape scene rays marker pick report classes objects detector region play main)
 list(TRANSFORM scripts REPLACE "(.+)" "${PAGE_DIR}/\\1.js")
 set(workbench_scripts editor live criteria edit tree move histogram steps start)
 list(TRANSFORM workbench_scripts REPLACE "(.+)" "${PAGE_DIR}/workbench_\\1.js")

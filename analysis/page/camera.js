@@ -23,7 +23,7 @@ let camera = orthographic;
 
 /* Everything that is drawn lies in this sphere. */
 const whereabouts = { centre: new THREE.Vector3(), radius: 1 };
-whenScene(() => {
+whenPlaced(() => {
   whereabouts.centre.copy(vectorOf(scene.centre));
   whereabouts.radius = scene.radius || 1;
 });

@@ -18,6 +18,24 @@ function whenData(call) {
 /* Of these only with another scene. */
 const whenScene = (call) => whenData((isOther) => isOther && call());
 
+/* Of these also when only places have changed. */
+const placings = [];
+function whenPlaced(call) {
+  placings.push(call);
+  whenScene(call);
+}
+
+/* Other places of the same things. The view stays. */
+function takePlaces({ objects = {}, detectors: frames = [], ...rest }) {
+  const half = halfHeight();
+  for (const [index, matrix] of Object.entries(objects)) scene.objects[index].matrix = matrix;
+  for (const one of [scene, data.scene]) Object.assign(one, rest);
+  frames.forEach((frame, k) => Object.assign(detectors[k], frame));
+  for (const call of placings) call();
+  setHalfHeight(half);
+  redraw();
+}
+
 /* Parts that are not given stay. The view stays. */
 function takeData(parts) {
   const half = halfHeight();

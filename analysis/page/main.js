@@ -125,6 +125,7 @@ new ResizeObserver(() => {
 }).observe(byId("stage"));
 new ResizeObserver(drawImage).observe(byId("detector-box"));
 
+stir(); // the first view is soon there
 resize();
 setTravelled(1);
 setScheme(night.matches);
@@ -149,7 +150,7 @@ window.raymap = {
   draw: redraw,
   hasImage: () => sensor.picture !== null,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
-    drawn: pace.drawn,
+    drawn: pace.drawn, ...(renderer.info ? { calls: renderer.info.render.calls, triangles: renderer.info.render.triangles } : {}),
     frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving && !frames.wanted && isWhole() }),
   /* Ids of the rays that are shown, and the largest id in the page. */
   shown: () => ray.id.filter((id, r) => shown.state[r] !== HIDDEN),

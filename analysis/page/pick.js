@@ -50,17 +50,24 @@ function legAt(x, y) {
 
 /* The body seen there, or -1: of one that encloses the scene only the far side is. */
 function bodyAt(x, y) {
-  const caster = new THREE.Raycaster(), normal = new THREE.Vector3();
+  const caster = new THREE.Raycaster(), normal = new THREE.Vector3(), probe = new THREE.Mesh(undefined, solidMaterials[0]), hits = [];
   caster.setFromCamera({ x: (2 * x) / canvas.clientWidth - 1, y: 1 - (2 * y) / canvas.clientHeight }, camera);
-  const seen = bodies.filter((body) => body.group.visible).map((body) => body.mesh);
-  const hit = caster.intersectObjects(seen).find(({ point, face, object }) => {
-    const outwards = point.clone().sub(whereabouts.centre), { encloses, look } = object.material.uniforms;
-    normal.copy(face.normal).transformDirection(object.matrixWorld);
-    const before = outwards.dot(normal) * normal.dot(caster.ray.direction) < 0;
-    const isCut = shading.cut.value > 0.5 && look.value > 0.5 && outwards.dot(caster.ray.direction) < 0;
-    return !(encloses.value > 0.5 && before) && !isCut;
+  bodies.forEach((body, index) => {
+    if (!body.visible || !caster.ray.intersectsSphere(body.sphere)) return;
+    const own = [];
+    probe.geometry = body.shape.solid;
+    probe.matrixWorld.copy(body.matrix);
+    probe.raycast(caster, own);
+    for (const { distance: at, point, face } of own) hits.push({ at, point, face, body, index });
   });
-  return hit ? bodies.findIndex((body) => body.mesh === hit.object) : -1;
+  const hit = hits.sort((a, b) => a.at - b.at).find(({ point, face, body }) => {
+    const outwards = point.clone().sub(whereabouts.centre);
+    normal.copy(face.normal).transformDirection(body.matrix);
+    const before = outwards.dot(normal) * normal.dot(caster.ray.direction) < 0;
+    const isCut = shading.cut.value > 0.5 && body.object.look !== "glass" && outwards.dot(caster.ray.direction) < 0;
+    return !(body.encloses && before) && !isCut;
+  });
+  return hit ? hit.index : -1;
 }
 
 function placeOn(canvasElement, event) {

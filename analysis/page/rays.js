@@ -83,19 +83,17 @@ function makeStrokes() {
 
 /* What holds much of the light's way is open as well as what encloses the scene: the wall of a rod, a tube. */
 function openHolding() {
-  const HOLDS = 0.2, step = Math.max(1, Math.floor(strokes.count / 4000));
-  const middle = new THREE.Vector3(), held = bodies.map(() => 0);
-  let whole = 0;
+  const HOLDS = 0.2, FEW = 100, step = Math.max(1, Math.floor(strokes.count / 4000)), middles = [];
   for (let s = 0; s < strokes.count; s += step) {
     const [a, b] = [strokes.position.subarray(6 * s, 6 * s + 3), strokes.position.subarray(6 * s + 3, 6 * s + 6)];
-    const length = Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-    middle.set((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2);
-    whole += length;
-    bodies.forEach((body, k) => (held[k] += body.box.containsPoint(middle) ? length : 0));
+    middles.push({ at: new THREE.Vector3((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2), length: distance(a, b) });
   }
-  bodies.forEach((body, k) => {
-    if (held[k] > HOLDS * whole && body.object.look !== "glass") body.mesh.material.uniforms.encloses.value = 1;
-  });
+  const lengthIn = (list, body) => list.reduce((sum, { at, length }) => sum + (!body || body.box.containsPoint(at) ? length : 0), 0);
+  const whole = lengthIn(middles, null), few = middles.filter((_, k) => k % Math.ceil(middles.length / FEW) === 0);
+  for (const body of bodies) {
+    if (body.encloses || body.object.look === "glass" || !few.some(({ at }) => body.box.containsPoint(at))) continue;
+    if (lengthIn(middles, body) > HOLDS * whole) body.encloses = body.batch.stale = true;
+  }
 }
 
 let longestPath = 0;
@@ -156,8 +154,8 @@ whenData(() => {
   rayLines.geometry.dispose();
   rayLines.geometry = rayGeometry();
   rayLines.visible = strokes.count > 0;
-  setLevel(0);
   if (drawnBySoftware) pace.known = lastLevel();
+  setLevel(pace.moving ? pace.known : 0);
   /* Ghost order: specular reflections at surfaces that also let light through. */
   ray.order = unpack(data.order.ghost);
   ray.scatter = unpack(data.order.scatter);

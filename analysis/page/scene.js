@@ -3,24 +3,47 @@
 // Objects as meshes: glass is translucent and denser at its rim, metal shines, the rest is opaque.
 // Detectors and sources as outlines.
 
-const CREASE = Math.cos((35 * Math.PI) / 180);
-const MOST_EDGES = 300000; // triangles of a geometry whose edges are still looked for
 const ENCLOSING = 0.7; // an object that spans this part of the scene twice encloses it
 
-const VERTEX = `
+/* Bodies are copies in packs; of each body there are four texels: rows of its matrix, and its paint: tint, look, and 4 more where
+ * it encloses the scene. A pack tells the first of its places and their end. */
+const ACROSS = 256; // places in a line of texels
+const PLACED = `
+  uniform highp sampler2D places;
+  uniform float lines;
+  attribute vec2 pack;
+  attribute float copy;
+  vec4 texel(float k) {
+    float at = pack.x + copy, line = floor(at / ${ACROSS}.0);
+    return texture2D(places, vec2((4.0 * (at - ${ACROSS}.0 * line) + k + 0.5) / ${4 * ACROSS}.0, (line + 0.5) / lines));
+  }
+  vec4 onScreen(vec4 view) {
+    return pack.x + copy < pack.y ? projectionMatrix * view : vec4(2.0, 2.0, 2.0, 1.0);
+  }
+  vec4 placed(vec4 x, vec4 y, vec4 z) {
+    vec4 at = vec4(position, 1.0);
+    return modelViewMatrix * vec4(dot(x, at), dot(y, at), dot(z, at), 1.0);
+  }`;
+
+const VERTEX = `${PLACED}
   varying vec3 vNormal, vView;
+  varying vec4 vPaint;
   void main() {
-    vec4 view = modelViewMatrix * vec4(position, 1.0);
+    vec4 x = texel(0.0), y = texel(1.0), z = texel(2.0), view = placed(x, y, z);
     vView = view.xyz;
-    vNormal = normalMatrix * normal;
-    gl_Position = projectionMatrix * view;
+    vNormal = normalMatrix * vec3(dot(cross(y.xyz, z.xyz), normal), dot(cross(z.xyz, x.xyz), normal), dot(cross(x.xyz, y.xyz), normal));
+    vPaint = texel(3.0);
+    gl_Position = onScreen(view);
   }`;
 
 const FRAGMENT = `
-  uniform vec3 tint, middle;
-  uniform float look, encloses, cut, parallel;
+  uniform vec3 middle;
+  uniform float cut, parallel;
   varying vec3 vNormal, vView;
+  varying vec4 vPaint;
   void main() {
+    vec3 tint = vPaint.xyz;
+    float encloses = step(3.5, vPaint.w), look = vPaint.w - 4.0 * encloses;
     vec3 n = normalize(vNormal);
     vec3 eye = parallel > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(-vView);
     vec3 out_of = vView - (viewMatrix * vec4(middle, 1.0)).xyz;
@@ -41,124 +64,14 @@ const FRAGMENT = `
   }`;
 
 /* Shared by all materials: one value serves every object. */
+const placing = { places: { value: null }, lines: { value: 1 } };
 const shading = {
+  ...placing,
   middle: { value: whereabouts.centre }, cut: { value: 0 }, parallel: { value: 1 },
 };
 
 const GLASS = 0, METAL = 1, OPAQUE = 2;
 const lookOf = { glass: GLASS, metal: METAL, opaque: OPAQUE };
-
-/* Of 3 corners the unit normal, 0 for a triangle without area. */
-function faceNormals(place, corner) {
-  const n = new Float32Array(corner.length);
-  const a = new THREE.Vector3(), b = new THREE.Vector3(), c = new THREE.Vector3();
-  for (let i = 0; i < corner.length; i += 3) {
-    a.fromArray(place, 3 * corner[i]);
-    b.fromArray(place, 3 * corner[i + 1]).sub(a);
-    c.fromArray(place, 3 * corner[i + 2]).sub(a);
-    b.cross(c).normalize().toArray(n, i);
-  }
-  return n;
-}
-
-/* Triangles around every vertex: those of vertex v are of[first[v]] to of[first[v + 1] - 1]. */
-function trianglesAround(corner, nVertex) {
-  const first = new Uint32Array(nVertex + 2);
-  for (const v of corner) first[v + 2]++;
-  for (let v = 2; v < nVertex + 2; v++) first[v] += first[v - 1];
-  const of = new Uint32Array(corner.length);
-  for (let i = 0; i < corner.length; i++) of[first[corner[i] + 1]++] = Math.floor(i / 3);
-  return { first, of };
-}
-
-/* Triangles with corners of their own; normals are smooth but for creases. */
-function creased(place, corner) {
-  const face = faceNormals(place, corner);
-  const around = trianglesAround(corner, place.length / 3);
-  const position = new Float32Array(3 * corner.length);
-  const normal = new Float32Array(3 * corner.length);
-  for (let i = 0; i < corner.length; i++) {
-    const own = i - (i % 3), v = corner[i];
-    let x = 0, y = 0, z = 0;
-    for (let k = around.first[v]; k < around.first[v + 1]; k++) {
-      const t = 3 * around.of[k];
-      if (face[t] * face[own] + face[t + 1] * face[own + 1] + face[t + 2] * face[own + 2] < CREASE) continue;
-      x += face[t]; y += face[t + 1]; z += face[t + 2];
-    }
-    const length = Math.sqrt(x * x + y * y + z * z) || 1;
-    normal[3 * i] = x / length; normal[3 * i + 1] = y / length; normal[3 * i + 2] = z / length;
-    for (let k = 0; k < 3; k++) position[3 * i + k] = place[3 * v + k];
-  }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
-  geometry.setAttribute("normal", new THREE.BufferAttribute(normal, 3));
-  return geometry;
-}
-
-/* Rims and creases, as pairs of points. */
-function edges(place, corner) {
-  const geometry = new THREE.BufferGeometry();
-  const line = [];
-  const face = faceNormals(place, corner), nVertex = place.length / 3, seen = new Map();
-  const draw = (key) => {
-    for (const v of [Math.floor(key / nVertex), key % nVertex]) line.push(place[3 * v], place[3 * v + 1], place[3 * v + 2]);
-  };
-  for (let i = 0; i < corner.length && corner.length < 3 * MOST_EDGES; i++) {
-    const own = i - (i % 3), a = corner[i], b = corner[own + ((i + 1) % 3)];
-    const key = Math.min(a, b) * nVertex + Math.max(a, b), other = seen.get(key);
-    if (other === undefined) {
-      seen.set(key, own);
-      continue;
-    }
-    seen.delete(key);
-    if (face[own] * face[other] + face[own + 1] * face[other + 1] + face[own + 2] * face[other + 2] < CREASE)
-      draw(key);
-  }
-  for (const key of seen.keys()) draw(key);
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(line), 3));
-  return geometry;
-}
-
-/* A profile of radii and heights turned about the axis; a radius of 0 is a pole. */
-function revolved(profile, facets) {
-  const rings = profile.length / 2, place = [], corner = [];
-  const vertex = (i, k) => i * facets + (profile[2 * i] > 0 ? k % facets : 0);
-  for (let i = 0; i < rings; i++)
-    for (let k = 0; k < facets; k++) {
-      const angle = (2 * Math.PI * k) / facets;
-      place.push(profile[2 * i] * Math.cos(angle), profile[2 * i] * Math.sin(angle), profile[2 * i + 1]);
-    }
-  for (let i = 0; i + 1 < rings; i++)
-    for (let k = 0; k < facets; k++) {
-      const [a, b, c, d] = [vertex(i, k), vertex(i + 1, k), vertex(i + 1, k + 1), vertex(i, k + 1)];
-      for (const t of [[a, b, c], [a, c, d]]) if (t[0] !== t[1] && t[1] !== t[2] && t[0] !== t[2]) corner.push(...t);
-    }
-  return { place: new Float32Array(place), corner: new Uint32Array(corner) };
-}
-
-function triangles(packed) {
-  if (packed.profile) return revolved(unpack(packed.profile), packed.facets);
-  const part = unpack(packed.place);
-  const place = Float32Array.from(part, (v, i) => packed.low[i % 3] + (packed.size[i % 3] * v) / 65535);
-  return { place, corner: unpack(packed.corner) };
-}
-
-/* By what they are made of (keys: of those of the scene): those of the data before serve again. */
-let geometries = new Map(), geometriesBefore = new Map(), geometryKeys = [];
-whenScene(() => {
-  [geometries, geometriesBefore] = [new Map(), geometries];
-  geometryKeys = data.geometries.map((one) => JSON.stringify(one));
-});
-
-/* Geometry g, made when its first object needs it. */
-function geometryOf(g) {
-  const key = geometryKeys[g];
-  if (geometries.has(key)) return geometries.get(key);
-  const { place, corner } = geometriesBefore.has(key) ? {} : triangles(data.geometries[g]);
-  const made = geometriesBefore.get(key) || { solid: creased(place, corner), line: edges(place, corner) };
-  geometries.set(key, made);
-  return made;
-}
 
 const matrixOf = (m) => new THREE.Matrix4().set(...m, 0, 0, 0, 1);
 
@@ -173,8 +86,6 @@ function outlineMaterial(colourOf) {
   return material;
 }
 
-const glassLine = outlineMaterial(() => ({ ink: scheme.dark ? "#7fb2dd" : "#3a6f9f", opacity: 0.55 }));
-const solidLine = outlineMaterial(() => ({ ink: scheme.dark ? "#aab4be" : "#454545", opacity: 0.35 }));
 const detectorLine = outlineMaterial(() => ({ ink: scheme.dark ? "#5fd0c4" : "#0f766e", opacity: 1 }));
 const sourceLine = outlineMaterial(() => ({ ink: scheme.dark ? "#fb9a62" : "#c2410c", opacity: 1 }));
 
@@ -186,60 +97,169 @@ function tintOf(object) {
   return object.albedo.map((v) => least + (0.93 - least) * Math.pow(v, 1 / 2.2));
 }
 
-function solidMaterial(object) {
-  const glass = object.look === "glass";
-  const uniforms = { ...shading, tint: { value: new THREE.Vector3() }, look: { value: lookOf[object.look] }, encloses: { value: 0 } };
-  scheme.bodies.push(() => uniforms.tint.value.fromArray(tintOf(object)));
-  return new THREE.ShaderMaterial({
-    uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: THREE.DoubleSide,
-    transparent: glass, depthWrite: !glass,
+function edgeMaterial(colourOf) {
+  const uniforms = { ...placing, ink: { value: new THREE.Color() }, opacity: { value: 1 } };
+  scheme.told.push(() => {
+    const { ink, opacity } = colourOf();
+    uniforms.ink.value.set(ink);
+    uniforms.opacity.value = opacity;
   });
+  return new THREE.ShaderMaterial({ uniforms, transparent: true,
+    vertexShader: `${PLACED} void main() { gl_Position = onScreen(placed(texel(0.0), texel(1.0), texel(2.0))); }`,
+    fragmentShader: "uniform vec3 ink; uniform float opacity; void main() { gl_FragColor = vec4(ink, opacity); }" });
 }
+
+const bodyMaterial = (more) => new THREE.ShaderMaterial({ uniforms: shading, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: THREE.DoubleSide, ...more });
+
+/* By whether it is of glass. */
+const solidMaterials = [bodyMaterial({}), bodyMaterial({ transparent: true, depthWrite: false })];
+const lineMaterials = [edgeMaterial(() => ({ ink: scheme.dark ? "#aab4be" : "#454545", opacity: 0.35 })),
+  edgeMaterial(() => ({ ink: scheme.dark ? "#7fb2dd" : "#3a6f9f", opacity: 0.55 }))];
 
 /* Corners of boxes about what the first view must show. */
 const inSight = [];
 
-/* What stands in the world for the present scene. */
-const drawn = [];
-function add(thing) {
-  drawn.push(thing);
-  world.add(thing);
-  return thing;
+function boxCorners(box, corners) {
+  corners.forEach((p, k) => p.set(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z));
 }
 
-function boxCorners(box) {
-  const corner = (k) => new THREE.Vector3(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z);
-  return Array.from({ length: 8 }, (_, k) => corner(k));
+/* [{object, shape, matrix, corners, box, sphere, encloses, visible, row}] in the order of the scene's objects; names of those not shown.
+ * batches: of a shape and a material, [{shape, glass, bodies, middle, levels, stale}]: each is drawn at once. */
+const bodies = [], hidden = new Set(), batches = [];
+
+function placeBody(body, matrix) {
+  body.matrix.copy(matrix);
+  boxCorners(body.shape.box, body.corners);
+  for (const p of body.corners) p.applyMatrix4(matrix);
+  body.box.setFromPoints(body.corners);
+  body.sphere.copy(body.shape.sphere).applyMatrix4(matrix);
+  body.batch.stale = true;
 }
 
-/* [{object, group, box, corners}] in the order of the scene's objects; names of those not shown. */
-const bodies = [], hidden = new Set();
-
-function bodyOf(object, index) {
-  const { solid, line } = geometryOf(object.geometry);
-  const group = new THREE.Group();
-  const mesh = new THREE.Mesh(solid, solidMaterial(object));
-  mesh.renderOrder = object.look === "glass" ? 3 : 0;
-  const outline = new THREE.LineSegments(line, object.look === "glass" ? glassLine : solidLine);
-  outline.renderOrder = 1;
-  group.add(mesh, outline);
-  group.matrixAutoUpdate = false;
-  group.matrix.copy(matrixOf(object.matrix));
-  group.userData.object = index;
-  group.visible = !hidden.has(object.name);
-  add(group);
-  if (!solid.boundingBox) solid.computeBoundingBox();
-  const corners = boxCorners(solid.boundingBox).map((p) => p.applyMatrix4(group.matrix));
-  inSight.push(...corners);
-  return { object, group, mesh, corners, box: new THREE.Box3().setFromPoints(corners) };
+function bodyOf(object, batch) {
+  const body = { object, shape: batch.shape, batch, matrix: new THREE.Matrix4(), corners: Array.from({ length: 8 }, () => new THREE.Vector3()),
+    box: new THREE.Box3(), sphere: new THREE.Sphere(), encloses: false, visible: !hidden.has(object.name), row: new Float32Array(16) };
+  batch.bodies.push(body);
+  return body;
 }
+
+function makeBodies() {
+  const own = new Map();
+  const batchOf = ({ geometry, look }) => {
+    const glass = look === "glass" ? 1 : 0, key = 2 * geometry + glass;
+    if (!own.has(key)) own.set(key, { shape: shapeOf(geometry), glass, bodies: [], middle: new THREE.Vector3(), levels: [], stale: true });
+    return own.get(key);
+  };
+  bodies.splice(0, bodies.length, ...scene.objects.map((object) => bodyOf(object, batchOf(object))));
+  batches.splice(0, batches.length, ...own.values());
+  if (placing.places.value) placing.places.value.dispose();
+  placing.lines.value = Math.ceil((bodies.length + 1) / ACROSS);
+  placing.places.value = new THREE.DataTexture(new Float32Array(16 * ACROSS * placing.lines.value), 4 * ACROSS, placing.lines.value, THREE.RGBAFormat, THREE.FloatType);
+}
+
+const drawn = []; // of all batches
+const PACK = 2000; // triangles: what is small costs no less when it is drawn alone
+
+/* So many copies of a geometry. */
+function copiesOf({ attributes, index }, copies) {
+  const geometry = new THREE.InstancedBufferGeometry(), n = attributes.position.count;
+  const times = (array, call) => Float32Array.from({ length: copies * array.length }, (_, i) => call(array, i));
+  for (const name of Object.keys(attributes))
+    geometry.setAttribute(name, new THREE.BufferAttribute(times(attributes[name].array, (array, i) => array[i % array.length]), 3));
+  geometry.setAttribute("copy", new THREE.BufferAttribute(times({ length: n }, (_, i) => Math.floor(i / n)), 1));
+  geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from({ length: copies * index.count }, (_, i) => index.array[i % index.count] + n * Math.floor(i / index.count)), 1));
+  return geometry;
+}
+
+/* What of a batch is drawn in that fineness: its members are found anew for each frame. */
+function drawnLevel(batch, level) {
+  const triangles = Math.max(level.solid.index.count / 3, 1), n = batch.bodies.length;
+  const most = Math.ceil(n / Math.ceil(PACK / triangles)), copies = Math.ceil(n / most);
+  const packs = new THREE.InstancedBufferAttribute(new Float32Array(2 * most), 2).setUsage(THREE.DynamicDrawUsage);
+  const part = (of, Kind, material, order) => {
+    const geometry = copiesOf(of, copies), thing = new Kind(geometry.setAttribute("pack", packs), material);
+    drawn.push(thing);
+    world.add(thing);
+    thing.frustumCulled = false;
+    thing.renderOrder = order;
+    return thing;
+  };
+  return { packs, copies, triangles, members: [], parts: [part(level.solid, THREE.Mesh, solidMaterials[batch.glass], batch.glass ? 3 : 0),
+    part(level.line, THREE.LineSegments, lineMaterials[batch.glass], 1)] };
+}
+
+/* About the middle of all: sorted by it, and in short numbers. */
+function fillRows({ bodies: own, middle }) {
+  middle.set(0, 0, 0);
+  for (const { matrix } of own) middle.addScaledVector(new THREE.Vector3().setFromMatrixPosition(matrix), 1 / own.length);
+  for (const { matrix: { elements: e }, object, encloses, row } of own) {
+    for (let k = 0; k < 3; k++) row.set([e[k], e[4 + k], e[8 + k], e[12 + k] - middle.getComponent(k)], 4 * k);
+    row.set([...tintOf(object), lookOf[object.look] + (encloses ? 4 : 0)], 12);
+  }
+}
+
+const NEGLIGIBLE = drawnBySoftware ? 1 : 0.3; // pixels that a surface may be off
+
+/* As many as there are in sight when nothing moves. */
+let atRest = 0;
+const trianglesAtRest = () => atRest;
+
+/* What is in sight, in the finenesses that can be told apart there. */
+function fillBatches() {
+  let placed = 0, triangles = 0;
+  camera.updateMatrixWorld();
+  const frustum = new THREE.Frustum().setFromMatrix(new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, new THREE.Matrix4().getInverse(camera.matrixWorld)));
+  const grain = NEGLIGIBLE * Math.pow(2, Math.max(pace.level - 1, 0)), isFar = camera === perspective;
+  const perPixel = 2 / Math.max(canvas.height, 1) * (isFar ? Math.tan((FIELD_OF_VIEW * Math.PI) / 360) : halfHeight());
+  for (const batch of batches) {
+    if (batch.stale) fillRows(batch);
+    batch.stale = false;
+    for (const one of batch.levels) if (one) one.members.length = 0;
+    for (const body of batch.bodies) {
+      const { visible, sphere } = body;
+      if (!visible || !frustum.intersectsSphere(sphere)) continue;
+      const pixel = isFar ? perPixel * Math.max(sphere.center.distanceTo(camera.position) - sphere.radius, camera.near) : perPixel;
+      const k = batch.shape.levelFor((grain * pixel * batch.shape.sphere.radius) / (sphere.radius || 1));
+      (batch.levels[k] || (batch.levels[k] = drawnLevel(batch, batch.shape.level(k)))).members.push(body);
+    }
+    for (const one of batch.levels) {
+      if (!one) continue;
+      placed = showLevel(one, batch.middle, placed);
+      triangles += one.triangles * one.members.length;
+    }
+  }
+  placing.places.value.needsUpdate = true;
+  if (pace.level > 0) return;
+  const before = lastLevel();
+  atRest = triangles;
+  if (drawnBySoftware && lastLevel() !== before) pace.known = lastLevel();
+}
+
+/* From that place on; the next one. */
+function showLevel({ packs, copies, members, parts }, middle, first) {
+  const end = first + members.length, count = Math.ceil(members.length / copies), { data: texels } = placing.places.value.image;
+  members.forEach(({ row }, k) => texels.set(row, 16 * (first + k)));
+  for (let k = 0; k < count; k++) packs.setXY(k, first + k * copies, end);
+  packs.needsUpdate = true;
+  for (const part of parts) {
+    part.position.copy(middle);
+    part.visible = count > 0;
+    part.geometry.maxInstancedCount = count;
+  }
+  return end;
+}
+let painted = null;
+scheme.told.push(() => {
+  if (painted !== scheme.dark) for (const batch of batches) batch.stale = true;
+  painted = scheme.dark;
+});
 
 function openEnclosing() {
   const whole = new THREE.Box3().setFromPoints(inSight).getSize(new THREE.Vector3());
   for (const body of bodies) {
     const own = body.box.getSize(new THREE.Vector3());
     const spans = ["x", "y", "z"].filter((k) => whole[k] > 0 && own[k] >= ENCLOSING * whole[k]).length;
-    body.mesh.material.uniforms.encloses.value = spans >= 2 && body.object.look !== "glass" ? 1 : 0;
+    body.encloses = spans >= 2 && body.object.look !== "glass";
   }
 }
 
@@ -254,10 +274,11 @@ function polyline(points, material) {
 const outlines = [];
 
 function addOutline(name, kind, at, ...lines) {
-  const group = add(new THREE.Group());
+  const group = new THREE.Group();
+  world.add(group);
   group.matrixAutoUpdate = false;
   group.add(...lines);
-  outlines.push({ name, group, box: new THREE.Box3().setFromObject(group), label: addLabel(name, kind, at) });
+  outlines.push({ name, group, matrix: group.matrix, box: new THREE.Box3().setFromObject(group), label: addLabel(name, kind, at) });
 }
 
 function outlineDetector(detector) {
@@ -294,10 +315,20 @@ function outlineSources() {
 
 whenScene(() => {
   world.remove(...drawn);
-  drawn.length = inSight.length = outlines.length = 0;
-  bodies.splice(0, bodies.length, ...scene.objects.map(bodyOf));
+  for (const { geometry } of drawn) geometry.dispose();
+  drawn.length = 0;
+  makeBodies();
+});
+whenPlaced(() => {
+  world.remove(...outlines.map(({ group }) => group));
+  inSight.length = outlines.length = 0;
+  for (const body of bodies) {
+    placeBody(body, matrixOf(body.object.matrix));
+    body.encloses = false;
+    inSight.push(...body.corners);
+  }
   openEnclosing();
   for (const detector of detectors) if (detector.type === "plane") outlineDetector(detector);
   outlineSources();
 });
-frames.before.push(() => (shading.parallel.value = camera === orthographic ? 1 : 0));
+frames.before.push(() => (shading.parallel.value = camera === orthographic ? 1 : 0), fillBatches);

@@ -3,12 +3,13 @@
 // The canvas: drawn when something has changed, or on every frame while something moves; the
 // colours of the light and the dark scheme; scale bar, axes and labels over it.
 
-/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
+/* Whether the processor draws, not a graphics card: then motion starts at the last level. places: whether textures can hold those of bodies. */
 function drawsBySoftware() {
   if (drawsBySoftware.told !== undefined) return drawsBySoftware.told;
   const context = document.createElement("canvas").getContext("webgl");
   const told = context && context.getExtension("WEBGL_debug_renderer_info");
   const name = told ? context.getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+  drawsBySoftware.places = Boolean(context && context.getExtension("OES_texture_float") && context.getParameter(context.MAX_VERTEX_TEXTURE_IMAGE_UNITS));
   const lose = context && context.getExtension("WEBGL_lose_context");
   if (lose) lose.loseContext();
   return (drawsBySoftware.told = /swiftshader|llvmpipe|software|basic render/i.test(name));
@@ -25,11 +26,11 @@ function plainRenderer() {
   const MOST = 20000, p = new THREE.Vector3(); // strokes
   const context = canvas.getContext("2d");
   let ground = "#fff";
-  const trace = (position, matrix) => {
+  const trace = ({ attributes: { position }, index }, matrix) => {
     context.beginPath();
-    for (let i = 0; i < position.length; i += 3) {
-      p.fromArray(position, i).applyMatrix4(matrix).project(camera);
-      context[i % 6 ? "lineTo" : "moveTo"]((0.5 + 0.5 * p.x) * canvas.width, (0.5 - 0.5 * p.y) * canvas.height);
+    for (let i = 0; i < index.count; i++) {
+      p.fromArray(position.array, 3 * index.array[i]).applyMatrix4(matrix).project(camera);
+      context[i % 2 ? "lineTo" : "moveTo"]((0.5 + 0.5 * p.x) * canvas.width, (0.5 - 0.5 * p.y) * canvas.height);
     }
     context.stroke();
   };
@@ -38,7 +39,7 @@ function plainRenderer() {
     context.fillStyle = ground;
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.strokeStyle = "#8888";
-    for (const body of bodies) if (body.group.visible) trace(body.group.children[1].geometry.attributes.position.array, body.group.matrix);
+    for (const body of bodies) if (body.visible) trace(body.shape.line, body.matrix);
     const screen = screenStrokes(), ratio = canvas.width / Math.max(canvas.clientWidth, 1), tint = rayLines.geometry.attributes.tint.array;
     context.globalAlpha = rayUniforms.opacity.value;
     for (let s = 0; s < Math.min(strokes.count, MOST); s++) {
@@ -57,6 +58,7 @@ function plainRenderer() {
 
 const renderer = (() => {
   try {
+    if (!drawsBySoftware.places) throw new Error("no texture tells where bodies are");
     return new THREE.WebGLRenderer({ canvas, antialias: !drawnBySoftware, preserveDrawingBuffer: drawnBySoftware }); // four samples cost a processor four times
   } catch (failed) {
     note("This browser has no WebGL: edges and rays are drawn as plain lines.");
@@ -89,13 +91,14 @@ function askForFrame() {
 }
 
 /* While something moves and frames come too slowly: level 1 has half the resolution, and each
- * further one draws half as many rays, the first ones. What stands still is drawn in full. */
+ * further one draws half as many rays, the first ones, and coarser bodies. What stands still is drawn in full. */
 const SLOW = 70, QUICK = 25, PAUSE = 250; // milliseconds
 const RAYS_ONLY = 1; // a layer
 const LIGHT_WORK = drawnBySoftware ? 4000 : 10000; // strokes that are always drawn
+const LIGHT_TRIANGLES = 50 * LIGHT_WORK;
 const SLICE = 20000; // strokes that a processor draws at a time: what moves meanwhile need not wait for all
-const pace = { end: Infinity, drawn: 0, level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
-const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)));
+const pace = { end: Infinity, drawn: 0, level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, held: false, timer: 0 };
+const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)), Math.ceil(0.5 * Math.log2(trianglesAtRest() / LIGHT_TRIANGLES)));
 
 function setLevel(level) {
   const before = pace.level;
@@ -113,7 +116,7 @@ function setResolution() {
   renderer.setDrawingBufferSize(...size);
 }
 
-/* Something moves now; it rests when no frame was asked for in a while. */
+/* Something moves now; it rests when no frame was asked for in a while, and nothing is held that moves next. */
 function stir() {
   if (!pace.moving) {
     pace.last = pace.slow = pace.quick = 0;
@@ -122,7 +125,7 @@ function stir() {
   pace.moving = true;
   clearTimeout(pace.timer);
   pace.timer = setTimeout(() => {
-    if (frames.fresh) return stir();
+    if (frames.fresh || pace.held) return stir();
     pace.moving = false;
     setLevel(0);
     redraw();
@@ -186,16 +189,15 @@ function resize() {
   redraw();
 }
 
-/* What changes with the scheme asks to be told; `own` are of the present data, `bodies` of the scene. */
-const scheme = { dark: false, told: [], own: [], bodies: [] };
+/* What changes with the scheme asks to be told; `own` are of the present data. */
+const scheme = { dark: false, told: [], own: [] };
 whenData(() => (scheme.own = []));
-whenScene(() => (scheme.bodies = []));
 
 function setScheme(dark) {
   scheme.dark = dark;
   document.documentElement.dataset.scheme = dark ? "dark" : "light";
   renderer.setClearColor(getComputedStyle(document.documentElement).getPropertyValue("--stage").trim());
-  for (const call of [...scheme.bodies, ...scheme.own, ...scheme.told]) call();
+  for (const call of [...scheme.own, ...scheme.told]) call();
   redraw();
 }
 
@@ -226,7 +228,7 @@ function drawAxes() {
 
 /* [{at: Vector3, element, width, height}] */
 const labels = [];
-whenScene(() => {
+whenPlaced(() => {
   labels.length = 0;
   byId("labels").replaceChildren();
 });

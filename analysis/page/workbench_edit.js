@@ -9,8 +9,9 @@ const edited = { text: "", base: "", file: null };
 whenData(() => edited.file && (byId("title").textContent = edited.file));
 
 /* The server's text, number of steps and so on. */
-function showScene({ text, file, revision, undo: past, redo: future, saved }) {
-  live.revision = revision;
+function showScene(answer) {
+  const { text, file, undo: past, redo: future, saved } = answer;
+  reach(answer);
   const own = textEditor.getValue() !== edited.text;
   edited.text = text;
   edited.file = file;

@@ -6,9 +6,9 @@ const PACE = 450; // milliseconds between two pictures
 const DRAG_PACE = 100; // while something is dragged
 const RAYS_PACE = 3000; // between two sets of rays while they come in
 /* wanted: parts, which `coming` brings, behind `pass` that is under way. rays: when they were last asked for; traced: how many there are; wished: how many there are to be.
- * off: names of sources. revision: of the scene that is shown; heard: of the newest; own: changes by this page that are under way. pictures: when new images were shown. */
+ * off: names of sources. places: what is elsewhere than it is shown; null: more may be another. revision: of the scene that is shown; heard: of the newest; own: changes by this page that are under way. pictures: when new images were shown. */
 const live = { state: "none", wanted: new Set(), coming: null, pass: Promise.resolve(), settled: Promise.resolve(), model: Promise.resolve(), pace: PACE, last: 0, rays: 0, traced: 0, wished: 0, told: 0, first: () => false,
-  criteria: [], off: new Set(), revision: 0, heard: 0, own: 0, pictures: [] };
+  criteria: [], off: new Set(), places: null, revision: 0, heard: 0, own: 0, pictures: [] };
 
 /* The criterion of the light of the sources that are on; null: all are. */
 function lit() {
@@ -38,13 +38,23 @@ function settling(call) {
   return done;
 }
 
+/* The scene is that of an answer now. */
+function reach({ revision, places }) {
+  const follows = live.places && places && revision === live.revision + 1;
+  if (revision !== live.revision) live.places = follows ? { ...places, objects: { ...live.places.objects, ...places.objects } } : null;
+  live.revision = revision;
+}
+
 async function renewParts() {
   const wait = live.last + live.pace - performance.now();
   if (wait > 0 && live.state === "running") await new Promise((done) => setTimeout(done, wait));
   for (let settled = null; settled !== live.settled; await settled) settled = live.settled;
   live.coming = null;
   live.last = performance.now();
-  const parts = [...live.wanted], { criteria } = live, where = ofWhat();
+  const { criteria, places } = live, where = ofWhat(), isPlaced = live.wanted.has("scene") && places;
+  if (isPlaced) live.wanted.delete("scene");
+  const parts = [...live.wanted];
+  if (parts.includes("scene") || isPlaced) live.places = {};
   live.wanted.clear();
   try {
     const asked = ask("model", { parts: parts.join(","), limit: asking.limit,
@@ -52,11 +62,13 @@ async function renewParts() {
     live.model = asked.catch(() => {});
     const model = await asked;
     if (model.where) model.where.list.forEach((one, k) => (one.criterion = criteria[k])); // as they were written
+    if (isPlaced) takePlaces(places);
     if (parts.includes("rays") || parts.includes("scene")) takeData(model);
     else takeImages(model.detectors.list);
     if (parts.includes("detectors")) live.pictures.push(performance.now());
     say("");
   } catch (refused) {
+    if (parts.includes("scene") || isPlaced) live.places = null;
     say(refused.message);
   }
 }

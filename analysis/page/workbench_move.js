@@ -87,8 +87,8 @@ function moverButton(label) {
 }
 whenScene(() => {
   for (const label of byId("objects").querySelectorAll("label")) moverButton(label);
-  chooseMover(moving.name);
 });
+whenPlaced(() => chooseMover(moving.name));
 
 /* Dragging: in the plane of the picture, on whole steps of the scale's hundredth. */
 const moveMode = element("button", { type: "button", id: "move-mode", textContent: "move", title: "key m: drag objects, sources and detectors" });
@@ -119,12 +119,14 @@ function moverAt(x, y) {
   return outline ? outline.name : index < 0 ? null : moverOf(index);
 }
 
-const grab = (name) => thingsOf(name).map(({ group, label }) => ({ group, matrix: group.matrix.clone(), label, at: label && label.at.clone() }));
+const grab = (name) => thingsOf(name).map((thing) => ({ thing, matrix: thing.matrix.clone(), at: thing.label && thing.label.at.clone() }));
 
 function putBy(things, by) {
-  for (const { group, matrix, label, at } of things) {
-    group.matrix.copy(new THREE.Matrix4().makeTranslation(...by).multiply(matrix));
-    if (label) label.at.copy(at).add(vectorOf(by));
+  for (const { thing, matrix, at } of things) {
+    const to = new THREE.Matrix4().makeTranslation(...by).multiply(matrix);
+    if (thing.object) placeBody(thing, to);
+    else thing.matrix.copy(to);
+    if (at) thing.label.at.copy(at).add(vectorOf(by));
   }
   redraw();
 }
@@ -137,6 +139,7 @@ canvas.addEventListener("pointerdown", (event) => {
   moving.dragging = { from, name, by: [0, 0, 0], things: grab(name), sent: [0, 0, 0], answer: null, refused: "", following: null };
   live.own++; // until it is dropped
   live.pace = DRAG_PACE;
+  pace.held = true;
   controls.enabled = false;
   press.held = false;
 });
@@ -144,6 +147,7 @@ window.addEventListener("pointermove", (event) => {
   const { dragging } = moving;
   if (!dragging) return;
   dragging.by = dragBy(event);
+  stir();
   putBy(dragging.things, dragging.by);
   byId("move-place").textContent = `by ${dragging.by.map((v) => figure(v, 4)).join(", ")} ${scene.unit}`;
   follow(dragging);
@@ -168,7 +172,7 @@ async function step(dragging) {
   const { answer } = dragging;
   await settling(async () => {
     dragging.answer = await ask("edit", { move: dragging.name, by: dragging.by, axes: "world", brief: true, ...(answer ? { amend: answer.revision } : {}) });
-    live.revision = dragging.answer.revision;
+    reach(dragging.answer);
     await traceAgain();
   });
   if (dragging === moving.dragging) await want("rays", "detectors");
@@ -194,7 +198,7 @@ async function drop(dragging, keep) {
   if (!moving.dragging) chooseMover(dragging.name);
   if (refused) say(refused);
 }
-whenScene(() => { // of the drag before
+whenPlaced(() => { // of the drag before
   const { dragging } = moving;
   if (dragging) putBy((dragging.things = grab(dragging.name)), dragging.by);
 });
@@ -207,6 +211,7 @@ function dropObject(keep) {
   live.pace = PACE;
   moving.dropped = drop(dragging, keep).catch(({ message }) => say(message)).then(() => {
     live.own--;
+    pace.held = moving.dragging !== null; // what comes with the drop need not wait for the full picture
     catchUp();
   });
   return true;

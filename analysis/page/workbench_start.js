@@ -67,6 +67,7 @@ document.addEventListener("keydown", (event) => {
 
 TESTS.push(...firstNames.words.filter((word) => !TESTS.includes(word)));
 showScene(firstScene);
+live.places = {}; // it came with the model
 showTrace(firstStatus.trace);
 Object.assign(raymap, { moverAt });
 raymap.live = () => ({ state: live.state, traced: live.traced, pictures: live.pictures.slice(), criteria: live.criteria.slice() });

@@ -37,6 +37,6 @@ whenScene(() => {
   const choice = branch("Detectors", detectors.map(detectorItem));
   for (const one of choice) one.querySelector("label").replaceWith(element("strong", { textContent: "Detectors" })); // one of them is shown
   byId("objects").replaceChildren(...branch("Sources", scene.sources.map(sourceItem)), ...choice, ...branch("Objects", [...byId("objects").children]));
-  showOutlines();
   markDetector();
 });
+whenPlaced(showOutlines);

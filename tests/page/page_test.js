@@ -394,6 +394,42 @@ async function looksInside(page) {
   await picture(page, "rod.png");
 }
 
+/* What shares a geometry is drawn at once, of no more triangles than are seen; each of it is still picked, hidden and found by itself. */
+async function drawsManyAtOnce(page) {
+  await page.locator("#canvas").focus();
+  await page.keyboard.press("3");
+  await settle(page);
+  const far = await statistics(page);
+  check(far.calls < 10, `${far.calls} calls draw 625 balls`);
+  const box = await page.locator("#canvas").boundingBox(), name = "b312";
+  const at = [Math.round(box.width / 2), Math.round(box.height / 2)];
+  check((await page.evaluate(([x, y]) => raymap.bodyAt(x, y), at)) === name, "the one in the middle is picked");
+  await page.evaluate(() => document.activeElement.blur());
+  const before = await pixels(page, "#canvas");
+  await page.mouse.click(box.x + at[0], box.y + at[1]);
+  await page.locator("#tip button").click();
+  await page.evaluate(() => document.activeElement.blur());
+  await settle(page);
+  const hidden = await changed(page, before);
+  check(hidden > 30 && hidden < 2000, `${hidden} pixels are those of one that is hidden`);
+  check((await page.evaluate(([x, y]) => raymap.bodyAt(x, y), at)) === null, "and is not picked");
+  await page.evaluate(() => document.querySelector('[data-object="312"]').click());
+  await settle(page);
+  check((await changed(page, before)) === 0, "and is there again");
+  for (let k = 0; k < 16; k++) await page.keyboard.press("+");
+  await settle(page);
+  const near = await statistics(page), each = near.triangles;
+  await page.keyboard.press("3");
+  check(far.triangles < 0.5 * 625 * each && each > 0, `${far.triangles} triangles of 625 balls, ${each} of those near by`);
+  await page.locator("#objects-box summary").click();
+  const rows = () => page.locator("#objects input[data-object]").evaluateAll((all) => all.filter((one) => one.checkVisibility({ contentVisibilityAuto: true })).length);
+  check((await page.locator("#objects input[data-object]").count()) === 625 && (await rows()) < 600, `${await rows()} of 625 rows are laid out`);
+  await page.fill("#find-object", "b312");
+  await settle(page);
+  check((await rows()) === 1, `a search finds ${await rows()}`);
+  await page.fill("#find-object", "");
+}
+
 async function main() {
   const browser = await launch(...GRAPHICS);
   try {
@@ -418,6 +454,9 @@ async function main() {
 
     await turnTo(page, "rod.html");
     await looksInside(page).catch((error) => check(false, `looksInside: ${error.message}`));
+
+    await turnTo(page, "crowd.html");
+    await drawsManyAtOnce(page).catch((error) => check(false, `drawsManyAtOnce: ${error.message}`));
 
     await turnTo(page, "none.html");
     check(/No ray matches/.test(await page.textContent("#note")), "an empty selection is told");

@@ -20,6 +20,15 @@ expect 0 '' "$RAYMAP" trace odd.yaml -o "<b>\"odd'.raymap" -n 1000 --quiet
 expect 0 '' "$RAYMAP" draw "<b>\"odd'.raymap" -o odd.html
 expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/selfoc/scene.yaml" -o rod.raymap -n 400 --quiet
 expect 0 '' "$RAYMAP" draw rod.raymap -o rod.html
+{
+    sed '/^objects:/q; s|^geometries:|&\n  ball: {type: sphere, radius: 1}|' scene.yaml
+    for ((k = 0; k < 625; k++)); do
+        echo "  - {name: b$k, geometry: ball, at: [$((k % 25 * 3)), $((k / 25 * 3)), 0], surface: white, outside: air, inside: glass}"
+    done
+    sed -n '/^sources:/,/^detectors:/p' scene.yaml | sed '$d'
+} >crowd.yaml
+expect 0 '' "$RAYMAP" trace crowd.yaml -o crowd.raymap -n 10 --quiet
+expect 0 '' "$RAYMAP" draw crowd.raymap -o crowd.html
 [ "$failures" -eq 0 ] || finish
 
 drive page_test

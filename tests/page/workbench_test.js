@@ -323,9 +323,15 @@ async function isShared(page, browser) {
   await other.context().close();
 }
 
-/* What is dragged in the view along x is traced as it goes; all of the drag is one step of undo. */
+/* What is dragged in the view along x is traced as it goes; all of the drag is one step of undo. Of the scene the server tells
+ * nothing but where it is then. */
 async function dragsObjects(page) {
-  const text = editor(page, "#text"), before = await text.get();
+  const text = editor(page, "#text"), before = await text.get(), asked = [];
+  const note = (request) => asked.push((request.postDataJSON() || {}).parts || "");
+  const place = async () => (await page.textContent("#move-place")).replace(/\u2212/g, "-").match(/-?[\d.]+/g).map(Number);
+  await page.locator('[aria-label="move lens"]').first().click();
+  const first = await place();
+  page.on("request", note);
   await page.locator("#canvas").focus();
   await page.keyboard.press("1");
   await page.keyboard.press("m");
@@ -343,10 +349,10 @@ async function dragsObjects(page) {
   });
   await page.mouse.down();
   for (const up of [40, 80]) {
-    const note = await page.textContent("#image-note"), { pictures } = await live(page);
+    const shown = await page.textContent("#image-note"), { pictures } = await live(page);
     await page.mouse.move(box.x + at[0], box.y + at[1] - up, { steps: 4 });
     check(/by 0, [\d.]+, /.test(await page.textContent("#move-place")), `it says how far: ${await page.textContent("#move-place")}`);
-    await until(page, "another image while the mouse is down", ([old, n]) => document.getElementById("image-note").textContent !== old && raymap.live().pictures.length > n && raymap.live().traced > 0, [note, pictures.length]);
+    await until(page, "another image while the mouse is down", ([old, n]) => document.getElementById("image-note").textContent !== old && raymap.live().pictures.length > n && raymap.live().traced > 0, [shown, pictures.length]);
   }
   const dark = (await page.evaluate(() => window.notes)).filter((note) => !/flux 0\.\d/.test(note));
   check(dark.length === 0, `no image without light on the way: ${dark}`);
@@ -355,8 +361,17 @@ async function dragsObjects(page) {
   await picture(page, "dragging.png");
   await page.mouse.up();
   await until(page, "the lens' place in the text", () => /name: lens[^\n]*at: \[0(\.0)?, [\d.]+/.test(document.querySelector("#text .CodeMirror").CodeMirror.getValue()));
+  const by = Number(/name: lens[^\n]*at: \[0(?:\.0)?, ([\d.]+)/.exec(await text.get())[1]);
+  await until(page, "the lens is shown there", ([y, unit]) => {
+    const [, told] = document.getElementById("move-place").textContent.replace(/\u2212/g, "-").match(/-?[\d.]+/g).map(Number);
+    return /^about/.test(document.getElementById("move-place").textContent) && Math.abs(told - y) < unit;
+  }, [first[1] + by, 1e-3]);
+  check((await page.evaluate(([x, y]) => raymap.bodyAt(x, y), [at[0], at[1] - 80])) !== null, "and is picked there");
   await page.click("#edit-undo");
   await until(page, "one undo takes the drag back", (old) => document.querySelector("#text .CodeMirror").CodeMirror.getValue() === old && document.getElementById("edit-undo").disabled, before);
+  await until(page, "the lens is shown where it was", (y) => Number(document.getElementById("move-place").textContent.replace(/\u2212/g, "-").match(/-?[\d.]+/g)[1]) === y, first[1]);
+  page.off("request", note);
+  check(asked.some((parts) => /rays/.test(parts)) && !asked.some((parts) => /scene/.test(parts)), `asked for: ${[...new Set(asked)].join("; ")}`);
   const lamp = await page.evaluate(() => ["left", "top"].map((side) => parseFloat(document.querySelector("#labels .source").style[side])));
   check((await page.evaluate(([x, y]) => raymap.moverAt(x, y), lamp)) === "lamp", "a source is grabbed");
   await page.mouse.move(box.x + lamp[0], box.y + lamp[1]);
