@@ -139,6 +139,45 @@ def check_asking(lens):
           raymap.query(lens, "segments > 3")["rays"], "under mpirun")
 
 
+def refused(kind, question, word):
+    try:
+        question()
+        check(False, f"no {kind.__name__} with '{word}'")
+    except kind as error:
+        check(word in str(error), f"'{word}': {error}")
+
+
+def check_given(lens):
+    """A path and an open map do everywhere, and what is no such thing is told."""
+    with raymap.open(lens) as rays:
+        check(raymap.query(rays, "segments > 3")["rays"] == raymap.query(lens, "segments > 3")["rays"], "query of an open map")
+        for read in (raymap.records, raymap.table):
+            check((read(rays, "ray", "path_length")["path_length"] == read(lens, "ray", "path_length")["path_length"]).all(),
+                  f"{read.__name__} of both")
+        refused(TypeError, lambda: rays.portions("segment/position"), '["segment/position"]')
+        refused(TypeError, lambda: rays.portion(0, "segment/position"), '["segment/position"]')
+    refused(raymap.MapError, rays.columns, "closed")
+    try:
+        check(len(raymap.frame(lens, "ray", "flux")) == 3000, "a DataFrame of a path")
+        refused(TypeError, lambda: raymap.frame(raymap.query(lens)), "a list of dicts")
+    except ImportError as error:
+        check("pandas" in str(error), "pandas is optional")
+    first, picked = raymap.query(lens, limit=3), raymap.query(lens, sample=3, seed=2)
+    check([ray["ray"] for ray in first] == [0, 1, 2] and len(picked) == 3 and picked != first, "rays of a query")
+    longest = raymap.query(lens, top=3, of="path_length")["top"]
+    length = raymap.records(lens, "ray", "path_length")["path_length"]
+    check([ray["ray"] for ray in longest] == list(np.argsort(-length, kind="stable")[:3]), f"greatest values: {longest}")
+
+
+def check_names_of_links():
+    """Names that no group of the index can have: docs/map.md, /detector/NAME."""
+    odd = NO_DISPERSION.replace("name: film", "name: 'fi/lm'").replace("name: sky", "name: '.'")
+    pathlib.Path("odd.yaml").write_text(odd, encoding="utf-8")
+    with raymap.open(trace("odd.yaml", "odd.raymap", 100)) as rays:
+        check([(its["name"], its["type"], tuple(its["cells"])) for its in rays.detectors] ==
+              [("fi/lm", "plane", (8, 6)), (".", "intensity", (18, 36))], f"detectors: {rays.detectors}")
+
+
 def check_scripts(lens, other, room):
     """Each on one of the two: a map of columns and a compact one."""
     detector = raymap.open(room).names["detector"][0]
@@ -218,6 +257,8 @@ ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000)
 check_reading(LENS)
 check_tables()
 check_asking(LENS)
+check_given(LENS)
+check_names_of_links()
 check_scripts(LENS, OTHER, ROOM)
 check_plain(ROOM)
 check_document(LENS, OTHER)

@@ -78,8 +78,9 @@ def info(map_path: Path, *, program: Optional[Program] = None) -> dict:
 
 def query(map_path: Path, *criteria: str, program: Optional[Program] = None,
           **options: Any) -> Any:
-    """Rays, segments and flux that match: a dict, or of several criteria a list of them."""
-    return _ask(["query", map_path, *(criteria or ("all",)), "--count"], program, options)
+    """Rays, segments and flux that match: a dict, or of several criteria a list of them. limit, sample: a list of rays as
+    `report` has them; top and of: rays with their values; output: a file of rays."""
+    return _ask(["query", map_path, *(criteria or ("all",))], program, options)
 
 
 def report(map_path: Path, ray: int, *, program: Optional[Program] = None) -> dict:

@@ -152,12 +152,19 @@ class Names(list):
             raise ValueError(f"no {self.kind} named '{name}': {known or 'there are none'}") from None
 
 
+def _list(names):
+    if isinstance(names, str):
+        raise TypeError(f'columns are named in a list: ["{names}"]')
+    return names
+
+
 class Map:
-    """A map's directory. What is in map.h5 is read at once, rays when they are asked for."""
+    """A map's directory. What is in map.h5 is read at once, rays when they are asked for. `with` closes it, and it goes
+    wherever its path does."""
 
     def __init__(self, path):
         self.path = os.fspath(path)
-        self._handle = None  # of the library
+        self._handle, self._is_closed = None, False  # of the library
         self._names, self._reader = (), None  # of the portions that were asked for last
         with open_file(os.path.join(path, "map.h5"), has_view=True) as index:
             self._read_index(index)
@@ -169,8 +176,23 @@ class Map:
         self.n_rays, self.n_segments, self.n_registrations, self.n_curve_points = (
             self.handle.rows(table) for table in TABLES)
 
+    def __fspath__(self):
+        return self.path
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *failure):
+        self.close()
+
+    def close(self):
+        """Lets go of the rays' files; names and numbers stay."""
+        self._handle, self._is_closed, self._names, self._reader = None, True, (), None
+
     @property
     def handle(self):
+        if self._is_closed:
+            raise MapError(f"{self.path} is closed")
         if self._handle is None:
             self._handle = Handle(self.path)
         return self._handle
@@ -206,7 +228,7 @@ class Map:
             wavelengths in zip(index["space/mode"][:], index["space/channels"][:],
                                index["space/wavelength_nm"][:])]
         self.is_plain = bool((index["piece/encoding"][:] == PLAIN).all())
-        self.detectors = [_detector(index, name) for name in self.names["detector"]]
+        self.detectors = [_detector(index, k, name) for k, name in enumerate(self.names["detector"])]
 
     @property
     def n_portions(self):
@@ -218,14 +240,14 @@ class Map:
 
     def portion(self, k, names=None):
         """Block k of rays, in the order of first ray ids; `names`: the columns wanted."""
-        names = tuple(names or self.column_names)
+        names = tuple(_list(names) or self.column_names)
         if self._names != names:
             self._names, self._reader = names, Reader(self.handle, names)
         return Portion(*self._reader.read(k))
 
     def portions(self, names=None, where=None):
         """All of them, on all cores; where: a criterion, for the rays that match alone."""
-        return (Portion(*block) for block in self.handle.blocks(names or self.column_names, where))
+        return (Portion(*block) for block in self.handle.blocks(_list(names) or self.column_names, where))
 
     def rays(self):
         return (ray for portion in self.portions() for ray in portion.rays())
@@ -259,8 +281,8 @@ def _text(value):
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def _detector(index, name):
-    group = index["detector"][name]
+def _detector(index, k, name):
+    group = index["detector"][str(k) if name in ("", ".") or "/" in name else name]
     return {"name": name, "type": _text(group.attrs["type"]),
             **{key: group.attrs[key] for key in ("size", "cells", "origin", "x", "y", "axis")}}
 

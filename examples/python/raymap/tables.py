@@ -39,10 +39,13 @@ def _parts(column: str, width: int) -> List[str]:
     return [f"{column}_{k}" for k in _AXES[width]] if width > 1 else [column]
 
 
-def records(rays: Map, table: str = "ray", *names: str, where: Optional[str] = None) -> Dict[str, np.ndarray]:
+def records(rays: Union[Map, Path], table: str = "ray", *names: str, where: Optional[str] = None) -> Dict[str, np.ndarray]:
     """Columns of /ray, /segment, /registration or /curve, each one-dimensional (position_x, position_y, ...), and what
     follows from them (docs/python.md): those that are named, else all. Less is read for fewer. where: a criterion, for the
-    rays that match alone."""
+    rays that match alone. The map is open, or opened for this by its path."""
+    if not isinstance(rays, Map):
+        with Map(rays) as opened:
+            return records(opened, table, *names, where=where)
     tables = list(dict.fromkeys(name.split("/")[0] for name in rays.column_names))
     if table not in tables:
         raise ValueError(f"no table '{table}' in {rays.path}: {', '.join(tables)}")
@@ -79,13 +82,15 @@ def table(map_path: Path, name: str = "ray", *names: str, where: str = "all", pr
     return {one: rows[one] for one in names or rows}
 
 
-def frame(what: Union[Map, Iterable[Mapping[str, Any]]], table: Optional[str] = None, *names: str,
+def frame(what: Union[Map, Path, Iterable[Mapping[str, Any]]], table: Optional[str] = None, *names: str,
           where: Optional[str] = None):
-    """A pandas DataFrame of a map's table (`frame(lens, "segment")`, all columns or those that are named, as records
+    """A pandas DataFrame of a map's table (`frame(lens, "segment")`, open or by its path, all columns or those that are named, as records
     has them) or of a list in the program's JSON (`frame(raymap.paths(path)["classes"])`). ImportError without pandas."""
     import pandas
 
-    if isinstance(what, Map):
+    if isinstance(what, (str, os.PathLike)):
         return pandas.DataFrame(records(what, table or "ray", *names, where=where), copy=False)
     rows: List[Mapping[str, Any]] = list(what)
+    if not all(isinstance(row, Mapping) for row in rows):
+        raise TypeError("a DataFrame is made of a map, its path, or a list of dicts")
     return pandas.json_normalize(rows)
