@@ -70,6 +70,10 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
 {
     struct rmap_token word = parser->token;
     const struct rmap_word *row = rmap_word_next(parser);
+    if (word.kind == RMAP_TOKEN_AT)
+        return RMAP_PARSER_FAIL(parser, &word,
+                                "names cannot stand inside 'where': they are of whole rays; put "
+                                "@NAME beside registered(...) with 'and'");
     if (word.kind != RMAP_TOKEN_WORD)
         return rmap_parser_expected(parser, "angle, x, y, time, optical_path, or a test of the "
                                             "steps before such as hit(NAME)");

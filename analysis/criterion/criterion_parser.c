@@ -357,7 +357,13 @@ enum rmap_status rmap_parse_hit(struct rmap_parser *parser, struct rmap_criterio
     struct asked asked = {.steps = &node->steps};
     node->kind = RMAP_CRITERION_STEPS;
     node->steps.of_object = true;
+    const struct rmap_token *word = &parser->word;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    if (rmap_parser_at_word(parser, "where") && !rmap_names_lookup(parser->names, "where"))
+        return RMAP_PARSER_FAIL(parser, &parser->token,
+                                "expected the name of an object before 'where', or * for any: "
+                                "'%.*s(* where ...)'",
+                                (int)(word->end - word->begin), parser->text + word->begin);
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_OBJECT, &node->steps.object));
     RMAP_TRY(parse_more(parser, &asked));
 out:
@@ -411,7 +417,7 @@ enum rmap_status rmap_parse_at(struct rmap_parser *parser, struct rmap_criterion
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     if (at_asked(parser))
         RMAP_TRY(parse_asked(parser, &asked));
-    else
+    else if (!rmap_parser_at_word(parser, "where"))
         RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_OBJECT, &node->steps.object));
     RMAP_TRY(parse_more(parser, &asked));
 out:

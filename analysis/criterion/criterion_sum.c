@@ -64,7 +64,7 @@ bool rmap_parser_at_sum(const struct rmap_parser *parser)
         return false;
     next = behind_number(parser, &parser->token);
     if (!rmap_token_is_relation(&next))
-        return is_sign(parser, &next);
+        return is_sign(parser, &next) || is_times(parser, &next);
     struct rmap_token right = behind(parser, &next);
     if (right.kind != RMAP_TOKEN_NUMBER)
         return number_word(parser, &right) != NULL;
@@ -129,6 +129,9 @@ static enum rmap_status parse_number(struct rmap_parser *parser, double factor,
     }
     if (term.of_registration)
         term.its_number = rmap_time_in(scene, word->its_number);
+    if (is_times(parser, &parser->token))
+        return RMAP_PARSER_FAIL(parser, &parser->token, "the factor stands before: '2 * %.*s'",
+                                (int)(parser->taken_end - token.begin), parser->text + token.begin);
     st = add_term(parser, making, &token, &term, dimension);
 out:
     return st;

@@ -181,7 +181,9 @@ static enum rmap_status parse_index(struct rmap_parser *parser, uint32_t *index)
     const struct rmap_token *token = &parser->token;
     double v = token->number;
     if (token->kind == RMAP_TOKEN_NUMBER && (v < 0 || v > INT32_MAX || v != floor(v)))
-        return RMAP_PARSER_FAIL(parser, token, "expected a whole number from 0");
+        return RMAP_PARSER_FAIL(parser, token,
+                                v > INT32_MAX ? "this number is too large: at most 2147483647"
+                                              : "expected a whole number from 0");
     *index = token->kind == RMAP_TOKEN_NUMBER ? (uint32_t)v : 0;
     return rmap_parser_take(parser, RMAP_TOKEN_NUMBER, "a whole number");
 }

@@ -68,9 +68,16 @@ static enum rmap_status parse_number(struct rmap_parser *parser, enum rmap_step_
 static enum rmap_status parse_limit(struct rmap_parser *parser, struct rmap_step_limit *limit)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_token right;
     RMAP_TRY(parse_number(parser, &limit->number));
     if (!rmap_parser_at_comparison(parser))
         return rmap_parser_expected(parser, "a comparison, as in 'angle > 60' or 'x in -1..1'");
+    if (rmap_token_read(parser->text, parser->token.end, &right, NULL) == RMAP_OK &&
+        right.kind == RMAP_TOKEN_WORD)
+        return RMAP_PARSER_FAIL(parser, &right,
+                                "a number of a step is compared with a value, as in '%s > 3', not "
+                                "with another number",
+                                number_table[limit->number].word);
     st = rmap_parse_interval(parser, number_table[limit->number].dimension, &limit->interval);
 out:
     return st;

@@ -479,6 +479,8 @@ class Evaluator:
             while self._accept(","):
                 rows = rows & self._asked()
             rows = self._step_end(rows)
+        elif self._is("where"):
+            rows = self._step_end(m.segment["object"] >= 0)
         else:
             rows = self._hit_rows()
         own = m.first_segment[m.ray_of_registration] + m.registration["segment"]

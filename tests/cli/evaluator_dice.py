@@ -301,9 +301,10 @@ class Dice:
         if self.chance(0.3) and m.is_mesh[which] and (not asked or asked[0] in words):
             triangle = int(m.segment["primitive"][step])
             asked.append(self.one_of(f"triangle 0..{triangle}", f"face {m.faces[which][triangle]}"))
-        if self.chance(0.3) or not asked:
+        limits = self.limits()
+        if self.chance(0.3) or not asked and not limits:
             asked.append("side " + self.one_of("front", "back"))
-        return f"at({', '.join(asked)}{self.limits()})"
+        return f"at({(', '.join(asked) + limits).lstrip()})"
 
     def its_step(self, rows):
         """Of the steps before a registration, or its own."""

@@ -135,7 +135,7 @@ static void mistakes_name_their_place(void **state)
         {"let a = all", "@a >= 2", "criterion:1:4: error: only a single test can be counted"},
         {"let a = all", "@", "criterion:1:2: error: expected the name of a criterion"},
         {"let a = angle < 3", "registered(sensor where @a)",
-         "criterion:1:25: error: expected angle"},
+         "criterion:1:25: error: names cannot stand inside 'where'"},
         {"let a = \"\nlet b = all", "@b", "some.txt:1:9: error: this quote is never closed"},
         {"let a = \xff", "@a", "some.txt:1:9: error: this is not UTF-8 text"},
     };
