@@ -26,6 +26,14 @@ struct rmap_picker {
     size_t cap_id;
 };
 
+rmap_column_set rmap_pick_columns(const struct rmap_pick *pick)
+{
+    return pick->columns ? pick->columns | RMAP_COLUMN_BIT(RMAP_RAY_id) |
+                               RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
+                               RMAP_COLUMN_BIT(RMAP_RAY_registration_count)
+                         : RMAP_COLUMNS_ALL;
+}
+
 enum rmap_status rmap_picker_create(const struct rmap_map *map, const struct rmap_pick *pick,
                                     struct rmap_picker **picker_ret, struct rmap_error *err)
 {
@@ -189,13 +197,14 @@ enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, cons
     struct rmap_portion **picked = &self->picked[rmap_map_portion(self->map, portion)->space];
     const uint32_t *row;
     size_t segment = 0, registration = 0;
+    const rmap_column_set columns = rmap_pick_columns(&self->pick);
     if (!self->whole)
-        RMAP_TRY(rmap_cursor_create(self->map, RMAP_COLUMNS_ALL, &self->whole, err));
+        RMAP_TRY(rmap_cursor_create(self->map, columns, &self->whole, err));
     RMAP_TRY(rmap_cursor_enter(self->whole, portion, &rows, err));
-    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, RMAP_COLUMNS_ALL, rays_ret, &row, err));
+    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, columns, rays_ret, &row, err));
     if (*rays_ret)
         goto out;
-    RMAP_TRY(rmap_cursor_fetch(self->whole, RMAP_COLUMNS_ALL, err));
+    RMAP_TRY(rmap_cursor_fetch(self->whole, columns, err));
     *rays_ret = rows;
     if (n == rows->n_row[RMAP_TABLE_RAY])
         goto out;

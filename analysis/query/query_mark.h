@@ -14,7 +14,9 @@ struct rmap_pick {
     const struct rmap_criterion *criterion; /* NULL: every ray */
     const uint64_t *id;                     /* [n_id], ascending: of those; NULL: of all rays */
     size_t n_id;
+    rmap_column_set columns; /* of the rays that are read, and their ids and counts; 0: all */
 };
+rmap_column_set rmap_pick_columns(const struct rmap_pick *pick);
 
 /* One per thread; any number may read one map at a time. */
 struct rmap_picker;
@@ -33,8 +35,8 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *picker, size_t portion,
 enum rmap_status rmap_picker_ids(struct rmap_picker *picker, size_t portion,
                                  const uint64_t **id_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The marked rays of a portion, all columns; match: [rays of the portion], n of them 1. Borrowed
- * until the next call. */
+/* The marked rays of a portion, the pick's columns; match: [rays of the portion], n of them 1.
+ * Borrowed until the next call. */
 enum rmap_status rmap_picker_read(struct rmap_picker *picker, size_t portion, const uint8_t *match,
                                   size_t n, const struct rmap_portion **rays_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;

@@ -28,7 +28,7 @@ static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_por
  * again. */
 static enum rmap_status add_compact(struct rmap_query_plan *plan,
                                     struct rmap_query_outcomes *outcomes, rmap_column_set columns,
-                                    bool rays_wanted, struct rmap_error *err)
+                                    rmap_column_set wanted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_outlook outlook;
@@ -40,7 +40,7 @@ static enum rmap_status add_compact(struct rmap_query_plan *plan,
     RMAP_TRY(rmap_query_outcomes_foresee(outcomes, 0, &outlook, &told, err));
     plan->n_compact++;
     plan->n_retraced +=
-        (columns & traced) && (rays_wanted ? outlook.n_possible : outlook.n_left) > 0;
+        (columns & traced) && (wanted & traced ? outlook.n_possible : outlook.n_left) > 0;
     if (told) {
         plan->n_told_ray += outlook.n_ray;
         plan->n_left_ray += outlook.n_open;
@@ -51,13 +51,13 @@ out:
 }
 
 enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                                 bool rays_wanted, struct rmap_query_plan *plan,
+                                 rmap_column_set wanted, struct rmap_query_plan *plan,
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_outcomes *outcomes = NULL;
-    const rmap_column_set columns = rays_wanted ? rmap_columns_of_run(rmap_map_scene(map)->timed)
-                                                : rmap_criterion_columns(criterion);
+    wanted &= rmap_columns_of_run(rmap_map_scene(map)->timed);
+    const rmap_column_set columns = wanted | rmap_criterion_columns(criterion);
     *plan = (struct rmap_query_plan){0};
     RMAP_TRY(rmap_query_outcomes_create(map, &criterion, 1, 0, &outcomes, err));
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
@@ -71,7 +71,7 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
         if (!columns || rmap_map_piece(map, (size_t)info->piece)->encoding != RMAP_ENCODING_COMPACT)
             continue;
         RMAP_TRY(rmap_query_outcomes_enter(outcomes, p, err));
-        RMAP_TRY(add_compact(plan, outcomes, columns, rays_wanted, err));
+        RMAP_TRY(add_compact(plan, outcomes, columns, wanted, err));
     }
 out:
     rmap_query_outcomes_destroy(outcomes);

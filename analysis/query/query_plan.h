@@ -19,9 +19,9 @@ struct rmap_query_plan {
     uint64_t n_traced_ray;           /* and by what stands beside them, too */
 };
 
-/* rays_wanted: matching rays are to be read whole. RMAP_FORMAT as a scan. */
+/* wanted: columns that are to be read of matching rays; 0: none. RMAP_FORMAT as a scan. */
 enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                                 bool rays_wanted, struct rmap_query_plan *plan,
+                                 rmap_column_set wanted, struct rmap_query_plan *plan,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

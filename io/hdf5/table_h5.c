@@ -106,6 +106,13 @@ enum rmap_status rmap_table_h5_put_text(struct rmap_table_h5 *self, const char *
     return rmap_h5_put_text(&self->h5, "/", name, text, err);
 }
 
+enum rmap_status rmap_table_h5_put_number(struct rmap_table_h5 *self, const char *name,
+                                          enum rmap_element element, const void *value,
+                                          struct rmap_error *err)
+{
+    return rmap_h5_put(&self->h5, "/", name, element, 1, value, err);
+}
+
 enum rmap_status rmap_table_h5_put_names(struct rmap_table_h5 *self, const char *name,
                                          const char *const *text, size_t n, const char *description,
                                          struct rmap_error *err)

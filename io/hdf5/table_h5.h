@@ -30,6 +30,9 @@ enum rmap_status rmap_table_h5_begin(const char *path, const struct rmap_table_h
 /* An attribute of the file. */
 enum rmap_status rmap_table_h5_put_text(struct rmap_table_h5 *table, const char *name,
                                         const char *text, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_table_h5_put_number(struct rmap_table_h5 *table, const char *name,
+                                          enum rmap_element element, const void *value,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 /* Names that numbers of a column stand for, as the dataset "/name/NAME". */
 enum rmap_status rmap_table_h5_put_names(struct rmap_table_h5 *table, const char *name,
                                          const char *const *text, size_t n, const char *description,

@@ -289,7 +289,7 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
 
 enum rmap_status rmap_query_explain(const struct rmap_context *context, const struct rmap_map *map,
                                     struct rmap_criterion *const *criterion, size_t n_criterion,
-                                    bool rays_wanted, struct rmap_error *err)
+                                    rmap_column_set wanted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_history_files indexes;
@@ -300,7 +300,7 @@ enum rmap_status rmap_query_explain(const struct rmap_context *context, const st
         RMAP_TRY(rmap_history_files_measure(map, &indexes, err));
     for (size_t c = 0; c < n_criterion; c++) {
         struct rmap_query_plan plan;
-        RMAP_TRY(rmap_query_plan(map, criterion[c], rays_wanted, &plan, err));
+        RMAP_TRY(rmap_query_plan(map, criterion[c], wanted, &plan, err));
         if (context->json)
             (void)json_array_append_new(
                 list, rmap_json_of_map(explain_json(map, criterion[c], &plan, &indexes), map));

@@ -38,9 +38,9 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *out,
  * its name keeps it. NULL is fine. */
 void rmap_rays_out_destroy(struct rmap_rays_out *out);
 
-/* Rank 0. What would be read; rays_wanted: with all columns of the rays that match. */
+/* Rank 0. What would be read; wanted: and these columns of the rays that match. */
 enum rmap_status rmap_query_explain(const struct rmap_context *context, const struct rmap_map *map,
                                     struct rmap_criterion *const *criterion, size_t n_criterion,
-                                    bool rays_wanted, struct rmap_error *err) RMAP_MUST_USE;
+                                    rmap_column_set wanted, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -10,6 +10,7 @@
 #include "analysis/report/ray_table.h"
 #include "base/alloc.h"
 #include "io/hdf5/table_h5.h"
+#include "io/map/map_rays.h"
 #include "portion/event.h"
 #include "version.h"
 
@@ -27,28 +28,45 @@ static enum rmap_status begin_file(struct rmap_table_out *self, const char *path
     if (!column)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the columns of a table");
     for (size_t i = 0; i < table->n; i++)
-        column[i] =
-            (struct rmap_table_h5_column){.group = rmap_ray_table_word(table->column[i].table),
-                                          .name = table->column[i].name,
-                                          .element = table->column[i].element,
-                                          .unit = table->column[i].unit,
-                                          .description = table->column[i].description};
+        column[i] = (struct rmap_table_h5_column){
+            .group = rmap_ray_table_word(table->column[i].table),
+            .name = table->column[i].name,
+            .element = table->column[i].element,
+            .unit = table->column[i].unit,
+            .description = table->column[i].column == RMAP_SEGMENT_event
+                               ? "bits of what happened at the end of the leg; "
+                                 "see the file's attribute `event_bits`"
+                               : table->column[i].description};
     enum rmap_status st = rmap_table_h5_begin(path, column, table->n, &self->file, err);
     rmap_free(column);
     return st;
 }
 
-static enum rmap_status put_text(struct rmap_table_out *self,
-                                 const struct rmap_table_request *request, struct rmap_error *err)
+static enum rmap_status put_attributes(struct rmap_table_out *self,
+                                       const struct rmap_table_request *request,
+                                       struct rmap_error *err)
 {
     const struct rmap_scene *scene = rmap_map_scene(self->map);
-    const char *const text[][2] = {
-        {"program_version", RMAP_VERSION},         {"map", request->from},
-        {"criterion", request->criterion},         {"length_unit", scene->unit},
-        {"flux_unit", rmap_flux_unit_name(scene)}, {"event_bits", rmap_event_bits()}};
+    struct rmap_map_summary summary;
+    char digest[33];
+    rmap_map_summarise(self->map, &summary);
+    rmap_digest_text(summary.digest, digest);
+    const int32_t complete = rmap_map_is_whole(self->map);
+    const char *const text[][2] = {{"program_version", RMAP_VERSION},
+                                   {"map", request->from},
+                                   {"criterion", request->criterion},
+                                   {"answer", request->answer},
+                                   {"digest", digest},
+                                   {"length_unit", scene->unit},
+                                   {"flux_unit", rmap_flux_unit_name(scene)},
+                                   {"event_bits", rmap_event_bits()}};
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; st == RMAP_OK && i < sizeof text / sizeof *text; i++)
         st = rmap_table_h5_put_text(self->file, text[i][0], text[i][1], err);
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_table_h5_put_number(self->file, "complete", RMAP_I32, &complete, err));
+    RMAP_TRY(rmap_table_h5_put_number(self->file, "seed", RMAP_U64, &summary.seed, err));
+out:
     return st;
 }
 
@@ -101,7 +119,7 @@ enum rmap_status rmap_table_out_begin(const struct rmap_map *map,
     RMAP_TRY(
         rmap_ray_table_create(map, request->columns, RMAP_VECTORS_BY_PARTS, &self->table, err));
     RMAP_TRY(begin_file(self, request->path, err));
-    RMAP_TRY(put_text(self, request, err));
+    RMAP_TRY(put_attributes(self, request, err));
     RMAP_TRY(put_names(self, err));
     *out_ret = self;
     self = NULL;

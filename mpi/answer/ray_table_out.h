@@ -13,6 +13,7 @@ struct rmap_table_request {
     const char *path;
     const char *from;      /* the map, as it was named */
     const char *criterion; /* the question */
+    const char *answer;    /* which of the rays that match: "all", "limit 10" */
     const char *columns;   /* see rmap_ray_table_create */
     const char *at;        /* of a file of rays: the detector, or NULL */
 };

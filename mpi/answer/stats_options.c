@@ -27,28 +27,35 @@ void rmap_stats_options_fini(struct rmap_stats_options *options)
     *options = (struct rmap_stats_options){0};
 }
 
-enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by *by,
-                                    struct rmap_error *err)
+enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by end,
+                                    enum rmap_stats_by *by, struct rmap_error *err)
 {
     const char *known[RMAP_STATS_BY_COUNT];
+    char list[128] = "";
     size_t n = 0;
     *by = RMAP_STATS_TOGETHER;
     if (!word)
         return RMAP_OK;
     for (int k = RMAP_STATS_BY_SOURCE; k < RMAP_STATS_BY_COUNT; k++) {
-        known[n++] = rmap_stats_by_word((enum rmap_stats_by)k);
-        if (strcmp(word, known[n - 1]) == 0)
+        const char *its = rmap_stats_by_word((enum rmap_stats_by)k);
+        if (strcmp(word, its) == 0)
             *by = (enum rmap_stats_by)k;
+        if (k >= (int)end)
+            continue;
+        known[n++] = its;
+        const size_t len = strlen(list);
+        (void)snprintf(list + len, sizeof list - len, "%s%s",
+                       n == 1              ? ""
+                       : k + 1 == (int)end ? " or "
+                                           : ", ",
+                       its);
     }
     if (*by != RMAP_STATS_TOGETHER)
         return RMAP_OK;
     const char *nearest = rmap_nearest_word(word, known, n);
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE, "--by '%s': did you mean '%s'?", word, nearest);
-    return rmap_error_set(err, RMAP_USAGE,
-                          "--by '%s': say source, detector, object, ended, ghost_order, "
-                          "scatter_order, event, criterion, path, path:object or path:group",
-                          word);
+    return rmap_error_set(err, RMAP_USAGE, "--by '%s': say %s", word, list);
 }
 
 /* Classes of paths. */
@@ -104,7 +111,8 @@ enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,
     options->logarithmic = rmap_argument(given, "log") != NULL;
     options->top = TOP_DEFAULT;
     RMAP_TRY(rmap_argument_count(given, "top", &options->top, err));
-    RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &options->by, err));
+    RMAP_TRY(
+        rmap_stats_by_read(rmap_argument(given, "by"), RMAP_STATS_BY_COUNT, &options->by, err));
     RMAP_TRY(rmap_argument_each(given, "of", &options->of, &options->n_of, err));
     RMAP_TRY(rmap_argument_each(given, "where", &options->where, &options->n_where, err));
     RMAP_TRY(rmap_argument_each(given, "unit", &options->unit, &options->n_unit, err));

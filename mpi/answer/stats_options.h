@@ -20,9 +20,9 @@ struct rmap_stats_options {
     size_t memory_nbytes;
 };
 
-/* A word of --by; NULL: TOGETHER. RMAP_USAGE. */
-enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by *by,
-                                    struct rmap_error *err) RMAP_MUST_USE;
+/* A word of --by; NULL: TOGETHER. RMAP_USAGE, with the words before `end`. */
+enum rmap_status rmap_stats_by_read(const char *word, enum rmap_stats_by end,
+                                    enum rmap_stats_by *by, struct rmap_error *err) RMAP_MUST_USE;
 
 /* RMAP_USAGE. rmap_stats_options_fini whatever happened. */
 enum rmap_status rmap_stats_options_read(const struct rmap_arguments *given,

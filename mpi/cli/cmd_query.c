@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/report/ray_table.h"
 #include "base/alloc.h"
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_map_out.h"
@@ -43,7 +44,9 @@ static const struct rmap_option options[] = {
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
     {"by", 0, "WHAT",
-     "count each by itself: source, detector, object (met last), ended, ghost_order, scatter_order",
+     "count each by itself: source, detector, object (met last), ended, ghost_order, "
+     "scatter_order, "
+     "event",
      .words = "source detector object ended ghost_order scatter_order event"},
     RMAP_UNTIL_OPTION,
     RMAP_ASKED_OPTIONS,
@@ -123,7 +126,8 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample, --top and -o");
-    RMAP_TRY(rmap_stats_by_read(rmap_argument(given, "by"), &request->by, err));
+    RMAP_TRY(
+        rmap_stats_by_read(rmap_argument(given, "by"), RMAP_STATS_BY_CRITERION, &request->by, err));
     if (request->by >= RMAP_STATS_BY_PATH)
         return rmap_error_set(err, RMAP_USAGE,
                               "--by path: `raymap paths` counts the rays of classes of paths");
@@ -215,6 +219,7 @@ struct search {
     size_t n_id;
     struct rmap_quantities *of;  /* of --top, or NULL */
     struct rmap_which *which;    /* registrations that it is of, or NULL: all */
+    rmap_column_set columns;     /* read of rays that match; 0: all */
     struct rmap_sample_ray *top; /* [n_top], the greatest first */
     size_t n_top;
 };
@@ -452,20 +457,39 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     return st;
 }
 
+/* What of the rays that match is written: "all", "limit 10". */
+static const char *answer_text(const struct request *request, const struct search *search,
+                               char text[80])
+{
+    (void)snprintf(text, 80, "all");
+    if (request->top > 0)
+        (void)snprintf(text, 80, "top %llu of %.50s", (unsigned long long)request->top,
+                       search->of->of[0].name);
+    else if (request->sample.most > 0)
+        (void)snprintf(text, 80, "sample %llu seed %llu", (unsigned long long)request->sample.most,
+                       (unsigned long long)request->sample.seed);
+    else if (request->limit < UINT64_MAX)
+        (void)snprintf(text, 80, "limit %llu", (unsigned long long)request->limit);
+    return text;
+}
+
 /* Collective. */
 static enum rmap_status list_rays(const struct rmap_context *context, const struct request *request,
                                   struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_rays_out *out = NULL;
+    char answer[80];
     const struct rmap_table_request table = {.path = request->output_path,
                                              .from = request->map_path,
                                              .criterion = rmap_criterion_text(search->criterion[0]),
+                                             .answer = answer_text(request, search, answer),
                                              .columns = request->columns,
                                              .at = request->at};
     struct rmap_pick pick;
     uint64_t n = 0;
     RMAP_TRY(choose(context, request, search, &pick, err));
+    pick.columns = search->columns;
     if (context->rank == 0)
         st = rmap_rays_out_begin(context, search->map, &table, &out, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -485,19 +509,10 @@ static enum rmap_status write_map(const struct rmap_context *context, const stru
                                   struct search *search, struct rmap_error *err)
 {
     struct rmap_pick pick;
-    char how[80] = "all";
+    char how[80];
     enum rmap_status st = choose(context, request, search, &pick, err);
     if (st != RMAP_OK)
         return st;
-    if (request->top > 0)
-        (void)snprintf(how, sizeof how, "top %llu of %.50s", (unsigned long long)request->top,
-                       search->of->of[0].name);
-    else if (request->sample.most > 0)
-        (void)snprintf(how, sizeof how, "sample %llu seed %llu",
-                       (unsigned long long)request->sample.most,
-                       (unsigned long long)request->sample.seed);
-    else if (request->limit < UINT64_MAX)
-        (void)snprintf(how, sizeof how, "limit %llu", (unsigned long long)request->limit);
     const struct rmap_map_answer answer = {.map = search->map,
                                            .pick = &pick,
                                            .deal = request->deal,
@@ -505,9 +520,24 @@ static enum rmap_status write_map(const struct rmap_context *context, const stru
                                            .from = request->map_path,
                                            .to = request->output_path,
                                            .criterion = rmap_criterion_text(search->criterion[0]),
-                                           .answer = how,
+                                           .answer = answer_text(request, search, how),
                                            .force = request->force};
     return rmap_map_answer_write(context, &answer, err);
+}
+
+/* Those of the tables that are asked for. */
+static enum rmap_status find_columns(const struct request *request, struct search *search,
+                                     struct rmap_error *err)
+{
+    struct rmap_ray_table *table = NULL;
+    if (!request->columns)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_ray_table_create(search->map, request->columns, RMAP_VECTORS_BY_PARTS, &table, err);
+    if (st == RMAP_OK)
+        search->columns = table->columns;
+    rmap_ray_table_destroy(table);
+    return st;
 }
 
 static enum rmap_status run_query(const struct rmap_context *context,
@@ -521,12 +551,16 @@ static enum rmap_status run_query(const struct rmap_context *context,
     RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
     RMAP_TRY(rmap_overlay_load(context, given, search.map, &search.overlay, err));
     st = compile(context, &request, &search, err);
+    if (st == RMAP_OK)
+        st = find_columns(&request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (request.top > 0 && !request.explain)
         RMAP_TRY(find_top(context, given, &request, &search, err));
     if (request.explain && context->rank == 0)
-        st = rmap_query_explain(context, search.map, search.criterion, request.asked.n,
-                                !request.count, err);
+        st = rmap_query_explain(
+            context, search.map, search.criterion, request.asked.n,
+            request.count ? 0 : rmap_pick_columns(&(struct rmap_pick){.columns = search.columns}),
+            err);
     else if (!request.explain)
         st = request.count                             ? count_rays(context, &request, &search, err)
              : request.top > 0 && !request.output_path ? print_top(context, &request, &search, err)

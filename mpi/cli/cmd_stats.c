@@ -43,7 +43,7 @@ static const struct rmap_option options[] = {
     {"log", 0, NULL, "bins of equal ratio"},
     {"by", 0, "WHAT",
      "each by itself: source, detector, object (met last), ended, ghost_order, scatter_order, "
-     "criterion (of --where or of the FILE of --criteria), path (the classes of "
+     "event, criterion (of --where or of the FILE of --criteria), path (the classes of "
      "`raymap paths` with most flux, and the others), path:object, path:group",
      .words =
          "source detector object ended ghost_order scatter_order event criterion path path:object "

@@ -10,13 +10,8 @@
 
 struct header {
     uint64_t first_ray, n_row[RMAP_TABLE_COUNT], n_channel, timed;
+    rmap_column_set columns;
 };
-
-/* Those of time come last. */
-static int n_column(const struct rmap_portion *portion)
-{
-    return portion->timed ? RMAP_COLUMN_COUNT : RMAP_RAY_group_path;
-}
 
 /* Columns begin at multiples of 8 bytes. */
 static size_t column_nbytes(const struct rmap_portion *portion, enum rmap_column column)
@@ -25,11 +20,11 @@ static size_t column_nbytes(const struct rmap_portion *portion, enum rmap_column
     return (rows * rmap_portion_row_nbytes(portion, column) + 7) / 8 * 8;
 }
 
-static size_t message_nbytes(const struct rmap_portion *portion)
+static size_t message_nbytes(const struct rmap_portion *portion, rmap_column_set columns)
 {
     size_t nbytes = sizeof(struct header);
-    for (int c = 0; c < n_column(portion); c++)
-        nbytes += column_nbytes(portion, (enum rmap_column)c);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        nbytes += columns >> c & 1 ? column_nbytes(portion, (enum rmap_column)c) : 0;
     return nbytes;
 }
 
@@ -56,22 +51,24 @@ void rmap_message_destroy(struct rmap_message *message)
     rmap_free(message);
 }
 
-enum rmap_status rmap_message_pack(const struct rmap_portion *portion,
+enum rmap_status rmap_message_pack(const struct rmap_portion *portion, rmap_column_set columns,
                                    struct rmap_message **message_ret, struct rmap_error *err)
 {
     struct rmap_message *message = NULL;
-    enum rmap_status st = rmap_message_create(message_nbytes(portion), &message, err);
+    columns &= rmap_columns_of_run(portion->timed);
+    enum rmap_status st = rmap_message_create(message_nbytes(portion, columns), &message, err);
     if (st != RMAP_OK)
         return st;
     struct header header = {.first_ray = portion->first_ray,
                             .n_channel = (uint64_t)portion->n_channel,
-                            .timed = portion->timed};
+                            .timed = portion->timed,
+                            .columns = columns};
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         header.n_row[t] = portion->n_row[t];
     memcpy(message->bytes, &header, sizeof header);
     size_t at = sizeof header;
-    for (int i = 0; i < n_column(portion); i++) {
-        enum rmap_column c = (enum rmap_column)i;
+    for (; columns; columns &= columns - 1) {
+        const enum rmap_column c = (enum rmap_column)__builtin_ctzll(columns);
         size_t rows = portion->n_row[rmap_column_info(c)->table];
         if (rows > 0)
             memcpy(message->bytes + at, rmap_portion_column(portion, c),
@@ -98,11 +95,12 @@ enum rmap_status rmap_message_view(const struct rmap_message *message, struct rm
     view->first_ray = header.first_ray;
     view->n_channel = fits ? (int)header.n_channel : 1;
     view->timed = header.timed != 0;
-    if (!fits || message_nbytes(view) != message->nbytes)
+    fits = fits && !(header.columns & ~rmap_columns_of_run(view->timed));
+    if (!fits || message_nbytes(view, header.columns) != message->nbytes)
         return rmap_error_set(err, RMAP_INTERNAL, "a block from another rank is torn");
     size_t at = sizeof header;
-    for (int i = 0; i < n_column(view); i++) {
-        enum rmap_column c = (enum rmap_column)i;
+    for (rmap_column_set left = header.columns; left; left &= left - 1) {
+        const enum rmap_column c = (enum rmap_column)__builtin_ctzll(left);
         void *start = message->bytes + at;
         memcpy((void *)rmap_portion_column_address(view, c), &start, sizeof start);
         at += column_nbytes(view, c);

@@ -14,8 +14,8 @@ struct rmap_message {
     size_t nbytes;
 };
 
-/* Copies all columns of a portion that has them all. */
-enum rmap_status rmap_message_pack(const struct rmap_portion *portion,
+/* Copies those columns of a portion, which has them. */
+enum rmap_status rmap_message_pack(const struct rmap_portion *portion, rmap_column_set columns,
                                    struct rmap_message **message_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
@@ -24,7 +24,8 @@ enum rmap_status rmap_message_create(size_t nbytes, struct rmap_message **messag
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_message_destroy(struct rmap_message *message); /* NULL is fine */
 
-/* The portion, its columns lying in the message. RMAP_INTERNAL when the bytes are none. */
+/* The portion, its columns lying in the message, the others NULL. RMAP_INTERNAL when the bytes are
+ * none. */
 enum rmap_status rmap_message_view(const struct rmap_message *message, struct rmap_portion *view,
                                    struct rmap_error *err) RMAP_MUST_USE;
 

@@ -69,7 +69,8 @@ static enum rmap_status send_wanted(const struct rmap_context *context, const st
         if (wanted == NO_MORE)
             goto out;
         if (rmap_map_held_portion(map, (size_t)wanted, &portion, NULL) == RMAP_OK &&
-            rmap_message_pack(portion, &message, NULL) == RMAP_OK && message->nbytes <= INT_MAX)
+            rmap_message_pack(portion, RMAP_COLUMNS_ALL, &message, NULL) == RMAP_OK &&
+            message->nbytes <= INT_MAX)
             nbytes = message->nbytes;
         st = RMAP_MPI(MPI_Send(&nbytes, 1, MPI_UINT64_T, 0, TAG_NBYTES, context->comm));
         if (st == RMAP_OK && nbytes > 0)

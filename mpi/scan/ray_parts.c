@@ -149,7 +149,7 @@ static enum rmap_status read_part(struct rmap_ray_parts *self, struct rmap_picke
             continue;
         RMAP_TRY(rmap_picker_read(picker, portion[i], marks->match + marks->first[i], marks->n[i],
                                   &rays, err));
-        RMAP_TRY(rmap_message_pack(rays, &sheaf->message, err));
+        RMAP_TRY(rmap_message_pack(rays, rmap_pick_columns(self->pick), &sheaf->message, err));
         sheaf->portion = portion[i];
         sheaves->n++;
     }

@@ -11,8 +11,8 @@
 #include "mpi/command/command.h"
 #include "mpi/parallel/deal.h"
 
-/* A ray as it is handed over: row `row` of a portion that has all columns, its rows of the other
- * tables from `segment` and `registration` on. Borrowed for the call. */
+/* A ray as it is handed over: row `row` of a portion that has the pick's columns, its rows of the
+ * other tables from `segment` and `registration` on. Borrowed for the call. */
 struct rmap_streamed_ray {
     const struct rmap_portion *portion;
     size_t row, segment, registration;

@@ -48,7 +48,8 @@ static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker
     struct rmap_message *message = NULL;
     if (all->plan->writer)
         return rmap_shard_writer_append(all->plan->writer, self->portion, &self->error);
-    enum rmap_status st = rmap_message_pack(self->portion, &message, &self->error);
+    enum rmap_status st =
+        rmap_message_pack(self->portion, RMAP_COLUMNS_ALL, &message, &self->error);
     while (st == RMAP_OK && rmap_forward_full(all->plan->forward) && !atomic_load(&all->abandoned))
         rmap_nap();
     return st == RMAP_OK ? rmap_forward_put(all->plan->forward, message, &self->error) : st;

@@ -201,7 +201,8 @@ enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct
     for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;
-        if (n[t] == 0 || !(rmap_columns_of_run(dst->timed) & RMAP_COLUMN_BIT(c)))
+        if (n[t] == 0 || !rmap_portion_column(src, c) ||
+            !(rmap_columns_of_run(dst->timed) & RMAP_COLUMN_BIT(c)))
             continue;
         const size_t row = rmap_portion_row_nbytes(src, c);
         memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
@@ -223,7 +224,8 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
     size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
     const size_t n[RMAP_TABLE_COUNT] = {
         1, src->ray.segment_count[ray], src->ray.registration_count[ray],
-        rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])};
+        src->curve.ray ? rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])
+                       : 0};
     return rmap_portion_append_rows(dst, src, first, n, err);
 }
 

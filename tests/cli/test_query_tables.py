@@ -3,6 +3,7 @@
 """The promise: `query -o OUT.h5` has the matching rays as tables of plain columns, the same as Python reads them from the
 map, byte for byte for any number of ranks; --columns chooses; what there is not is told; a failure leaves nothing."""
 import filecmp
+import json
 import os
 import sys
 
@@ -40,6 +41,14 @@ def agrees_with_records(name, criterion):
                 check(same(one, file[table][one][:], told[one][keep]), f"{table}/{one} of {name}")
                 check("units" in file[table][one].attrs and "description" in file[table][one].attrs, f"words of {table}/{one}")
         check([n.decode() for n in file["name/object"]] == list(rays.names["object"]), "names")
+        attributes = [file.attrs[one] for one in ("digest", "seed", "complete")]
+        check(attributes == [rays.digest.encode(), rays.seed, 1], f"what it is of: {attributes}")
+        check("`event_bits`" in file["segment/event"].attrs["description"].decode() and "event_bits" in file.attrs, "where bits are told")
+    for ranks, column in ((1, "registration/x"), (2, "registration/angle"), (1, "segment/flux"), (2, "registration/wavelength"),
+                          (1, "segment/position_y"), (1, "ray/path_length")):
+        run("query", name, criterion, "-o", "one.h5", "--columns", column, "--force", "--quiet", ranks=ranks)
+        with h5py.File("one.h5") as one, h5py.File("t.h5") as file:
+            check(np.array_equal(one[column], file[column], equal_nan=True), f"{column} alone, of {criterion} in {name}")
 
 
 def says_what_report_says(name, criterion):
@@ -68,12 +77,28 @@ for ranks in (2, 3):
 run("query", lens, "registered(sensor)", "-o", "1.h5", "--force", "--quiet")
 check(filecmp.cmp("1.h5", "2.h5", shallow=False) and filecmp.cmp("1.h5", "3.h5", shallow=False), "any number of ranks")
 
+def explained(*words):
+    return json.loads(run("query", lens, "registered(sensor)", "-o", "no.h5", "--explain", "--json", *words))[0]
+
+
+told = explained("--columns", "registration/x,ray/flux")
+check({"/registration/relative", "/ray/weight"} < set(told["columns"]) and "/segment/position" not in told["columns"] and
+      told["compact"]["traced_again"] == 0 < told["compact"]["portions"], f"--explain of places: {told}")
+told = explained("--columns", "registration/time")
+check("/registration/optical_path" in told["columns"] and told["compact"]["traced_again"] > 0, f"--explain of times: {told}")
+check("/segment/position" in explained()["columns"], "--explain of all columns")
+
 few = raymap.table(lens, "registration", "detector_name", "time", "x", where="registered(sensor)", sample=100, seed=3)
 check(list(few) == ["detector_name", "time", "x"] and set(few["detector_name"]) == {"sensor"}, "columns by name")
 check(len(few["x"]) >= 100 and np.isfinite(few["time"]).all(), "a sample")
 run("query", lens, "all", "--limit", 7, "--columns", "segment, ray/flux", "-o", "few.h5", "--force", "--quiet")
 with h5py.File("few.h5") as file:
     check(set(file) == {"name", "ray", "segment"} and list(file["ray"]) == ["flux"] and len(file["ray/flux"]) == 7, "--columns")
+    check(file.attrs["answer"] == b"limit 7", f"of which rays: {file.attrs['answer']}")
+for words, answer in (((), b"all"), (("--sample", 9, "--seed", 4), b"sample 9 seed 4"), (("--top", 2, "--of", "flux"), b"top 2 of flux")):
+    run("query", lens, "all", *words, "--columns", "ray/id", "-o", "few.h5", "--force", "--quiet")
+    with h5py.File("few.h5") as file:
+        check(file.attrs["answer"] == answer, f"of which rays: {file.attrs['answer']}")
 
 for words, status, told in ((("--columns", "registration/tme", "-o", "no.h5"), 3, "did you mean 'registration/time'?"),
                             (("--columns", " , ", "-o", "no.h5"), 3, "names no column"),
