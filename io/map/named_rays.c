@@ -13,6 +13,7 @@
 #include "base/alloc.h"
 #include "io/file/directory.h"
 #include "io/file/publish.h"
+#include "io/file/shell_word.h"
 #include "io/hdf5/h5_inside.h"
 #include "io/hdf5/h5_read.h"
 #include "io/hdf5/h5_write.h"
@@ -302,6 +303,28 @@ struct rmap_kept_rays {
     size_t n, cap;
 };
 
+/* With the command that selects again. */
+static enum rmap_status fail_stale(const struct rmap_map *map, const char *name,
+                                   const char *criterion, struct rmap_error *err)
+{
+    char *again = NULL;
+    size_t nbytes = 0;
+    FILE *line = open_memstream(&again, &nbytes);
+    if (line) {
+        rmap_shell_word_put(line, map->path);
+        rmap_shell_word_put(line, name);
+        rmap_shell_word_put(line, criterion);
+    }
+    const bool is_written = line && fclose(line) == 0;
+    const enum rmap_status st = rmap_error_set(
+        err, RMAP_INPUT,
+        "the map has other rays than when '%s' was selected; select them again: raymap select "
+        "--force%s",
+        name, is_written ? again : "");
+    free(again);
+    return st;
+}
+
 static enum rmap_status keep(struct rmap_kept_rays *self, const char *name,
                              const struct rmap_id_set **set_ret, struct rmap_error *err)
 {
@@ -318,10 +341,7 @@ static enum rmap_status keep(struct rmap_kept_rays *self, const char *name,
                       sizeof err->text - strlen(err->text) - 1);
     RMAP_TRY(st);
     if (info.is_stale) {
-        st = rmap_error_set(err, RMAP_INPUT,
-                            "the map has other rays than when '%s' was selected: raymap select "
-                            "--force MAP %s '%.200s' selects again",
-                            name, name, info.criterion);
+        st = fail_stale(self->map, name, info.criterion, err);
         rmap_id_set_fini(&kept->set);
         goto out;
     }

@@ -7,7 +7,7 @@
 #include <math.h>
 
 #include "io/export/json_number.h"
-#include "mpi/command/arguments.h"
+#include "io/file/shell_word.h"
 #include "mpi/command/json_out.h"
 
 static size_t count(const struct rmap_lens_plan *plan, bool mirrors)
@@ -52,7 +52,7 @@ void rmap_lens_print(const struct rmap_lens_plan *plan, const char *scene, FILE 
     (void)fputs("next:\n", out);
     for (size_t i = 0; i < sizeof next / sizeof *next; i++) {
         (void)fprintf(out, "  raymap %s", next[i][0]);
-        rmap_arguments_put_word(out, scene);
+        rmap_shell_word_put(out, scene);
         (void)fprintf(out, "%s\n", next[i][1]);
     }
 }

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "io/assembly/assembly_guess.h"
+#include "io/file/shell_word.h"
 #include "mpi/answer/model_rules.h"
-#include "mpi/command/arguments.h"
 #include "mpi/command/json_out.h"
 
 /* ---- an import ---- */
@@ -76,7 +76,7 @@ void rmap_model_print(const struct rmap_assembly *a, const char *scene, FILE *ou
     if (a->n_touch > 0)
         print_touching(a, out);
     (void)fputs("next:\n  raymap render", out);
-    rmap_arguments_put_word(out, scene);
+    rmap_shell_word_put(out, scene);
     (void)fputs(" -o model.png\n  attributes.yaml beside it says what parts are made of\n", out);
 }
 

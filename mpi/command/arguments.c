@@ -12,6 +12,7 @@
 
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
+#include "io/file/shell_word.h"
 #include "mpi/command/arguments.h"
 #include "mpi/command/command.h"
 
@@ -258,21 +259,6 @@ void rmap_arguments_fini(struct rmap_arguments *arguments)
     *arguments = (struct rmap_arguments){0};
 }
 
-/* A word in quotes, where the shell wants any. */
-void rmap_arguments_put_word(FILE *line, const char *word)
-{
-    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                                "_-./=,:+@%";
-    if (*word && !word[strspn(word, plain)]) {
-        fprintf(line, " %s", word);
-        return;
-    }
-    fputs(" '", line);
-    for (; *word; word++)
-        fputs(*word == '\'' ? "'\\''" : (const char[]){*word, 0}, line);
-    fputs("'", line);
-}
-
 char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *option)
 {
     char *text = NULL, *copy = NULL;
@@ -282,11 +268,11 @@ char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *o
         return NULL;
     fprintf(line, "raymap %s", arguments->command->name);
     for (int i = 0; i < arguments->n_operand; i++)
-        rmap_arguments_put_word(line, arguments->operand[i]);
+        rmap_shell_word_put(line, arguments->operand[i]);
     for (size_t i = 0; i < arguments->n_value; i++) {
         fprintf(line, " --%s", arguments->value[i].option->name);
         if (arguments->value[i].option->argument)
-            rmap_arguments_put_word(line, arguments->value[i].text);
+            rmap_shell_word_put(line, arguments->value[i].text);
     }
     fprintf(line, " --%s", option);
     if (fclose(line) == 0)

@@ -49,9 +49,6 @@ void rmap_arguments_fini(struct rmap_arguments *arguments);
 /* The last value given for an option ("" if it takes none); NULL when it was not given. */
 const char *rmap_argument(const struct rmap_arguments *arguments, const char *name);
 
-/* A blank and the word, in quotes where a shell wants any. */
-void rmap_arguments_put_word(FILE *line, const char *word);
-
 /* The command line as a shell takes it, with one more option; rmap_free. NULL when memory is short.
  */
 char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *option);

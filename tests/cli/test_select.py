@@ -19,6 +19,7 @@ from asking import SOURCE, check, finish, run, trace  # noqa: E402
 from sealed_map import edit  # noqa: E402
 import raymap  # noqa: E402 (asking knows where it is)
 
+QUOTED = "hit('lens.3') and source('sun')"
 TWICE = "hit(lens.*, reflect) >= 2"  # chooses no registrations
 GHOSTS = "registered(sensor where ghost_order >= 1) and x(sensor) > -15"
 pathlib.Path("names.txt").write_text(f"let ghosts = {GHOSTS}\nlet both = @ghosts and source(sun)\n", encoding="utf-8")
@@ -122,9 +123,13 @@ forge("endless", lambda file: (replace(file, []), file.attrs.__setitem__("rays",
 run("select", name, "sun", "--remove", "--quiet")
 
 # Other rays: told, not used, good again once selected again.
+run("select", name, "it", QUOTED, "--quiet")
 run("trace", SOURCE / "examples" / "double-gauss" / "scene.yaml", "-o", name, "--append", "-n", 2000, "--quiet")
 error = run("query", name, "@ghosts", status=3)
 check("--force" in error and GHOSTS in error, f"stale: {error}")
+error = run("query", name, "@it", status=3)
+done = subprocess.run(error.split("again: ")[1].splitlines()[0].replace("raymap", '"$RAYMAP"', 1), shell=True, capture_output=True, text=True, check=False)
+check(done.returncode == 0 and answers(name, "@it") == answers(name, QUOTED), f"what it says is typed: {error}{done.stderr}")
 check(selections(name)["ghosts"]["state"] == "stale" and "stale" in run("select", name), "stale")
 run("verify", name)
 run("select", name, "ghosts", GHOSTS, "--force", "--quiet", ranks=2)
