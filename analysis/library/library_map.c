@@ -46,9 +46,12 @@ enum raymap_status raymap_open(const char *path, raymap_map **map_ret, struct ra
     if (!self)
         RMAP_TRY(rmap_error_set(&call.error, RMAP_SYSTEM, "out of memory for a map"));
     RMAP_TRY(rmap_map_open(path, &self->map, &call.error));
+    RMAP_TRY(rmap_map_compare_directory(self->map, &call.error));
     *map_ret = self;
     self = NULL;
 out:
+    if (self)
+        rmap_map_close(self->map);
     rmap_free(self);
     return rmap_library_leave(&call, st, error);
 }

@@ -97,7 +97,7 @@ RAYMAP_API const double *raymap_wavelengths(const raymap_map *map, size_t space,
  * several may be asked. */
 RAYMAP_API int raymap_find_ray(const raymap_map *map, uint64_t ray, size_t *block_ret);
 
-/* What of an incomplete map could not be used, a line each; NULL behind the last one. */
+/* What of an unfinished or damaged map cannot be used, a line each; NULL behind the last one. */
 RAYMAP_API const char *raymap_trouble(const raymap_map *map, size_t i);
 
 struct raymap_count {

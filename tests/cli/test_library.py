@@ -84,6 +84,20 @@ def failures(lens):
     check("did you mean" in consumer(lens, "hit(lens.33)", "ray/id", 1, status=1), "no such object")
 
 
+def missing_piece():
+    """A map whose run has ended, and of whose files one has gone."""
+    trace("double-gauss", "torn.raymap", 20000, "--piece-size", "16Ki")
+    pieces = sorted(pathlib.Path("torn.raymap").glob("shard-*/piece-?????.h5"))
+    told = library._library().raymap_trouble  # pylint: disable=protected-access
+    told.restype, told.argtypes = ctypes.c_char_p, [ctypes.c_void_p, ctypes.c_size_t]
+    whole = library.Handle("torn.raymap")
+    check(len(pieces) > 1 and told(whole.pointer, 0) is None, "no trouble")
+    pieces[0].unlink()
+    torn = library.Handle("torn.raymap")
+    said = [told(torn.pointer, i) for i in (0, 1)]
+    check(pieces[0].name in (said[0] or b"").decode() and said[1] is None, f"a missing piece: {said}")
+
+
 def shows_what_it_promises():
     told = subprocess.run(["nm", "-D", "--defined-only", LIBRARY], capture_output=True, text=True, check=True).stdout
     shown = set(re.findall(r" T (\S+)", told))
@@ -179,6 +193,7 @@ alone(LENS, "hit(lens.*, reflect) >= 2")
 alone("room.raymap", "bounces >= 3")
 alone("rod.raymap", "ended(absorbed)")
 failures(LENS)
+missing_piece()
 shows_what_it_promises()
 example_of_the_page()
 leaves_hdf5_alone(LENS)
