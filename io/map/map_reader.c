@@ -208,6 +208,8 @@ static enum rmap_status explain(const char *path, const char *index, enum rmap_s
                                 struct rmap_error *err)
 {
     struct stat info;
+    if (!*path)
+        return rmap_error_set(err, RMAP_INPUT, "the name of the ray map is empty");
     if (stat(path, &info) != 0) {
         bool wrong_name = errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG;
         return rmap_error_set(err, wrong_name ? RMAP_INPUT : RMAP_SYSTEM,

@@ -145,7 +145,7 @@ void rmap_registered_print(const struct rmap_registered_list *list, FILE *out)
     for (size_t i = 0; i < list->n; i++) {
         const struct rmap_registered *item = &list->item[i];
         fprintf(out, "  on %s, %s: %.17g registration%s, %.6g", item->detector, item->which->text,
-                item->registrations, item->registrations > 1.0 ? "s" : "", item->flux);
+                item->registrations, item->registrations == 1.0 ? "" : "s", item->flux);
         if (isfinite(item->standard_error))
             fprintf(out, " +- %.2g", item->standard_error);
         fprintf(out, " %s\n", list->unit);

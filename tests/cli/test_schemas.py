@@ -72,7 +72,8 @@ def schema_of(words):
 
 
 def validate(name, document, what):
-    for one in document if isinstance(document, list) else [document]:
+    whole = [document[:1]] if isinstance(document, list) else []  # may it be a list?
+    for one in whole + (document if isinstance(document, list) else [document]):
         key = name, shape(one)
         if key in validated:
             continue
