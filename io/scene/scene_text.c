@@ -185,11 +185,62 @@ static enum rmap_status refuse(const char *path, const char *rest, struct rmap_e
                           path, rest);
 }
 
-/* A value that was written in the place of another. */
+/* What became another: a value that was written in the place of another, or what has a key more,
+ * or what is gone. */
 struct replaced {
     struct rmap_yaml_node *node; /* NULL: that is not what was done */
     struct rmap_yaml_span span;
+    const struct rmap_yaml_node *changed;
 };
+
+/* Behind an anchor: it stays. */
+static void skip_anchor(const char *text, struct rmap_yaml_span *span)
+{
+    size_t at = span->first, line;
+    if (text[at] != '&')
+        return;
+    at = skip_comments(text, at + strcspn(text + at, " \t\r\n,]}"));
+    at = at < span->end ? at : span->end;
+    for (line = at; line > 0 && text[line - 1] != '\n';)
+        line--;
+    span->first = at;
+    span->column = (int)(at - line);
+}
+
+/* In the place of an alias, or beside the '<<' that brings it. behind: what of the path is behind
+ * the item. */
+static enum rmap_status write_shared(FILE *out, const struct rmap_scene_text *scene,
+                                     const char *path, const char *behind,
+                                     const struct rmap_yaml_item *item,
+                                     const struct rmap_yaml_node *in, const json_t *value,
+                                     struct replaced *replaced, struct rmap_error *err)
+{
+    const bool merged = item->value->merged;
+    const char *text = scene->text;
+    struct rmap_yaml_span span = {0};
+    const int n_path = (int)(behind - path) - (*behind != 0);
+    if (*behind)
+        return rmap_error_set(
+            err, RMAP_INPUT,
+            "'%s' leads into what an anchor in line %d says for others, too: set '%.*s' as a whole",
+            path, item->value->line, n_path, path);
+    if (!value || (merged && strchr(item->key, '.')))
+        return rmap_error_set(err, RMAP_INPUT,
+                              "'%s' comes by '<<' from line %d: change it in the text", path,
+                              item->line);
+    if (!rmap_yaml_span(text, scene->root, merged ? in->line : item->line,
+                        merged ? in->column : item->column, !merged, !merged && item->key ? 2 : 1,
+                        &span))
+        return refuse(path, path, err);
+    if (merged)
+        skip_anchor(text, &span);
+    else
+        for (span.first = span.end; text[span.first] != '*';)
+            span.first--;
+    put_changed(out, text, &span, merged ? item->key : "", value);
+    replaced->changed = merged ? in : item->value;
+    return RMAP_OK;
+}
 
 /* value NULL: what the path leads to goes. */
 static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene, const char *path,
@@ -200,9 +251,14 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
     const char *text = scene->text, *rest = path;
     const struct rmap_yaml_item *item = NULL;
     struct rmap_yaml_span span = {0};
-    const struct rmap_yaml_node *node = rmap_yaml_find(scene->root, path, &rest, &item);
+    const char *behind = path;
+    const struct rmap_yaml_node *in = NULL, *node = rmap_yaml_find(scene->root, path, &rest, &item);
+    const struct rmap_yaml_item *shared = rmap_yaml_find_shared(scene->root, path, &behind, &in);
     const bool scalar = node->kind == RMAP_YAML_SCALAR,
                adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
+    if (shared && (*behind || value || shared->value->merged))
+        return write_shared(out, scene, path, behind, shared, in, value, replaced, err);
+    replaced->changed = node;
     if (!value) {
         const bool has_key = item && item->key;
         if (!item || *rest ||
@@ -217,12 +273,13 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
         if (!*path || (*rest && node->kind != RMAP_YAML_MAP && !adds) ||
             !rmap_yaml_span(text, scene->root, node->line, node->column, scalar, 1, &span))
             RMAP_TRY(refuse(path, rest, err));
+        skip_anchor(text, &span);
         if (*rest && adds)
             put_item(out, text, &span, rest, value);
         else
             put_changed(out, text, &span, rest, value);
         if (!*rest && item)
-            *replaced = (struct replaced){item->value, span};
+            *replaced = (struct replaced){item->value, span, node};
     }
 out:
     return st;
@@ -237,15 +294,67 @@ static bool is_flat(const json_t *value)
     return flat;
 }
 
+/* The value of a key, which is likely to be the hint-th. */
+static const struct rmap_yaml_node *value_of(const struct rmap_yaml_node *map, const char *key,
+                                             size_t hint)
+{
+    for (size_t i = 0; i < map->n_item; i++) {
+        const struct rmap_yaml_item *item = &map->item[(hint + i) % map->n_item];
+        if (strcmp(item->key, key) == 0)
+            return item->value;
+    }
+    return NULL;
+}
+
+/* Whether two trees say the same but for what has changed in the first, or is gone from it. */
+static bool says_same(const struct rmap_yaml_node *a, const struct rmap_yaml_node *b,
+                      const struct rmap_yaml_node *changed, bool gone)
+{
+    size_t n_gone = 0;
+    if (a == changed)
+        return true;
+    if (a->kind != b->kind || a->quoted != b->quoted ||
+        (a->kind == RMAP_YAML_SCALAR && strcmp(a->text, b->text) != 0))
+        return false;
+    for (size_t i = 0; i < a->n_item; i++) {
+        const struct rmap_yaml_item *item = &a->item[i];
+        if (gone && item->value == changed) {
+            n_gone = 1;
+            continue;
+        }
+        const size_t k = i - n_gone;
+        const struct rmap_yaml_node *other = item->key       ? value_of(b, item->key, k)
+                                             : k < b->n_item ? b->item[k].value
+                                                             : NULL;
+        if (!other || !says_same(item->value, other, changed, gone))
+            return false;
+    }
+    return n_gone > 0 || a->n_item == b->n_item; /* '<<' may bring a key that is gone */
+}
+
+/* Of a text with anchors: what others have by them is to stay. */
+static enum rmap_status check_others(const struct rmap_scene_text *before,
+                                     struct rmap_scene_text *now,
+                                     const struct rmap_yaml_node *changed, bool gone,
+                                     const char *path, struct rmap_error *err)
+{
+    const enum rmap_status st = rmap_scene_text_parse(now, err);
+    if (st != RMAP_OK || says_same(before->root, now->root, changed, gone))
+        return st;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "'%s' stands in an anchor that others take by an alias or '<<': they "
+                          "would change, too; change it in the text",
+                          path);
+}
+
 /* The tree becomes that of the changed text, as if it was read anew; or there is none any more. */
 static void follow(struct rmap_scene_text *scene, const struct replaced *replaced,
                    const json_t *value, const char *written)
 {
     const char *text = scene->text;
     const size_t first = replaced->span.first, nbytes = replaced->span.end - first;
-    /* Anchors have copies elsewhere, included files lines of their own. */
-    if (replaced->node && is_flat(value) && !strchr(text, '&') &&
-        !strstr(text, RMAP_INCLUDE_MARK) &&
+    /* Included files have lines of their own. */
+    if (replaced->node && is_flat(value) && !strstr(text, RMAP_INCLUDE_MARK) &&
         rmap_yaml_follow(scene->root, replaced->node, text + first, nbytes, written + first,
                          nbytes + strlen(written) - strlen(text)))
         return;
@@ -257,24 +366,33 @@ static void follow(struct rmap_scene_text *scene, const struct replaced *replace
 static enum rmap_status change_one(struct rmap_scene_text *scene, const char *path,
                                    const json_t *value, struct rmap_error *err)
 {
-    char *written = NULL, *copy = NULL;
+    char *written = NULL;
     size_t n = 0;
+    struct rmap_scene_text next = {0};
     struct replaced replaced = {0};
     enum rmap_status st = rmap_scene_text_parse(scene, err);
     FILE *out = st == RMAP_OK ? open_memstream(&written, &n) : NULL;
     if (out)
         st = write_one(out, scene, path, value, &replaced, err);
     if (out && fclose(out) == 0 && st == RMAP_OK)
-        copy = rmap_strdup(written);
-    if (copy)
-        follow(scene, &replaced, value, copy);
+        next.text = rmap_strdup(written);
     free(written);
-    if (st != RMAP_OK)
-        return st;
-    if (!copy)
+    if (st == RMAP_OK && !next.text)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene's text");
-    rmap_free(scene->text);
-    scene->text = copy;
+    if (next.text && strchr(scene->text, '&')) { /* copies of anchors do not follow */
+        st = check_others(scene, &next, replaced.changed, !value, path, err);
+    } else if (next.text) {
+        follow(scene, &replaced, value, next.text);
+        next.root = scene->root;
+        next.is_sound = scene->is_sound;
+        scene->root = NULL;
+    }
+    if (st != RMAP_OK) {
+        rmap_scene_text_fini(&next);
+        return st;
+    }
+    rmap_scene_text_fini(scene);
+    *scene = next;
     return RMAP_OK;
 }
 

@@ -26,9 +26,11 @@ enum rmap_status rmap_scene_text_parse(struct rmap_scene_text *scene,
 
 /* The text without some keys or items of lists (["objects.lens", ...]; NULL: none), and then with
  * other values: {"objects.lens.at": [0, 0, 5], ...}. Key paths are those of --set. Keys that are
- * missing are added, as is to a list an item, a mapping, of a name that it has not. What an alias
- * stands for is changed where it is written, and taken away where the alias stands. `from` gets its
- * tree, if it has none. RMAP_INPUT: the text is no YAML, or a path leads nowhere. */
+ * missing are added, as is to a list an item, a mapping, of a name that it has not. In the place of
+ * an alias stands the value, a key that '<<' brings is written into the mapping itself: nothing
+ * else changes, as of --set. `from` gets its tree, if it has none. RMAP_INPUT: the text is no YAML,
+ * a path leads nowhere or into what stands elsewhere, or what others have by an anchor would
+ * change. */
 enum rmap_status rmap_scene_text_change(struct rmap_scene_text *from, const json_t *remove,
                                         const json_t *values, struct rmap_scene_text *scene_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;

@@ -141,6 +141,23 @@ const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, c
     }
 }
 
+const struct rmap_yaml_item *rmap_yaml_find_shared(const struct rmap_yaml_node *root,
+                                                   const char *path, const char **rest_ret,
+                                                   const struct rmap_yaml_node **in_ret)
+{
+    size_t len = 0;
+    for (const struct rmap_yaml_item *item; (item = find(root, path, &len)); root = item->value) {
+        *in_ret = root;
+        *rest_ret = path + len + (path[len] == '.');
+        if (item->value->aliased || item->value->merged)
+            return item;
+        if (!path[len])
+            return NULL;
+        path = *rest_ret;
+    }
+    return NULL;
+}
+
 static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, const char *path)
 {
     char word[80];

@@ -118,9 +118,13 @@ static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *even
 {
     const struct rmap_name *name =
         rmap_names_find(&b->names, (const char *)event->data.alias.anchor);
-    if (name)
-        return copy(b, b->anchor[name->index], event->start_mark, depth, node_ret);
-    return give_up(b, event->start_mark, "an alias refers to nothing that is complete before it");
+    if (!name)
+        return give_up(b, event->start_mark,
+                       "an alias refers to nothing that is complete before it");
+    const enum rmap_status st = copy(b, b->anchor[name->index], event->start_mark, depth, node_ret);
+    if (st == RMAP_OK)
+        (*node_ret)->aliased = true;
+    return st;
 }
 
 static enum rmap_status remember_anchor(struct builder *b, const char *name,
@@ -199,6 +203,8 @@ static enum rmap_status take_keys(struct builder *b, struct rmap_yaml_node *map,
         if (rmap_names_find(own, item->key))
             continue;
         st = copy(b, item->value, mark, depth, &value);
+        if (st == RMAP_OK)
+            value->merged = true;
         if (st == RMAP_OK)
             st = rmap_yaml_append(map, item->key, item->line, item->column, value, b->err);
         if (st == RMAP_OK)

@@ -80,6 +80,8 @@ static enum rmap_status copy_node(struct rmap_pool *pool, const struct rmap_yaml
     if (!node)
         return no_memory(err);
     node->quoted = from->quoted;
+    node->aliased = from->aliased;
+    node->merged = from->merged;
     node->text = rmap_pool_strdup(pool, from->text);
     if (from->n_item > 0)
         node->item = rmap_pool_alloc(pool, from->n_item, sizeof *node->item);

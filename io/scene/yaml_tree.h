@@ -33,6 +33,8 @@ struct rmap_yaml_node {
     enum rmap_yaml_kind kind;
     int line, column; /* from 1; below: not from the file but the -line-th --set */
     bool quoted;      /* SCALAR: written in quotes */
+    bool aliased;     /* a copy, which stands in the place of an alias */
+    bool merged;      /* a copy, with a key that '<<' brings */
     char *text;       /* SCALAR */
     size_t n_item, cap_item;
     struct rmap_yaml_item *item;
@@ -98,6 +100,12 @@ void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index);
 const struct rmap_yaml_node *rmap_yaml_find(const struct rmap_yaml_node *root, const char *path,
                                             const char **rest_ret,
                                             const struct rmap_yaml_item **item_ret);
+
+/* The first item on a path's way that is written elsewhere, for others too: for an alias, or by
+ * '<<'; NULL: none is. *rest_ret: what of the path is behind it; *in_ret: what has it, of '<<'. */
+const struct rmap_yaml_item *rmap_yaml_find_shared(const struct rmap_yaml_node *root,
+                                                   const char *path, const char **rest_ret,
+                                                   const struct rmap_yaml_node **in_ret);
 
 /* The nearest name among a mapping's keys or a list's items to the head of a path, or NULL. */
 const char *rmap_yaml_nearest(const struct rmap_yaml_node *node, const char *path);

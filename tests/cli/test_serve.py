@@ -289,13 +289,42 @@ def check_axes():
         refused(scene.move, "wall", 0, 1, 0, axes="mine", status=2)
 
 
+SHARED = """raymap: 1
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {wall: {type: rectangle, size: [9, 9]}}
+objects:
+- &R {name: m1, geometry: wall, at: &p [0, 0, 5], surface: black, outside: air}
+- {<<: *R, name: m2}
+- {name: m3, geometry: wall, at: *p, surface: black, outside: air}
+sources: [{name: lamp, type: point, at: [0, 0, 0], medium: air, cone: 20}]
+"""
+
+
+def check_shared():
+    """What other objects have by an alias or a merge key stays."""
+    with open("shared.yaml", "w") as file:
+        file.write(SHARED)
+    with raymap.serve.start("shared.yaml") as scene:
+        for wrong in ({"move": "m1", "by": [0, 0, 1]}, {"set": {"objects.m2.at.3": 4}}, {"set": {"objects.m3.at.3": 4}}, {"remove": ["objects.m2.at"]}):
+            refused(scene.edit, **wrong, status=3)
+        assert scene.scene()["text"] == SHARED
+        moved = scene.move("m2", 0, 0, 1)["text"]
+        assert moved == SHARED.replace("name: m2}", "name: m2, at: [0, 0, 6]}"), moved
+        assert scene.move("m3", 0, 1, 0)["text"] == moved.replace("*p", "[0, 1, 5]")
+        assert "at: &p [1, 0, 5]" in scene.move("m1", 1, 0, 0)["text"]  # nobody has it any more
+
+
 def check_set_as_command_line():
     """An edit of the text is what --set is, in scenes that are written in various ways."""
     equal = 0
+    os.makedirs("shared", exist_ok=True)
+    shutil.copy("shared.yaml", "shared/scene.yaml")
     for name, values in (("room", {"objects.floor.at": [0, 0, -0.01], "limits.steps": 7, "time": "on"}),
                          ("luneburg", {"objects.screen.at.3": 50.5, "sources.beam.shape.disc": 20, "limits.weight": 0.1}),
-                         ("light-guide", {"limits.steps": 30, "media.plate.index": 1.6, "sources.2.at": [0, -100.45, 2]})):
-        path = os.path.join(SOURCE, "examples", name, "scene.yaml")
+                         ("light-guide", {"limits.steps": 30, "media.plate.index": 1.6, "sources.2.at": [0, -100.45, 2]}),
+                         ("shared", {"objects.m2.at": [0, 1, 4], "objects.m3.at": [8, 0, 4]})):
+        path = os.path.join("" if name == "shared" else os.path.join(SOURCE, "examples"), name, "scene.yaml")
         sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
         told = subprocess.run([RAYMAP, "trace", path, "-n", "4096", "-o", name + ".raymap", "--quiet", *sets],
                               capture_output=True, text=True, timeout=120)
@@ -308,7 +337,7 @@ def check_set_as_command_line():
             scene.trace(4096)
             assert scene.status()["digest"] == run("info", name + ".raymap", "--json")["digest"], name
             equal += 1
-    assert equal >= 2, equal
+    assert equal >= 3, equal
 
 
 def check_saving():
@@ -595,7 +624,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()

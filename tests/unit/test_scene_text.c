@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * Edits of a scene's text: a tree that follows them is that of the text read anew, to each line and
- * column; what it cannot follow has none. Where a node stands is the same from wherever reading
- * begins. A tree that is packed is the same afterwards; bytes that are none are refused.
+ * column; what it cannot follow has none. What others have by an alias stays. Where a node stands
+ * is the same from wherever reading begins. A tree that is packed is the same afterwards; bytes
+ * that are none are refused.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -171,11 +172,66 @@ static void test_follows(void **state)
         200);
 }
 
-/* An anchor's copies would have to follow, too. */
-static void test_does_not_follow(void **state)
+/* An anchor's copies follow: the text is read anew. */
+static void test_anchors_follow(void **state)
 {
     (void)state;
-    assert_int_equal(edit(NULL, "a: [&x {b: 1}, 4]\n\"*c\": {d: *x}\ne: [1, 2]\n", 60), 0);
+    assert_in_range(edit(NULL, "a: [&x {b: 1}, 4]\n\"*c\": {d: *x}\ne: [1, 2]\n", 60), 20, 60);
+}
+
+/* What others have by an alias or a merge key stays, or the edit is refused. */
+static void test_others_stay(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *path, *value, *changed; /* value NULL: taken away */
+    } edits[] = {
+        {"a:\n- &R {n: 1, at: [0, 0]}\n- {<<: *R, name: m}\n", "a.m.at", "[1, 2]",
+         "a:\n- &R {n: 1, at: [0, 0]}\n- {<<: *R, name: m, at: [1, 2]}\n"},
+        {"a:\n- &R {n: 1}\n- &S # ß\n  <<: *R\n  name: m\n- *S\n", "a.1.n", "2", NULL},
+        {"a:\n- &R {n: 1}\n- &S # ß\n  <<: *R\n  name: m\n", "a.m.n", "2",
+         "a:\n- &R {n: 1}\n- &S # ß\n  n: 2\n  <<: *R\n  name: m\n"},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "b.c", "[3]", "a: &p [1, 2]\nb: {c: [3], d: 5}\n"},
+        {"a: &p [1, 2]\nb:\n- *p\n- 4\n", "b.1", "\"x\"", "a: &p [1, 2]\nb:\n- x\n- 4\n"},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "b.c", NULL, "a: &p [1, 2]\nb: {d: 5}\n"},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "b.c.2", "3", NULL},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "a.2", "3", NULL},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "a", "[3]", NULL},
+        {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "a", NULL, NULL},
+        {"a: &p [1, 2]\nb: {d: 5}\n", "a", "[3]", "a: &p [3]\nb: {d: 5}\n"},
+        {"a: &p\nb: {d: 5}\n", "a", "[3]", "a: &p [3]\nb: {d: 5}\n"},
+        {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "a.x", "4",
+         "a: &p {x: 4, y: 2}\nb: {<<: *p, x: 3}\n"},
+        {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "a.y", "4", NULL},
+        {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "b.x", NULL,
+         "a: &p {x: 1, y: 2}\nb: {<<: *p}\n"},
+        {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "b.y", NULL, NULL},
+        {"a: {s: &s {f: 1}, <<: *s}\n", "a.f", "2", "a: {s: &s {f: 1}, <<: *s, f: 2}\n"},
+        {"a: &l\n  - {name: x}\n", "a.y", "{}", "a: &l\n  - {name: x}\n  - {name: y}\n"},
+        {"a: [{name: g, objects: &o [{name: x, v: 1}]}, {name: h, objects: *o}]\n", "a.x.v", "2",
+         NULL},
+    };
+    for (size_t i = 0; i < RMAP_COUNT(edits); i++) {
+        struct rmap_scene_text scene = {.text = rmap_strdup(edits[i].text)}, next = {0};
+        struct rmap_error err = {0};
+        json_t *value = edits[i].value ? json_loads(edits[i].value, JSON_DECODE_ANY, NULL) : NULL;
+        json_t *remove = value ? NULL : json_pack("[s]", edits[i].path);
+        json_t *values = value ? json_pack("{s:o}", edits[i].path, value) : NULL;
+        const enum rmap_status st = rmap_scene_text_change(&scene, remove, values, &next, &err);
+        assert_int_equal(st, edits[i].changed ? RMAP_OK : RMAP_INPUT);
+        if (edits[i].changed) {
+            assert_string_equal(next.text, edits[i].changed);
+            check_tree(&next);
+        } else {
+            assert_true(strstr(err.text, "anchor") || strstr(err.text, "'<<'") ||
+                        strstr(err.text, "alias"));
+        }
+        json_decref(remove);
+        json_decref(values);
+        rmap_scene_text_fini(&next);
+        rmap_scene_text_fini(&scene);
+    }
+    assert_int_equal(rmap_alloc_live(), 0);
 }
 
 /* How many nodes and entries have been found in a text from within, where reading the whole of it
@@ -277,8 +333,8 @@ static void test_hostile_bytes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_follows), cmocka_unit_test(test_does_not_follow),
-        cmocka_unit_test(test_spans), cmocka_unit_test(test_last_entry_goes),
-        cmocka_unit_test(test_hostile_bytes)};
+        cmocka_unit_test(test_follows),         cmocka_unit_test(test_anchors_follow),
+        cmocka_unit_test(test_others_stay),     cmocka_unit_test(test_spans),
+        cmocka_unit_test(test_last_entry_goes), cmocka_unit_test(test_hostile_bytes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
