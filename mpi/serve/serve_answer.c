@@ -23,15 +23,25 @@ typedef enum rmap_status answer(struct rmap_serve *self, const json_t *message, 
 
 static answer answer_status, answer_quit, answer_check;
 
-/* On every rank, to do or to refuse the same. */
+/* On every rank, to do or to refuse the same. keys: as rmap_serve_check_keys takes them; NULL: they
+ * are those of the command line. */
 static const struct {
     const char *name;
     answer *answer;
+    const char *keys;
 } own[] = {
-    {"status", answer_status},   {"quit", answer_quit},       {"check", answer_check},
-    {"load", rmap_serve_load},   {"edit", rmap_serve_edit},   {"undo", rmap_serve_undo},
-    {"redo", rmap_serve_redo},   {"save", rmap_serve_save},   {"scene", rmap_serve_scene},
-    {"names", rmap_serve_names}, {"trace", rmap_serve_trace}, {"render", rmap_serve_render},
+    {"status", answer_status, ""},
+    {"quit", answer_quit, ""},
+    {"check", answer_check, NULL},
+    {"load", rmap_serve_load, "file:s brief:b"},
+    {"edit", rmap_serve_edit, "text:s set:o remove:l move:s by:l axes:s amend:n brief:b"},
+    {"undo", rmap_serve_undo, "brief:b"},
+    {"redo", rmap_serve_redo, "brief:b"},
+    {"save", rmap_serve_save, "file:s force:b"},
+    {"scene", rmap_serve_scene, "brief:b"},
+    {"names", rmap_serve_names, ""},
+    {"trace", rmap_serve_trace, "rays:n seed:n action:s wait:b"},
+    {"render", rmap_serve_render, NULL},
 };
 
 enum { N_OWN = sizeof own / sizeof *own, WORDS_MAX = 64 };
@@ -68,7 +78,10 @@ static enum rmap_status answer_check(struct rmap_serve *self, const json_t *mess
                                      json_t **result, struct rmap_error *err)
 {
     const struct rmap_at_hand before = self->at_hand;
-    const char *text = json_string_value(json_object_get(message, "text"));
+    const json_t *other = json_object_get(message, "text");
+    const char *text = json_string_value(other);
+    if (other && !text && !json_is_null(other))
+        return rmap_error_set(err, RMAP_USAGE, "'text' of 'check' is a text");
     if (text) {
         self->at_hand.text = text;
         self->at_hand.root = NULL;
@@ -105,8 +118,11 @@ static enum rmap_status find_answer(struct rmap_serve *self, const json_t *messa
 {
     const char *name = json_string_value(json_object_get(message, "command"));
     for (size_t i = 0; name && i < N_OWN; i++)
-        if (strcmp(name, own[i].name) == 0)
-            return own[i].answer(self, message, result, err);
+        if (strcmp(name, own[i].name) == 0) {
+            const enum rmap_status st =
+                own[i].keys ? rmap_serve_check_keys(message, own[i].keys, err) : RMAP_OK;
+            return st == RMAP_OK ? own[i].answer(self, message, result, err) : st;
+        }
     const struct rmap_serve_command *known = name ? rmap_serve_command_find(name) : NULL;
     return known ? rmap_serve_command_run(self, known, message, result, err)
                  : refuse(name ? name : "", err);

@@ -150,7 +150,8 @@ static enum rmap_status put_options(struct line *line, const json_t *message,
     json_object_foreach((json_t *)(uintptr_t)message, key, value)
     {
         const bool is_own = strcmp(key, "id") == 0 || strcmp(key, "command") == 0 ||
-                            strcmp(key, "text") == 0 || strcmp(key, known->operand) == 0 ||
+                            strcmp(key, known->operand) == 0 ||
+                            (known->command == &rmap_command_check && strcmp(key, "text") == 0) ||
                             (known->formats && strcmp(key, "format") == 0);
         if (is_own)
             continue;

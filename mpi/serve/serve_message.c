@@ -4,6 +4,7 @@
  */
 #include "mpi/serve/serve_message.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -55,6 +56,64 @@ json_t *rmap_serve_parse(const char *line, size_t nbytes, json_t **refusal_ret)
         message = NULL;
     }
     return message;
+}
+
+/* What a value of that kind is called; NULL: it is one. */
+static const char *wanted(char kind, const json_t *value)
+{
+    if (json_is_null(value))
+        return NULL;
+    switch (kind) {
+    case 's':
+        return json_is_string(value) ? NULL : "a text";
+    case 'b':
+        return json_is_boolean(value) ? NULL : "true or false";
+    case 'n':
+        return json_is_integer(value) && json_integer_value(value) >= 0
+                   ? NULL
+                   : "a whole number from 0 on";
+    case 'o':
+        return json_is_object(value) ? NULL : "an object";
+    case 'l':
+        return json_is_array(value) ? NULL : "a list";
+    default:
+        return NULL;
+    }
+}
+
+static enum rmap_status refuse_key(const char *command, const char *key, const char *keys,
+                                   struct rmap_error *err)
+{
+    char takes[200] = "";
+    size_t n = 0;
+    for (const char *at = keys; *at; at += strcspn(at, " "), at += *at == ' ')
+        n += (size_t)snprintf(takes + n, sizeof takes - n, " %.*s", (int)strcspn(at, ":"), at);
+    return rmap_error_set(err, RMAP_USAGE, "'%.20s' has no '%.60s'; it takes:%s", command, key,
+                          n > 0 ? takes : " nothing");
+}
+
+enum rmap_status rmap_serve_check_keys(const json_t *message, const char *keys,
+                                       struct rmap_error *err)
+{
+    const char *command = json_string_value(json_object_get(message, "command")), *key;
+    json_t *value;
+    json_object_foreach((json_t *)(uintptr_t)message, key, value)
+    {
+        const size_t n = strlen(key);
+        const char *at = keys;
+        if (strcmp(key, "id") == 0 || strcmp(key, "command") == 0 || strcmp(key, "begun") == 0)
+            continue;
+        while (*at && (strncmp(at, key, n) != 0 || at[n] != ':')) {
+            at += strcspn(at, " ");
+            at += *at == ' ';
+        }
+        if (!*at)
+            return refuse_key(command, key, keys, err);
+        const char *what = wanted(at[n + 1], value);
+        if (what)
+            return rmap_error_set(err, RMAP_USAGE, "'%.60s' of '%.20s' is %s", key, command, what);
+    }
+    return RMAP_OK;
 }
 
 char *rmap_serve_text(const json_t *document)

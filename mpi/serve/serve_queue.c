@@ -258,7 +258,10 @@ static size_t cancel_of_group(struct rmap_serve_client *client, const json_t *id
 static void answer_cancel(struct rmap_serve_client *client, const json_t *message)
 {
     const json_t *of = json_object_get(message, "of");
-    if (!of)
+    struct rmap_error why = {0};
+    if (rmap_serve_check_keys(message, "of:x", &why) != RMAP_OK)
+        put_line(client, rmap_serve_error(message, RMAP_USAGE, why.text), false);
+    else if (!of)
         put_line(client,
                  rmap_serve_error(message, RMAP_USAGE, "cancel wants the id of a request in 'of'"),
                  false);
@@ -267,6 +270,19 @@ static void answer_cancel(struct rmap_serve_client *client, const json_t *messag
                  rmap_serve_result(message, json_pack("{s:I}", "cancelled",
                                                       (json_int_t)cancel_of_group(client, of))),
                  false);
+}
+
+/* Under the lock. */
+static void answer_watch(struct rmap_serve_client *client, const json_t *message)
+{
+    struct rmap_error why = {0};
+    const bool right = rmap_serve_check_keys(message, "on:b", &why) == RMAP_OK;
+    if (right)
+        client->watches = !json_is_false(json_object_get(message, "on"));
+    put_line(client,
+             right ? rmap_serve_result(message, json_object())
+                   : rmap_serve_error(message, RMAP_USAGE, why.text),
+             false);
 }
 
 void rmap_serve_client_ask(struct rmap_serve_client *client, const char *line, size_t nbytes)
@@ -281,8 +297,7 @@ void rmap_serve_client_ask(struct rmap_serve_client *client, const char *line, s
     } else if (strcmp(command, "cancel") == 0) {
         answer_cancel(client, message);
     } else if (strcmp(command, "watch") == 0) {
-        client->watches = !json_is_false(json_object_get(message, "on"));
-        put_line(client, rmap_serve_result(message, json_object()), false);
+        answer_watch(client, message);
     } else if (!request || client->n_waiting >= WAITING_MAX || queue->closed) {
         put_line(client, rmap_serve_error(message, RMAP_SYSTEM, "too many requests wait"), false);
     } else {

@@ -19,9 +19,9 @@
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/serve/serve_edit.h"
 #include "mpi/session/session_words.h"
 #include "portion/event.h"
-#include "scene/scene_edit.h"
 #include "trace/tracer_revision.h"
 
 enum { UNDO_MAX = 1000 };
@@ -357,65 +357,13 @@ static enum rmap_status change(struct rmap_serve *self, struct rmap_scene_text *
     return st;
 }
 
-/* The number of the text that an edit changes: that of now, or where it takes the place of the last
- * one (`amend`) what that one changed. */
-static enum rmap_status base_of(const struct rmap_serve *self, const json_t *amend,
-                                size_t *base_ret, struct rmap_error *err)
-{
-    *base_ret = self->now;
-    if (!amend || json_is_null(amend))
-        return RMAP_OK;
-    if (!json_is_integer(amend))
-        return rmap_error_set(err, RMAP_USAGE, "'amend' is the revision that an edit led to");
-    if (self->now == 0 || self->edited != self->revision ||
-        (uint64_t)json_integer_value(amend) != self->revision)
-        return rmap_error_set(err, RMAP_INPUT,
-                              "the scene is no longer that of the edit to amend: edit it anew");
-    *base_ret = self->now - 1;
-    return RMAP_OK;
-}
-
-/* The text that an edit of `now` leads to. */
-static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_text *now,
-                               const json_t *message, struct rmap_scene_text *text_ret,
-                               struct rmap_error *err)
-{
-    const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
-                 *remove = json_object_get(message, "remove");
-    const char *move = json_string_value(json_object_get(message, "move"));
-    if (json_is_string(text)) {
-        text_ret->text = rmap_strdup(json_string_value(text));
-        return text_ret->text ? RMAP_OK
-                              : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a text");
-    }
-    if (json_is_object(set) || json_is_array(remove))
-        return rmap_scene_text_change(now, remove, set, text_ret, err);
-    if (move) {
-        const struct rmap_affine frame = rmap_scene_frame_of(rmap_map_scene(self->map), move);
-        const char *axes = json_string_value(json_object_get(message, "axes"));
-        const bool world = axes && strcmp(axes, "world") == 0;
-        if (!world && json_object_get(message, "axes") && (!axes || strcmp(axes, "own") != 0))
-            return rmap_error_set(err, RMAP_USAGE, "'axes' is \"own\" or \"world\"");
-        const enum rmap_status st = rmap_scene_text_move(now, move, json_object_get(message, "by"),
-                                                         world ? &frame : NULL, text_ret, err);
-        text_ret->is_move = st == RMAP_OK;
-        return st;
-    }
-    return rmap_error_set(
-        err, RMAP_USAGE,
-        "edit wants a 'text', or keys and values in 'set' and a list of keys in 'remove', or an "
-        "object's name in 'move' and how far in 'by'");
-}
-
 enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
     struct rmap_scene_text text = {0};
     json_t *places = NULL;
     size_t base;
-    enum rmap_status st = base_of(self, json_object_get(message, "amend"), &base, err);
-    if (st == RMAP_OK)
-        st = edited(self, &self->text[base], message, &text, err);
+    enum rmap_status st = rmap_serve_edited(self, message, &base, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
     RMAP_TRY(change(self, &text,
                     text.is_move && (base == self->now || self->text[self->now].is_move), &places,

@@ -67,8 +67,8 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
     enum rmap_status st = RMAP_OK;
     const json_t *rays = json_object_get(message, "rays"), *seed = json_object_get(message, "seed");
     const json_int_t wanted = json_integer_value(rays);
-    const uint64_t now = seed ? (uint64_t)json_integer_value(seed) : 1;
-    if (!json_is_integer(rays) || wanted <= 0 || (seed && !json_is_integer(seed)))
+    const uint64_t now = json_is_integer(seed) ? (uint64_t)json_integer_value(seed) : 1;
+    if (wanted <= 0)
         return rmap_error_set(err, RMAP_USAGE, "trace wants a whole number of 'rays'");
     if (rmap_map_scene(self->map)->n_source == 0)
         return rmap_error_set(err, RMAP_INPUT, "the scene has no sources");
@@ -114,14 +114,12 @@ static enum rmap_status act(struct rmap_serve *self, const json_t *message, cons
 enum rmap_status rmap_serve_trace(struct rmap_serve *self, const json_t *message, json_t **result,
                                   struct rmap_error *err)
 {
-    const json_t *action = json_object_get(message, "action");
+    const char *action = json_string_value(json_object_get(message, "action"));
     const bool waits = json_is_true(json_object_get(message, "wait"));
     const bool begun = json_is_true(json_object_get(message, "begun")); /* it comes again */
     enum rmap_status st = RMAP_OK;
-    if (action && !json_is_string(action))
-        return rmap_error_set(err, RMAP_USAGE, "'action' is start, pause, resume or stop");
     if (!begun)
-        st = act(self, message, action ? json_string_value(action) : "start", err);
+        st = act(self, message, action ? action : "start", err);
     if (st != RMAP_OK)
         return st;
     if (!begun)

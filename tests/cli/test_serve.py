@@ -176,6 +176,7 @@ def check_edits():
         assert added.count("#") == before["text"].count("#")
         refused(lens.edit, remove=["objects.mirror_box"], status=3)
         refused(lens.edit, remove=[5], status=2)
+        check_keys(lens)
 
 
 def check_included():
@@ -313,6 +314,16 @@ def check_shared():
         assert moved == SHARED.replace("name: m2}", "name: m2, at: [0, 0, 6]}"), moved
         assert scene.move("m3", 0, 1, 0)["text"] == moved.replace("*p", "[0, 1, 5]")
         assert "at: &p [1, 0, 5]" in scene.move("m1", 1, 0, 0)["text"]  # nobody has it any more
+
+
+def check_keys(lens):
+    """Keys of the server's own commands that are none, or of another type, are refused by name."""
+    for command, keys, words in (("save", {"file": 5}, "'file' of 'save' is a text"), ("save", {"force": "yes"}, "'force'"),
+                                 ("watch", {"on": "x"}, "'on'"), ("trace", {"rays": 9, "wait": "yes"}, "'wait'"), ("check", {"text": 5}, "'text'"),
+                                 ("status", {"x": 1}, "no 'x'"), ("undo", {"n": 3}, "it takes: brief"), ("query", {"criterion": "all", "text": "x"}, "no 'text'"),
+                                 ("trace", {"rays": 9, "seed": -1}, "'seed'"), ("cancel", {"of": 1, "all": True}, "no 'all'"),
+                                 ("edit", {"set": {}, "text": "x"}, "one of these"), ("edit", {"move": "mount", "by": [0, 0, 1], "set": {}}, "one of these")):
+        assert words in str(refused(lens.ask, command, **keys, status=2)), (command, keys)
 
 
 def check_set_as_command_line():
