@@ -37,9 +37,11 @@ enum rmap_status rmap_scene_text_change(struct rmap_scene_text *from, const json
 
 /* The text with an object, group, source or detector `by` so much ([x, y, z], in the units of the
  * scene) elsewhere. frame: that of its `at`, when `by` is along the axes of the world; NULL: it is
- * along those of that frame. */
+ * along those of that frame. from_place: where a detector without `at` stands, by what it lies on;
+ * NULL: at the origin, as all else. */
 enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *name,
                                       const json_t *by, const struct rmap_affine *frame,
+                                      const struct rmap_vec3 *from_place,
                                       struct rmap_scene_text *scene_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 

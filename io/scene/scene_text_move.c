@@ -82,6 +82,7 @@ static void turn_into(const struct rmap_affine *frame, double way[3])
 
 enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *name,
                                       const json_t *by, const struct rmap_affine *frame,
+                                      const struct rmap_vec3 *from_place,
                                       struct rmap_scene_text *scene_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -101,6 +102,10 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
     node = find_named(from->root, name, path, sizeof path - 3);
     if (!node)
         return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
+    if (way[0] == 0.0 && way[1] == 0.0 && way[2] == 0.0)
+        return rmap_scene_text_change(from, NULL, NULL, scene_ret, err);
+    if (from_place && strncmp(path, "detectors.", 10) == 0 && !rmap_yaml_get(node, "at"))
+        memcpy(place, (double[]){from_place->x, from_place->y, from_place->z}, sizeof place);
     if (!read_place(rmap_yaml_get(node, "at"), place))
         return rmap_error_set(err, RMAP_INPUT,
                               "the `at` of '%s' is not three numbers without units: change it "

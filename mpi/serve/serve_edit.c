@@ -25,6 +25,27 @@ static enum rmap_status base_of(const struct rmap_serve *self, const json_t *ame
     return RMAP_OK;
 }
 
+/* The detector that lies on something and goes elsewhere. Where its place before an edit that is
+ * amended is known no more, that is refused. */
+static enum rmap_status find_lying(const struct rmap_serve *self, const char *move, bool amends,
+                                   struct rmap_serve_lying *lying, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = rmap_map_scene(self->map);
+    lying->detector = -1;
+    for (size_t d = 0; move && d < scene->n_detector; d++)
+        if (rmap_detector_lies_on(&scene->detector[d]) &&
+            strcmp(scene->detector[d].name, move) == 0)
+            *lying = (struct rmap_serve_lying){(int32_t)d, scene->detector[d].origin};
+    if (!amends || lying->detector < 0)
+        return RMAP_OK;
+    if (self->lying.detector != lying->detector)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "the edit to amend did not move '%.100s': undo it, and move anew",
+                              move);
+    *lying = self->lying;
+    return RMAP_OK;
+}
+
 static bool has(const json_t *message, const char *key)
 {
     const json_t *value = json_object_get(message, key);
@@ -33,8 +54,8 @@ static bool has(const json_t *message, const char *key)
 
 /* The text that an edit of `now` leads to. */
 static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_text *now,
-                               const json_t *message, struct rmap_scene_text *text_ret,
-                               struct rmap_error *err)
+                               const json_t *message, const struct rmap_serve_lying *lying,
+                               struct rmap_scene_text *text_ret, struct rmap_error *err)
 {
     const json_t *text = json_object_get(message, "text"), *set = json_object_get(message, "set"),
                  *remove = json_object_get(message, "remove");
@@ -59,7 +80,8 @@ static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_
         if (!world && axes && strcmp(axes, "own") != 0)
             return rmap_error_set(err, RMAP_USAGE, "'axes' is \"own\" or \"world\"");
         return rmap_scene_text_move(now, move, json_object_get(message, "by"),
-                                    world ? &frame : NULL, text_ret, err);
+                                    world ? &frame : NULL,
+                                    lying->detector < 0 ? NULL : &lying->place, text_ret, err);
     }
     return rmap_error_set(
         err, RMAP_USAGE,
@@ -68,12 +90,14 @@ static enum rmap_status edited(const struct rmap_serve *self, struct rmap_scene_
 }
 
 enum rmap_status rmap_serve_edited(const struct rmap_serve *self, const json_t *message,
-                                   size_t *base_ret, struct rmap_scene_text *text_ret,
-                                   struct rmap_error *err)
+                                   size_t *base_ret, struct rmap_serve_lying *lying_ret,
+                                   struct rmap_scene_text *text_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(base_of(self, json_object_get(message, "amend"), base_ret, err));
-    RMAP_TRY(edited(self, &self->text[*base_ret], message, text_ret, err));
+    RMAP_TRY(find_lying(self, json_string_value(json_object_get(message, "move")),
+                        *base_ret != self->now, lying_ret, err));
+    RMAP_TRY(edited(self, &self->text[*base_ret], message, lying_ret, text_ret, err));
     text_ret->is_move = json_is_string(json_object_get(message, "move"));
 out:
     return st;

@@ -362,8 +362,9 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
 {
     struct rmap_scene_text text = {0};
     json_t *places = NULL;
+    struct rmap_serve_lying lying;
     size_t base;
-    enum rmap_status st = rmap_serve_edited(self, message, &base, &text, err);
+    enum rmap_status st = rmap_serve_edited(self, message, &base, &lying, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
     RMAP_TRY(change(self, &text,
                     text.is_move && (base == self->now || self->text[self->now].is_move), &places,
@@ -372,6 +373,7 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
     st = rmap_agree(&self->context, push_text(self, &text, err), err);
     RMAP_TRY(st);
     self->edited = self->revision;
+    self->lying = lying;
     tell_change(self);
     *result = state_of(self, message, json_incref(places));
 out:

@@ -25,6 +25,13 @@ enum rmap_serve_trace_state {
     RMAP_SERVE_FAILED
 };
 
+/* A detector that the last edit moved and that lies on something, and where it stood before; -1:
+ * there is none. */
+struct rmap_serve_lying {
+    int32_t detector;
+    struct rmap_vec3 place;
+};
+
 struct rmap_serve {
     struct rmap_context context; /* what commands are run with */
     struct rmap_at_hand at_hand;
@@ -41,6 +48,7 @@ struct rmap_serve {
     size_t n_text, cap_text, now, saved;
     uint64_t revision; /* goes up with every change */
     uint64_t edited;   /* that the last edit led to */
+    struct rmap_serve_lying lying;
 
     enum rmap_serve_trace_state state;
     uint64_t n_ray; /* that are wanted */

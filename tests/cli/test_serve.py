@@ -299,6 +299,7 @@ objects:
 - {<<: *R, name: m2}
 - {name: m3, geometry: wall, at: *p, surface: black, outside: air}
 sources: [{name: lamp, type: point, at: [0, 0, 0], medium: air, cone: 20}]
+detectors: [{name: on_wall, type: plane, on: m1, cells: [4, 4]}, {name: facing, type: plane, on: m1, direction: [1, 0, 0], size: 1, cells: 4}]
 """
 
 
@@ -314,6 +315,12 @@ def check_shared():
         assert moved == SHARED.replace("name: m2}", "name: m2, at: [0, 0, 6]}"), moved
         assert scene.move("m3", 0, 1, 0)["text"] == moved.replace("*p", "[0, 1, 5]")
         assert "at: &p [1, 0, 5]" in scene.move("m1", 1, 0, 0)["text"]  # nobody has it any more
+        scene.load(file="shared.yaml")  # detectors that have the place of what they lie on
+        assert "{name: on_wall, type: plane, on: m1, cells: [4, 4], at: [0, 2, 5]}" in scene.move("on_wall", 0, 2, 0)["text"]
+        assert "on: m1, cells: [4, 4], at: [0, 3, 5]}" in scene.move("on_wall", 0, 3, 0, amend=scene.status()["revision"])["text"]
+        refused(scene.move, "facing", 0, 0, 1, amend=scene.status()["revision"], status=3)
+        assert "cells: 4, at: [0, 0, 6]}" in scene.move("facing", 0, 0, 1, axes="world")["text"]
+        assert "cells: 4, at: [0, 0, 6.5]}" in scene.move("facing", 0, 0, 0.5)["text"]
 
 
 def check_keys(lens):
