@@ -78,7 +78,7 @@ bool rmap_include_is_stored(const struct rmap_include_part *part, const char *pa
     size_t nbytes = 0;
     bool same = false;
     if (rmap_text_file_read(path, &part_file, &text, &nbytes, NULL) == RMAP_OK) {
-        const char *begin = skip_beginning(text, &nbytes);
+        const char *begin = part->n_name > 0 ? skip_beginning(text, &nbytes) : text;
         same = nbytes == part->nbytes && memcmp(begin, part->text, nbytes) == 0;
     }
     rmap_free(text);

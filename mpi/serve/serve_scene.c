@@ -100,6 +100,7 @@ void rmap_serve_scene_fini(struct rmap_serve *self)
     forget_last(self);
     drop_texts_from(self, 0);
     rmap_free(self->text);
+    rmap_free(self->stored);
     rmap_bundle_destroy(self->bundle);
     rmap_free((char *)(uintptr_t)self->at_hand.path);
 }
@@ -262,6 +263,14 @@ out:
     return st;
 }
 
+void rmap_serve_note_stored(struct rmap_serve *self)
+{
+    rmap_free(self->stored);
+    self->stored = self->at_hand.is_map || self->context.rank > 0
+                       ? NULL
+                       : rmap_strdup(self->text[self->now].text);
+}
+
 enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -287,6 +296,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     self->at_hand.is_map = !is_scene;
     rmap_free((char *)(uintptr_t)before.path);
     self->saved = 0;
+    rmap_serve_note_stored(self);
     if (!is_scene)
         self->state = RMAP_SERVE_DONE;
     return RMAP_OK;

@@ -65,6 +65,7 @@ struct rmap_serve {
     struct rmap_serve_request *request; /* in hand; NULL: none */
     double sliced;                      /* when the trace came on */
     json_t *details;                    /* more of what is wrong, for the answer's error */
+    char *stored;                       /* the scene's text as its files have it; NULL: a map's */
     char *folder;                       /* where it was started: scenes are saved below */
     char *scratch;                      /* a folder of its own; NULL: not yet */
     int capture;                        /* what stands in the place of standard output */

@@ -200,6 +200,11 @@ def check_included():
         assert open("whole.yaml").read() == parts["whole.yaml"]
         whole.edit(set={"sources.s.at": [0, 0, -8]})
         refused(whole.save, status=2)  # a part that is not below the folder
+        shutil.copy("parts.yaml", "parts.kept")
+        with open("parts.yaml", "a") as file:
+            file.write("# mine\n")
+        assert "parts.yaml is no longer" in str(refused(whole.save, status=2))
+        shutil.move("parts.kept", "parts.yaml")
         assert open("../beside/more.yaml").read() == parts["../beside/more.yaml"]
         assert whole.check(text=before.replace("radius: 1}", "radios: 1}"))["diagnostics"][0]["file"] == "parts.yaml"
         refused(whole.edit, text=before.replace("[parts.yaml, ", "["), status=3)
@@ -377,6 +382,18 @@ def check_saving():
         lens.save(here + "/below/other.yaml")
         assert open("below/other.yaml").read() == lens.scene()["text"]
         assert not [f for f in os.listdir("below") if f.startswith(".")]
+    with raymap.serve.start("below/new.yaml") as lens:
+        lens.move("mount", 0, 0, 1)
+        lens.save()
+        with open("below/new.yaml", "a") as file:  # another program
+            file.write("# mine\n")
+        lens.move("mount", 0, 0, 1)
+        assert "'force'" in str(refused(lens.save, status=2)) and "# mine" in open("below/new.yaml").read()
+        lens.save(force=True)
+        lens.move("mount", 0, 0, 1)
+        lens.save("./below/new.yaml", force=True)
+        lens.save()
+        assert open("below/new.yaml").read() == lens.scene()["text"]
 
 
 def start(*ways):
