@@ -336,6 +336,18 @@ def check_keys(lens):
                                  ("trace", {"rays": 9, "seed": -1}, "'seed'"), ("cancel", {"of": 1, "all": True}, "no 'all'"),
                                  ("edit", {"set": {}, "text": "x"}, "one of these"), ("edit", {"move": "mount", "by": [0, 0, 1], "set": {}}, "one of these")):
         assert words in str(refused(lens.ask, command, **keys, status=2)), (command, keys)
+    for value, error in ((math.nan, ValueError), (object(), TypeError)):
+        try:
+            lens.move("mount", 0, 0, value)
+            raise AssertionError("it was sent")
+        except error:
+            assert not lens._waiting
+
+    class Whole:
+        def __index__(self):
+            return 4096
+
+    assert lens.trace(Whole())["rays"] == 4096
 
 
 def check_set_as_command_line():

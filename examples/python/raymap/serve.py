@@ -15,6 +15,7 @@ request that is wrong raises ServerError. One object is one client; threads may 
 from __future__ import annotations
 
 import json
+import operator
 import os
 import socket
 import subprocess
@@ -39,6 +40,11 @@ class _Waiting:
         self.told = told
         self.come = threading.Event()
         self.answer: "Optional[dict[str, Any]]" = None
+
+
+def _plain(value: Any) -> Any:
+    """Of a number or an array of numpy, or of what is a whole number otherwise."""
+    return value.tolist() if hasattr(value, "tolist") else operator.index(value)
 
 
 class Server:
@@ -82,7 +88,11 @@ class Server:
             self._last += 1
             number = self._last
             self._waiting[number] = waiting
-            self._send({"id": number, "command": command, **keys})
+            try:
+                self._send({"id": number, "command": command, **keys})
+            except BaseException:
+                del self._waiting[number]
+                raise
         came = waiting.come.wait(timeout)
         with self._lock:
             del self._waiting[number]
@@ -98,7 +108,7 @@ class Server:
         return waiting.answer["result"]
 
     def _send(self, request: "dict[str, Any]") -> None:
-        self._out.write(json.dumps(request) + "\n")
+        self._out.write(json.dumps(request, allow_nan=False, default=_plain) + "\n")
         self._out.flush()
 
     def __getattr__(self, command: str) -> "Callable[..., Any]":
