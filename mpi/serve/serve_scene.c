@@ -376,6 +376,12 @@ enum rmap_status rmap_serve_edit(struct rmap_serve *self, const json_t *message,
     size_t base;
     enum rmap_status st = rmap_serve_edited(self, message, &base, &lying, &text, err);
     RMAP_TRY(rmap_agree(&self->context, st, err));
+    if (strcmp(text.text, self->text[self->now].text) == 0) {
+        if (base == self->now) /* the revision of the answer is that of an edit before */
+            self->edited = UINT64_MAX;
+        *result = state_of(self, message, NULL);
+        goto out;
+    }
     RMAP_TRY(change(self, &text,
                     text.is_move && (base == self->now || self->text[self->now].is_move), &places,
                     err));

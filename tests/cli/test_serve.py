@@ -108,7 +108,7 @@ def check_taken_over(lens):
     moved = lens.trace(RAYS)
     assert 0 < moved["rays_taken_over"] < RAYS and lens.status()["digest"] != before
     lens.undo()
-    lens.edit(set={"limits.steps": 500})  # another version between two traces
+    lens.edit(text=lens.scene()["text"] + "# the same\n")  # another version between two traces
     assert 0 < lens.trace(RAYS)["rays_taken_over"] < RAYS and lens.status()["digest"] == before
     assert lens.trace(RAYS, seed=2)["rays_taken_over"] == 0
     assert lens.trace(RAYS)["rays_taken_over"] in (0, RAYS) and lens.status()["digest"] == before
@@ -326,6 +326,19 @@ def check_shared():
         refused(scene.move, "facing", 0, 0, 1, amend=scene.status()["revision"], status=3)
         assert "cells: 4, at: [0, 0, 6]}" in scene.move("facing", 0, 0, 1, axes="world")["text"]
         assert "cells: 4, at: [0, 0, 6.5]}" in scene.move("facing", 0, 0, 0.5)["text"]
+
+
+def check_same():
+    """What changes nothing is no edit."""
+    with raymap.serve.start("shared.yaml") as scene:
+        scene.edit(set={"limits.steps": 500})
+        scene.trace(4096)
+        before = scene.scene()
+        for same in ({"set": {}}, {"remove": []}, {"move": "m1", "by": [0, 0, 0]}, {"move": "on_wall", "by": [0, 0, 0]}, {"text": before["text"]}):
+            after = scene.edit(**same)
+            assert all(after[key] == before[key] for key in after), (same, after)
+        refused(scene.edit, set={"limits.steps": 400}, amend=before["revision"], status=3)
+        assert scene.status()["trace"]["rays"] == 4096
 
 
 def check_keys(lens):
@@ -671,7 +684,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
