@@ -139,7 +139,8 @@ static void respond(struct rmap_serve *self, enum rmap_status st, const struct r
         return;
     }
     if (st == RMAP_OK && self->again && !request->cancelled) {
-        (void)json_object_set_new(request->message, "begun", json_true());
+        (void)json_object_set_new(request->message, "begun",
+                                  json_integer((json_int_t)self->n_begun));
         rmap_serve_again(request);
         return;
     }

@@ -81,6 +81,7 @@ static void take_map(struct rmap_serve *self, struct rmap_map *map)
     self->state = RMAP_SERVE_NONE;
     self->n_ray = self->n_reused = 0;
     self->seconds = 0.0;
+    self->n_begun++;
     self->revision++;
 }
 

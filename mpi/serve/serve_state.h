@@ -53,6 +53,7 @@ struct rmap_serve {
     enum rmap_serve_trace_state state;
     uint64_t n_ray; /* that are wanted */
     uint64_t seed;
+    uint64_t n_begun;              /* traces, and scenes that have taken the place of theirs */
     double pace;                   /* rays per second of late, 0: unknown */
     double seconds;                /* of tracing */
     uint64_t n_reused;             /* rays that were taken over */

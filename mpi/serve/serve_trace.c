@@ -83,6 +83,7 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
     }
     rmap_reuse_fini(&self->reuse);
     RMAP_TRY(rmap_agree(&self->context, look_back(self, err), err));
+    self->n_begun++;
     self->n_ray = (uint64_t)wanted;
     self->state = RMAP_SERVE_RUNNING;
     self->pace = self->seconds = 0.0;
@@ -116,7 +117,7 @@ enum rmap_status rmap_serve_trace(struct rmap_serve *self, const json_t *message
 {
     const char *action = json_string_value(json_object_get(message, "action"));
     const bool waits = json_is_true(json_object_get(message, "wait"));
-    const bool begun = json_is_true(json_object_get(message, "begun")); /* it comes again */
+    const json_t *begun = json_object_get(message, "begun"); /* it comes again, of that trace */
     enum rmap_status st = RMAP_OK;
     if (!begun)
         st = act(self, message, action ? action : "start", err);
@@ -124,6 +125,9 @@ enum rmap_status rmap_serve_trace(struct rmap_serve *self, const json_t *message
         return st;
     if (!begun)
         tell(self);
+    if (begun && (uint64_t)json_integer_value(begun) != self->n_begun)
+        return rmap_error_set(err, RMAP_STOPPED,
+                              "another request has begun another trace, or changed the scene");
     if (self->state == RMAP_SERVE_FAILED && begun)
         return rmap_error_set(err, RMAP_SYSTEM, "%s", self->why);
     self->again = waits && self->state == RMAP_SERVE_RUNNING;

@@ -461,6 +461,14 @@ def check_clients():
             pass
         assert one.ask("trace", action="stop")["state"] == "stopped"
         assert all("event" in event for event in events), events
+        replaced = []
+        waits = threading.Thread(target=lambda: replaced.append(refused(one.trace, 49_000_000, status=6)))
+        waits.start()
+        while clients[0].status()["trace"]["of"] != 49_000_000:
+            time.sleep(0.01)
+        clients[0].ask("trace", rays=4096)
+        waits.join(60)
+        assert "another trace" in str(replaced[0])
         for i, client in enumerate(clients):  # some in the middle of a word
             if i % 2:
                 client._out.write('{"id": 1, "command": "paths"}\n{"id')
