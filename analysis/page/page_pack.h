@@ -8,10 +8,10 @@
 #define RMAP_PAGE_PACK_H
 
 #include <jansson.h>
-
-#include "base/vec.h"
 #include <stddef.h>
 #include <stdint.h>
+
+#include "base/vec.h"
 
 json_t *rmap_page_floats(const float *value, size_t n);
 json_t *rmap_page_doubles(const double *value, size_t n);

@@ -181,7 +181,8 @@ static json_t *sources(const struct rmap_scene *scene)
 static bool same_counts(const struct rmap_scene *a, const struct rmap_scene *b)
 {
     return a->n_object == b->n_object && a->n_group == b->n_group && a->n_source == b->n_source &&
-           a->n_detector == b->n_detector && a->n_geometry == b->n_geometry;
+           a->n_detector == b->n_detector && a->n_geometry == b->n_geometry &&
+           a->n_surface == b->n_surface && a->n_medium == b->n_medium;
 }
 
 json_t *rmap_page_places(const struct rmap_scene *before, const struct rmap_scene *after)
@@ -189,8 +190,15 @@ json_t *rmap_page_places(const struct rmap_scene *before, const struct rmap_scen
     const struct rmap_scene_pair pair = {.old = before, .new = after};
     if (!same_counts(before, after))
         return NULL;
-    for (size_t g = 0; g < after->n_geometry; g++) /* a mesh's file may be another by now */
+    /* Files of meshes, surfaces and media may be others by now. */
+    for (size_t g = 0; g < after->n_geometry; g++)
         if (!rmap_same_geometry(&pair, (int32_t)g, (int32_t)g))
+            return NULL;
+    for (size_t s = 0; s < after->n_surface; s++)
+        if (!rmap_same_surface(&pair, (int32_t)s, (int32_t)s))
+            return NULL;
+    for (size_t m = 0; m < after->n_medium; m++)
+        if (!rmap_same_medium(&pair, (int32_t)m, (int32_t)m))
             return NULL;
     json_t *moved = json_object(), *frames = json_array();
     char index[24];

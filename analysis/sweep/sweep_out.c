@@ -16,6 +16,7 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
 {
     const struct rmap_sweep_table *table = context;
     const struct rmap_sweep *sweep = table->sweep;
+    const bool some_failed = rmap_sweep_n_failed(table) > 0;
     (void)err;
     for (size_t i = 0; i < sweep->n_parameter; i++)
         fprintf(out, "# %s: %s %s\n", sweep->parameter[i].name, sweep->parameter[i].key[0],
@@ -31,7 +32,7 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
                 sweep->answer[i].name, sweep->answer[i].name);
     }
     fputs(sweep->n_require ? ",met" : "", out);
-    fputs(rmap_sweep_n_failed(table) ? ",mistake\n" : "\n", out);
+    fputs(some_failed ? ",mistake\n" : "\n", out);
     for (uint64_t v = 0; v < sweep->n_variant; v++) {
         if (!table->is_known[v])
             continue;
@@ -52,7 +53,7 @@ static enum rmap_status put_csv(const void *context, FILE *out, struct rmap_erro
         }
         if (sweep->n_require)
             fprintf(out, ",%d", rmap_sweep_row_meets(table, v));
-        if (rmap_sweep_n_failed(table))
+        if (some_failed)
             rmap_csv_put_text(table->mistake[v] ? table->mistake[v] : "", out);
         fputc('\n', out);
     }

@@ -141,10 +141,11 @@ void rmap_sweep_row_take(struct rmap_sweep_table *table, const char *line, size_
         const char *mistake = json_string_value(json_object_get(document, "mistake"));
         rmap_free(table->mistake[variant]);
         table->mistake[variant] = rmap_strdup(mistake);
+        const bool is_kept = !mistake || table->mistake[variant];
         const json_t *parts = json_object_get(document, "parts");
         for (size_t k = 0; variant == 0 && k < n * RMAP_SWEEP_PARTS; k++)
             table->nominal_part[k] = number_of(json_array_get(parts, k));
-        table->is_known[variant] = true;
+        table->is_known[variant] = is_kept;
     }
     json_decref(document);
 }

@@ -40,7 +40,7 @@ size_t rmap_held_nbytes(const struct rmap_portion *portion); /* of one */
 /* Whether a map is one of these: a rank can read the portions of its own shard alone, */
 bool rmap_map_is_held(const struct rmap_map *map);
 
-/* and those that this brings, which stay as they are as long as it is set. */
+/* and those that this brings: each stays as it is until the next. */
 struct rmap_held_elsewhere {
     enum rmap_status (*fetch)(void *context, size_t portion,
                               const struct rmap_portion **portion_ret, struct rmap_error *err);

@@ -18,9 +18,9 @@ enum { TAG_WANTED = 111, TAG_NBYTES, TAG_BYTES };
 struct rmap_head_reads {
     const struct rmap_context *context;
     const struct rmap_map *map;
-    struct rmap_portion *portion;  /* [n] what was sent, */
-    struct rmap_message **message; /* [n] in these */
-    size_t n;
+    size_t index; /* of the portion that was sent last; SIZE_MAX: none */
+    struct rmap_message *message;
+    struct rmap_portion portion; /* in it */
 };
 
 /* On rank 0. */
@@ -32,16 +32,22 @@ static enum rmap_status receive(struct rmap_head_reads *self, size_t portion,
     const MPI_Comm comm = self->context->comm;
     const uint64_t wanted = portion;
     uint64_t nbytes = 0;
+    rmap_message_destroy(self->message);
+    self->message = NULL;
+    self->index = SIZE_MAX;
     RMAP_TRY(RMAP_MPI(MPI_Send(&wanted, 1, MPI_UINT64_T, owner, TAG_WANTED, comm)));
     RMAP_TRY(
         RMAP_MPI(MPI_Recv(&nbytes, 1, MPI_UINT64_T, owner, TAG_NBYTES, comm, MPI_STATUS_IGNORE)));
     if (nbytes == 0)
-        return rmap_error_set(err, RMAP_SYSTEM, "rank %d has no memory for rays that it is to send",
+        return rmap_error_set(err, RMAP_SYSTEM,
+                              "rank %d has no memory for rays that it is to send, or too many of "
+                              "them",
                               owner);
-    RMAP_TRY(rmap_message_create((size_t)nbytes, &self->message[portion], err));
-    RMAP_TRY(RMAP_MPI(MPI_Recv(self->message[portion]->bytes, (int)nbytes, MPI_BYTE, owner,
-                               TAG_BYTES, comm, MPI_STATUS_IGNORE)));
-    st = rmap_message_view(self->message[portion], &self->portion[portion], err);
+    RMAP_TRY(rmap_message_create((size_t)nbytes, &self->message, err));
+    RMAP_TRY(RMAP_MPI(MPI_Recv(self->message->bytes, (int)nbytes, MPI_BYTE, owner, TAG_BYTES, comm,
+                               MPI_STATUS_IGNORE)));
+    RMAP_TRY(rmap_message_view(self->message, &self->portion, err));
+    self->index = portion;
 out:
     return st;
 }
@@ -51,8 +57,8 @@ static enum rmap_status fetch(void *context, size_t portion,
                               const struct rmap_portion **portion_ret, struct rmap_error *err)
 {
     struct rmap_head_reads *self = context;
-    *portion_ret = &self->portion[portion];
-    return self->message[portion] ? RMAP_OK : receive(self, portion, err);
+    *portion_ret = &self->portion;
+    return self->index == portion ? RMAP_OK : receive(self, portion, err);
 }
 
 /* On other ranks: what rank 0 wants, until it wants no more. */
@@ -92,28 +98,19 @@ enum rmap_status rmap_head_reads_begin(const struct rmap_context *context,
     *reads_ret = NULL;
     if (!rmap_map_is_held(map) || context->size == 1)
         return RMAP_OK;
-    if (context->rank == 0 && (self = rmap_alloc(1, sizeof *self))) {
-        *self =
-            (struct rmap_head_reads){.context = context, .map = map, .n = rmap_map_n_portion(map)};
-        self->portion = rmap_alloc(self->n, sizeof *self->portion);
-        self->message = rmap_alloc(self->n, sizeof(void *));
-    }
-    if (context->rank == 0 && (!self || !self->portion || !self->message))
+    if (context->rank == 0 && !(self = rmap_alloc(1, sizeof *self)))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of other ranks");
     st = rmap_agree(context, st, err);
     if (st == RMAP_OK && context->rank > 0)
         return send_wanted(context, map, err);
-    if (st == RMAP_OK) {
-        rmap_map_set_elsewhere(map, (struct rmap_held_elsewhere){fetch, self});
-        *reads_ret = self;
-        return RMAP_OK;
-    }
-    if (self) {
-        rmap_free(self->portion);
-        rmap_free(self->message);
+    if (st != RMAP_OK) {
         rmap_free(self);
+        return st;
     }
-    return st;
+    *self = (struct rmap_head_reads){.context = context, .map = map, .index = SIZE_MAX};
+    rmap_map_set_elsewhere(map, (struct rmap_held_elsewhere){fetch, self});
+    *reads_ret = self;
+    return RMAP_OK;
 }
 
 void rmap_head_reads_end(struct rmap_head_reads *reads)
@@ -124,9 +121,6 @@ void rmap_head_reads_end(struct rmap_head_reads *reads)
     rmap_map_set_elsewhere(reads->map, (struct rmap_held_elsewhere){NULL, NULL});
     for (int r = 1; r < reads->context->size; r++)
         (void)MPI_Send(&no_more, 1, MPI_UINT64_T, r, TAG_WANTED, reads->context->comm);
-    for (size_t i = 0; i < reads->n; i++)
-        rmap_message_destroy(reads->message[i]);
-    rmap_free(reads->portion);
-    rmap_free(reads->message);
+    rmap_message_destroy(reads->message);
     rmap_free(reads);
 }

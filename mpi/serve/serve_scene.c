@@ -26,8 +26,7 @@
 
 enum { UNDO_MAX = 1000 };
 
-/* Nothing is taken over from what was before. */
-static void forget_last(struct rmap_serve *self)
+void rmap_serve_forget_last(struct rmap_serve *self)
 {
     rmap_reuse_fini(&self->reuse);
     rmap_accel_destroy(self->last_accel);
@@ -61,7 +60,11 @@ static bool has_more_to_give(const struct rmap_map *map, const struct rmap_map *
  * its rays than those of before. */
 static void put_map(struct rmap_serve *self, struct rmap_map *map)
 {
-    const bool gives = has_more_to_give(self->map, self->last);
+    if (self->reuse.touch.change.all[0]) /* an edit that is undone makes them useful again */
+        self->n_useless++;
+    else if (self->reuse.n > 0)
+        self->n_useless = 0;
+    const bool gives = has_more_to_give(self->map, self->n_useless > 1 ? NULL : self->last);
     if (self->accel) {
         rmap_accel_destroy(self->last_accel);
         self->last_accel = self->accel;
@@ -69,8 +72,10 @@ static void put_map(struct rmap_serve *self, struct rmap_map *map)
     }
     rmap_reuse_fini(&self->reuse);
     rmap_map_close(gives ? self->last : self->map);
-    if (gives)
+    if (gives) {
         self->last = self->map;
+        self->n_useless = 0;
+    }
     self->map = self->at_hand.map = map;
 }
 
@@ -98,7 +103,7 @@ static void drop_texts_from(struct rmap_serve *self, size_t first)
 void rmap_serve_scene_fini(struct rmap_serve *self)
 {
     take_map(self, NULL);
-    forget_last(self);
+    rmap_serve_forget_last(self);
     drop_texts_from(self, 0);
     rmap_free(self->text);
     rmap_free(self->stored);
@@ -290,7 +295,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     RMAP_TRY(st);
     take_map(self, opened.map);
     opened.map = NULL;
-    forget_last(self);
+    rmap_serve_forget_last(self);
     put_bundle(self, &opened);
     self->at_hand.path = opened.path;
     opened.path = NULL;

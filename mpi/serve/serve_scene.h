@@ -15,6 +15,9 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path,
                                  struct rmap_error *err) RMAP_MUST_USE;
 void rmap_serve_scene_fini(struct rmap_serve *self);
 
+/* Nothing is taken over from what was before. */
+void rmap_serve_forget_last(struct rmap_serve *self);
+
 /* The files of the scene have the text that is now. */
 void rmap_serve_note_stored(struct rmap_serve *self);
 

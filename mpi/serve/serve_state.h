@@ -40,6 +40,7 @@ struct rmap_serve {
     struct rmap_accel *accel;   /* of the map's scene; NULL: not yet */
     /* Of before the last edits: what the scene still has of it is taken over. NULL: none. */
     struct rmap_map *last; /* with rays */
+    int n_useless;         /* scenes in a row that had nothing of its rays */
     struct rmap_accel *last_accel;
     struct rmap_reuse reuse; /* of `last`, while a trace goes on */
     int isa_level;

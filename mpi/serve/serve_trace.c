@@ -48,14 +48,17 @@ static void tell(struct rmap_serve *self)
     rmap_serve_event(self->queue, event);
 }
 
-/* What of the rays before the last edits the scene has, too. */
+/* What of the rays before the last edits the scene has, too. Those of a map on disk may be of
+ * another instruction set, which decides ties between triangles. */
 static enum rmap_status look_back(struct rmap_serve *self, struct rmap_error *err)
 {
     struct rmap_map_summary last;
     if (!self->last)
         return RMAP_OK;
     rmap_map_summarise(self->last, &last);
-    return last.seed == self->seed
+    const bool is_same =
+        rmap_map_is_held(self->last) || strcmp(last.isa, rmap_accel_isa(self->accel)) == 0;
+    return last.seed == self->seed && is_same
                ? rmap_reuse_init(&self->reuse, self->last, 0, rmap_map_scene(self->map), err)
                : RMAP_OK;
 }
@@ -161,8 +164,14 @@ enum rmap_status rmap_serve_trace_slice(struct rmap_serve *self, struct rmap_err
     const double begun = rmap_clock_seconds();
     uint64_t end = 0, reused = 0;
     RMAP_TRY(next_end(self, &end, err));
-    const enum rmap_status traced = rmap_trace_held_more(
-        &self->context, self->accel, &self->reuse, end, self->map, &self->seconds, &reused, &why);
+    enum rmap_status traced = rmap_trace_held_more(&self->context, self->accel, &self->reuse, end,
+                                                   self->map, &self->seconds, &reused, &why);
+    if (traced != RMAP_OK && self->reuse.n > 0 && !rmap_map_is_held(self->last)) {
+        rmap_serve_forget_last(self); /* what lay on disk is gone or another: it is traced */
+        reused = 0;
+        traced = rmap_trace_held_more(&self->context, self->accel, &self->reuse, end, self->map,
+                                      &self->seconds, &reused, &why);
+    }
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &reused, 1, MPI_UINT64_T, MPI_SUM, self->context.comm)));
     self->n_reused += reused;

@@ -81,6 +81,20 @@ static enum rmap_status edit(const struct rmap_scene_options *nominal, char *sim
     return RMAP_OK;
 }
 
+/* On rank 0 all mistakes of a variant that is no scene; err says the first. */
+static void tell(const struct group *group, enum rmap_status st,
+                 const struct rmap_diagnostics *found, struct rmap_error *err)
+{
+    if (st == RMAP_OK || group->context.rank != 0)
+        return;
+    rmap_diagnostics_print(found, stderr);
+    for (size_t i = 0; st == RMAP_INPUT && i < found->n; i++)
+        if (found->item[i].severity == RMAP_SEVERITY_ERROR) {
+            (void)rmap_error_set(err, RMAP_INPUT, "%s", found->item[i].text);
+            return;
+        }
+}
+
 /* Collective in the group. The scene from its files, as `raymap trace --set` reads it. */
 static enum rmap_status load(const struct group *group, const struct rmap_scene_options *with,
                              struct rmap_bundle **bundle, struct rmap_scene **scene,
@@ -89,13 +103,19 @@ static enum rmap_status load(const struct group *group, const struct rmap_scene_
     struct rmap_scene_options own = {.allows_plugins = with->allows_plugins,
                                      .before = group->run->bundle,
                                      .read_map = with->read_map};
-    const enum rmap_status st =
+    struct rmap_diagnostics found;
+    enum rmap_status st =
         rmap_agree(&group->context, rmap_scene_options_choose(&own, with, err), err);
     if (st != RMAP_OK) {
         rmap_scene_options_fini(&own);
         return st;
     }
-    return rmap_load_scene(&group->context, group->run->scene_path, &own, bundle, scene, err);
+    rmap_diagnostics_init(&found, group->run->scene_path);
+    st = rmap_load_scene_told(&group->context, group->run->scene_path, &own, &found, bundle, scene,
+                              err);
+    tell(group, st, &found, err);
+    rmap_diagnostics_fini(&found);
+    return st;
 }
 
 /* Collective in the group. From the bundle that is there: its meshes are read once for all
@@ -109,8 +129,7 @@ static enum rmap_status read_again(const struct group *group,
     with.options = *options;
     rmap_diagnostics_init(&diagnostics, with.path);
     const enum rmap_status st = rmap_scene_read(&with, scene, &diagnostics, err);
-    if (st != RMAP_OK && group->context.rank == 0)
-        rmap_diagnostics_print(&diagnostics, stderr);
+    tell(group, st, &diagnostics, err);
     rmap_diagnostics_fini(&diagnostics);
     return rmap_agree(&group->context, st, err);
 }
@@ -277,16 +296,12 @@ out:
     return st;
 }
 
-/* In a row, from the first on: it is the sweep that is wrong, not a variant. */
-enum { FAILED_MAX = 10 };
-
 /* Collective in the group. A variant that is no scene has a row that says so. */
 static enum rmap_status run_or_fail(struct group *group, uint64_t variant, struct rmap_error *err)
 {
     struct rmap_sweep_run *run = group->run;
     enum rmap_status st = run_variant(group, variant, err);
-    group->n_done += st == RMAP_OK;
-    if (st != RMAP_INPUT || (group->n_done == 0 && ++group->n_failed >= FAILED_MAX))
+    if (st != RMAP_INPUT)
         return st;
     st = RMAP_OK;
     if (group->context.rank == 0) {
@@ -358,8 +373,13 @@ enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *e
     RMAP_TRY(rmap_agree_patiently(run->context, st, err));
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &run->n_reused, 1, MPI_UINT64_T, MPI_SUM, run->context->comm)));
-    if (run->context->rank == 0)
+    if (run->context->rank == 0) {
         st = rmap_sweep_folder_rows(run, err);
+        if (st == RMAP_OK && run->sweep->n_variant > 1 &&
+            rmap_sweep_n_failed(&run->table) == run->sweep->n_variant - 1)
+            st = rmap_error_set(err, RMAP_INPUT, "no variant has answers; the first: %.400s",
+                                run->table.mistake[1]);
+    }
     st = rmap_agree(run->context, st, err);
 out:
     rmap_accel_destroy(group.accel);

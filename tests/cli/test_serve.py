@@ -596,6 +596,16 @@ def check_ranks():
             one.trace(RAYS // 2, seed=2)
             one.move("mount", 0, 0, 1)
             assert one.trace(RAYS // 2, seed=2)["rays_taken_over"] > 0
+        with raymap.serve.start("full.raymap") as one:  # rays that are of no use for long give way to fewer that are
+            one.edit(set={"limits.steps": 300})
+            for wanted in (0, 0, 1):
+                assert (one.trace(RAYS // 2)["rays_taken_over"] > 0) == wanted
+                one.move("mount", 0, 0, 1)
+        shutil.copytree("full.raymap", "gone.raymap", dirs_exist_ok=True)
+        with raymap.serve.start("gone.raymap") as one:
+            one.move("mount", 0, 0, 1)
+            shutil.rmtree("gone.raymap")
+            assert one.trace(RAYS)["state"] == "done" and one.status()["digest"] == lens.status()["digest"]
         assert lens.query("all")["rays"]["total"] == RAYS
         check_cancel(lens, ranks_of(lens._process))
 

@@ -142,9 +142,14 @@ require: all > 0
 for ranks, more in ((1, ()), (2, ("--force",)), (1, ("--resume",))):
     told = json.loads(run("sweep", "failing.yaml", "-o", "failing", "--json", "--quiet", *more, ranks=ranks))
     table_of = rows("failing")
-    check([row["all"] != "" for row in table_of] == [True, True, False, True] and "surfaces.black.reflectance=-3" in table_of[2]["mistake"], f"{table_of}")
+    check([row["all"] != "" for row in table_of] == [True, True, False, True] and "must be between" in table_of[2]["mistake"], f"{table_of}")
     check([("mistake" in row, row["met"]) for row in told["rows"]] == [(False, True), (False, True), (True, False), (False, True)], f"{told['rows']}")
     check(told["yield"]["met"] == 2 and told["yield"]["of"] == 3, f"{told['yield']}")
+
+write("failing.yaml", open("failing.yaml", encoding="utf-8").read().replace("[0.1, -3, 0.7]", "[-1, -3, 7]"))
+for ranks, more in ((1, ()), (2, ()), (1, ("--resume",))):
+    error = run("sweep", "failing.yaml", "-o", "failing", "--quiet", *(more or ("--force",)), ranks=ranks, status=3)
+    check("no variant has answers" in error and "must be between" in error, error)
 
 error = run("sweep", "s.yaml", "-o", "one", status=2)
 check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
