@@ -17,7 +17,7 @@ NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_se
 # And those that have scenes of their own.
 OTHERS = {("bytes_per_segment", "double-gauss-31"), ("tm25_write_vs_plain", "rays"),
           ("tm25_read_vs_plain", "rays"), ("timed_vs_plain", "scintillator"),
-          ("move_vs_build", "instances"), ("moved_trace_vs_fresh", "instances"),
+          ("move_vs_build", "instances"), ("moved_trace_vs_fresh", "instances"), ("cache_vs_none", "instances"),
           *(("gradient_evaluations_vs_seed", scene) for scene in ("luneburg", "parabolic-rod")),
           *((name, scene) for name in ("render_preview", "render_overhead")
             for scene in ("gradient-sphere", "gradient-noise"))}
