@@ -11,6 +11,7 @@
 
 #include "base/alloc.h"
 #include "io/assembly/assembly.h"
+#include "io/export/json_memory.h"
 #include "io/export/json_number.h"
 
 enum { TEXT_MAX = 4000, FILE_MAX = 200 };
@@ -322,7 +323,8 @@ enum rmap_status rmap_assembly_read_json(const char *text, size_t nbytes,
     json_error_t wrong = {0};
     struct reading reading = {.assembly = assembly, .err = err};
     json_t *root = json_loadb(text, nbytes, JSON_REJECT_DUPLICATES, &wrong);
-    if (!root && json_error_code(&wrong) == json_error_out_of_memory)
+    /* Want of memory may look like a mistake in the text. */
+    if (!root && (json_error_code(&wrong) == json_error_out_of_memory || rmap_json_memory_failed()))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bytes of JSON", nbytes);
     if (!root)
         return rmap_error_set(err, RMAP_INPUT, "line %d: %s", wrong.line, wrong.text);

@@ -179,7 +179,7 @@ enum rmap_status rmap_scene_include_files(struct rmap_bundle *bundle,
     if (!may_include(bundle))
         return RMAP_OK;
     rmap_diagnostics_init(&unheard, NULL); /* the whole text is parsed once more */
-    st = rmap_yaml_parse(bundle->text, bundle->text_nbytes, &root, &unheard, NULL);
+    st = rmap_yaml_parse(bundle->text, bundle->text_nbytes, &root, &unheard, err);
     rmap_diagnostics_fini(&unheard);
     const struct rmap_yaml_node *list = st == RMAP_OK ? rmap_yaml_get(root, "include") : NULL;
     if (st != RMAP_OK)

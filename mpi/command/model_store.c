@@ -15,6 +15,7 @@
 #include "base/alloc.h"
 #include "io/assembly/assembly_scene.h"
 #include "io/assembly/ply_write.h"
+#include "io/export/json_memory.h"
 #include "io/file/directory.h"
 #include "io/file/input_file.h"
 #include "io/file/kept_edits.h"
@@ -169,7 +170,9 @@ void rmap_model_stored_fini(struct rmap_model_stored *stored)
 static enum rmap_status put_json(const void *context, FILE *out, struct rmap_error *err)
 {
     json_t *json = rmap_assembly_json(context);
-    const bool good = json && json_dumpf(json, out, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0;
+    const bool good = json && !rmap_json_memory_failed() &&
+                      json_dumpf(json, out, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) == 0 &&
+                      !rmap_json_memory_failed();
     json_decref(json);
     (void)fputc('\n', out);
     return good ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for an assembly");
