@@ -45,8 +45,7 @@ static const struct rmap_option options[] = {
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
     {"by", 0, "WHAT",
      "count each by itself: source, detector, object (met last), ended, ghost_order, "
-     "scatter_order, "
-     "event",
+     "scatter_order, event",
      .words = "source detector object ended ghost_order scatter_order event"},
     RMAP_UNTIL_OPTION,
     RMAP_ASKED_OPTIONS,

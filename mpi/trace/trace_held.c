@@ -40,15 +40,9 @@ static enum rmap_status take_over(struct tracing *self, int thread, uint64_t ray
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_reuse_reader *reader = self->reader ? self->reader[thread] : NULL;
-    *n_ret = 0;
-    *way_ret = (struct rmap_known_way){.n = 0};
-    if (!reader)
-        return RMAP_OK;
-    RMAP_TRY(rmap_reuse_ready(reader, ray, end, n_ret, err));
+    RMAP_TRY(rmap_reuse_ready(reader, ray, end, n_ret, way_ret, err));
     if (*n_ret > 0)
         RMAP_TRY(rmap_reuse_take(reader, *n_ret, history, self->tally[thread], err));
-    else
-        *way_ret = rmap_reuse_known(reader, ray);
     atomic_fetch_add(&self->n_reused, *n_ret);
 out:
     return st;

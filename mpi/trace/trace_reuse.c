@@ -143,10 +143,14 @@ static void pass(const struct rmap_portion *rows, size_t at[RMAP_TABLE_COUNT])
 }
 
 enum rmap_status rmap_reuse_ready(struct rmap_reuse_reader *reader, uint64_t id, uint64_t end,
-                                  uint64_t *n_ret, struct rmap_error *err)
+                                  uint64_t *n_ret, struct rmap_known_way *way_ret,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     *n_ret = 0;
+    *way_ret = (struct rmap_known_way){.n = 0};
+    if (!reader)
+        return RMAP_OK;
     if (!reader->rows || id < reader->first || id >= reader->end)
         RMAP_TRY(enter(reader, id, err));
     if (!reader->rows || id < reader->first || id >= reader->end)
@@ -160,16 +164,10 @@ enum rmap_status rmap_reuse_ready(struct rmap_reuse_reader *reader, uint64_t id,
            !reader->touched[row + (size_t)*n_ret] &&
            reader->rows->ray.id[row + (size_t)*n_ret] == id + *n_ret)
         (*n_ret)++;
+    if (*n_ret == 0 && reader->rows->ray.id[row] == id)
+        *way_ret = rmap_touch_known(&reader->reuse->touch, reader->rows, reader->at);
 out:
     return st;
-}
-
-struct rmap_known_way rmap_reuse_known(const struct rmap_reuse_reader *reader, uint64_t id)
-{
-    const size_t row = reader->at[RMAP_TABLE_RAY];
-    if (!reader->rows || id < reader->first || id >= reader->end || reader->rows->ray.id[row] != id)
-        return (struct rmap_known_way){.n = 0};
-    return rmap_touch_known(&reader->reuse->touch, reader->rows, reader->at);
 }
 
 /* Which of the rays that were taken the encoder has to follow. */

@@ -37,13 +37,12 @@ enum rmap_status rmap_reuse_reader_create(const struct rmap_reuse *reuse,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_reuse_reader_destroy(struct rmap_reuse_reader *reader);
 
-/* How many rays from `id` on, before `end`, can be taken over: 0 where that one must be traced.
- * RMAP_FORMAT: the map is damaged. */
+/* How many rays from `id` on, before `end`, can be taken over: 0 where that one must be traced, of
+ * which *way_ret, until the next call, says what is known. reader NULL: nothing is. RMAP_FORMAT:
+ * the map is damaged. */
 enum rmap_status rmap_reuse_ready(struct rmap_reuse_reader *reader, uint64_t id, uint64_t end,
-                                  uint64_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
-
-/* What is known of the ray for which that was 0, until the next call; n 0: nothing. */
-struct rmap_known_way rmap_reuse_known(const struct rmap_reuse_reader *reader, uint64_t id);
+                                  uint64_t *n_ret, struct rmap_known_way *way_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* So many that are, behind those that were recorded; into the tally, too (NULL: not). */
 enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,

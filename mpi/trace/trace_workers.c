@@ -95,14 +95,10 @@ static enum rmap_status record_next(struct block *block, uint64_t id, uint64_t e
 {
     struct worker *self = block->self;
     enum rmap_status st = RMAP_OK;
-    struct rmap_known_way way = {.n = 0};
-    *n_ret = 0;
-    if (self->reader) {
-        RMAP_TRY(rmap_reuse_ready(self->reader, id, end, n_ret, &self->error));
-        if (*n_ret > 0)
-            return rmap_reuse_take(self->reader, *n_ret, &block->history, tally, &self->error);
-        way = rmap_reuse_known(self->reader, id);
-    }
+    struct rmap_known_way way;
+    RMAP_TRY(rmap_reuse_ready(self->reader, id, end, n_ret, &way, &self->error));
+    if (*n_ret > 0)
+        return rmap_reuse_take(self->reader, *n_ret, &block->history, tally, &self->error);
     rmap_trace_known(&block->tracer, id, &way, recorder);
 out:
     return st;

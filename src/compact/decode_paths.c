@@ -243,11 +243,12 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
             FILL(ray.start_object + first, start_object, (int32_t)own->start_object[k + m] - 1);
         if (columns & BIT(RMAP_RAY_segment_count))
             FILL(ray.segment_count + first, n_segment, own->segment_count[k + m]);
+        if (n_row > 0 || columns & BIT(RMAP_RAY_registration_count))
+            FILL(group.size, n_registration, own->registration_count[k + m]);
         if (columns & BIT(RMAP_RAY_registration_count))
-            FILL(ray.registration_count + first, n_registration, own->registration_count[k + m]);
+            memcpy(ray.registration_count + first, group.size, group.n * sizeof *group.size);
         if (n_row == 0)
             continue;
-        FILL(group.size, n_registration, own->registration_count[k + m]);
         for (size_t i = 0; i < group.n; i++)
             group.row[i] = table->path[group.known[i]].registration;
         for (size_t m = 0; m < group.n_own; next += own->registration_count[k + m++])
