@@ -5,9 +5,6 @@
 #ifndef RMAP_PATH_REPORT_H
 #define RMAP_PATH_REPORT_H
 
-#include <jansson.h>
-#include <stdio.h>
-
 #include "analysis/paths/path_count.h"
 
 enum rmap_path_sort {
@@ -71,17 +68,6 @@ void rmap_path_report_destroy(struct rmap_path_report *report);
 enum rmap_status rmap_path_report_add_peaks(struct rmap_path_report *report,
                                             const struct rmap_key_sums *cells,
                                             struct rmap_error *err) RMAP_MUST_USE;
-
-/* Sequences and criteria, from the first ray of each row, which is read again. */
-enum rmap_status rmap_path_report_add_texts(struct rmap_path_report *report,
-                                            struct rmap_error *err) RMAP_MUST_USE;
-
-/* For people; width: columns of the terminal, 0: no matter. */
-enum rmap_status rmap_path_report_print(const struct rmap_path_report *report, size_t width,
-                                        FILE *out, struct rmap_error *err) RMAP_MUST_USE;
-/* New reference; NULL when memory is short. */
-json_t *rmap_path_report_json(const struct rmap_path_report *report);
-void rmap_path_report_csv(const struct rmap_path_report *report, FILE *out);
 
 /* Flux and standard error of one source's sums of weights, with the variance in docs/physics.md;
  * the error is NaN where the source has fewer than 2 rays. */

@@ -7,8 +7,8 @@
 #include <math.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_objects.h"
+#include "io/scene/scene_quantity.h"
 
 void rmap_reader_read_beam(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            struct rmap_source *source)

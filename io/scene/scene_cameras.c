@@ -7,10 +7,10 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_cameras.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_environment.h"
 #include "io/scene/scene_field_frames.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_sources.h"
 
 #define PIXELS_PER_SIDE_MAX 65535

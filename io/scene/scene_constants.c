@@ -3,8 +3,7 @@
  * Optical constants of what is no medium of its own.
  */
 #include "io/scene/scene_constants.h"
-
-#include "io/scene/scene_channels.h"
+#include "io/scene/scene_quantity.h"
 
 double rmap_constants_index(const struct rmap_constants *its, double wavelength_nm)
 {

@@ -7,11 +7,11 @@
 
 #include "base/alloc.h"
 #include "gradient/field_made.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_field.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_placement.h"
+#include "io/scene/scene_quantity.h"
 #include "optics/spectrum.h"
 #include "scene/bounds.h"
 

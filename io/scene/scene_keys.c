@@ -3,8 +3,8 @@
  * Mappings read by their tables of keys.
  */
 #include "io/scene/scene_keys.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_media.h"
+#include "io/scene/scene_quantity.h"
 
 #include <string.h>
 

@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_media.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_scintillation.h"
 #include "io/scene/scene_turbid.h"
 

@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_glass.h"
+#include "io/scene/scene_quantity.h"
 
 /* Of no angle: alike at all of them. */
 static struct rmap_response *new_response(struct rmap_reader *reader, size_t n_angle)

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_scatter_model.h"
 #include "scene/scene.h"
 

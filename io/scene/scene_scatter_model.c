@@ -8,8 +8,8 @@
 #include <string.h>
 #include <strings.h>
 
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_tables.h"
 #include "scatter/dust.h"
 #include "scene/scene.h"

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 
 static const struct rmap_range resolution = {0, 100, "between 0 and 100"};
 const struct rmap_mapping rmap_scintillation_keys = {

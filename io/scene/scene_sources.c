@@ -15,6 +15,7 @@
 #include "io/scene/scene_lamps.h"
 #include "io/scene/scene_media.h"
 #include "io/scene/scene_placement.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_ray_files.h"
 #include "io/scene/scene_skies.h"
 #include "io/scene/scene_source_aim.h"

@@ -7,8 +7,8 @@
 #include <math.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 
 struct parameters {
     double absorption[RMAP_CHANNEL_MAX], yield[RMAP_CHANNEL_MAX];

@@ -6,9 +6,9 @@
 #include <strings.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_scatter.h"
 #include "io/scene/scene_surfaces.h"
 

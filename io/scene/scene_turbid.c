@@ -9,9 +9,9 @@
 
 #include "base/alloc.h"
 #include "io/scene/phase_csv.h"
-#include "io/scene/scene_channels.h"
 #include "io/scene/scene_constants.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_quantity.h"
 #include "io/scene/scene_species.h"
 
 static const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};

@@ -10,6 +10,7 @@
 
 #include "analysis/paths/path_matrix.h"
 #include "analysis/paths/path_matrix_out.h"
+#include "analysis/paths/path_report_out.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "io/file/whole_file.h"

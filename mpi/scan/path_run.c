@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/paths/path_report_texts.h"
 #include "base/alloc.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"

@@ -104,16 +104,6 @@ struct rmap_batch_segment {
     };
 };
 
-/* What is known of a flat object, of any object's segments, and of those that meet none
- * beforehand. */
-void rmap_batch_set_flat(struct rmap_compact_object *object);
-void rmap_batch_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
-                      struct rmap_compact_guide *guide);
-void rmap_batch_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide);
-
-/* Queue and flags, as rmap_compact_guide has them, of a segment of this kind. */
-uint32_t rmap_batch_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event);
-
 /* Where a segment starts, of the ray that is summed up. */
 struct rmap_batch_start {
     double optical_path, index; /* up to there; on the segment */

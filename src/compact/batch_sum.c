@@ -5,6 +5,7 @@
 #include "compact/batch_sum.h"
 #include "base/wide.h"
 #include "compact/batch.h"
+#include "compact/batch_guide.h"
 #include "compact/batch_kernel.h"
 #include "compact/retrace.h"
 #include "compact/retrace_colour.h"

@@ -5,7 +5,7 @@
 #include "compact/model.h"
 
 #include "base/alloc.h"
-#include "compact/batch.h"
+#include "compact/batch_guide.h"
 #include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
