@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "analysis/query/crossing.h"
 #include "analysis/query/query_marker.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
@@ -20,7 +21,7 @@ struct rmap_fold_scanner {
     struct rmap_overlay_view *view;   /* NULL: no receivers */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
-    size_t n_alike; /* portions to come that are taken to be like one of which most rays crossed */
+    struct rmap_crossing crossing;  /* of the only detector */
     const struct rmap_which *which; /* NULL: all registrations count */
     uint8_t *chosen, *open;         /* [registrations of the portion] as rmap_which_bound */
     size_t chosen_cap, open_cap;
@@ -63,6 +64,7 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->fold = fold;
     self->which = rmap_which_chooses(fold->which) ? fold->which : NULL;
+    self->crossing.detector = fold->only_detector - 1;
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
@@ -87,6 +89,7 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
     rmap_query_marker_destroy(self->marker);
     rmap_cursor_destroy(self->cursor);
     rmap_overlay_view_destroy(self->view);
+    rmap_crossing_fini(&self->crossing);
     rmap_free(self->match);
     rmap_free(self->chosen);
     rmap_free(self->open);
@@ -143,31 +146,32 @@ static enum rmap_status read_columns(struct rmap_fold_scanner *self, rmap_column
                         : rmap_cursor_fetch(self->cursor, columns, err);
 }
 
-/* What one portion costs in vain is lost in so many. */
-enum { ALIKE = 16 };
-
-/* Of the rays that match, those that crossed a detector, into `match`. */
-static void keep_crossing(struct rmap_fold_scanner *self, const struct rmap_portion *portion,
-                          struct rmap_matched *rays)
-{
-    const size_t n = portion->n_row[RMAP_TABLE_RAY];
-    const int32_t detector = self->fold->only_detector - 1;
-    size_t row = 0;
-    for (size_t i = 0; i < n; i++) {
-        uint8_t crosses = 0;
-        for (const size_t end = row + portion->ray.registration_count[i]; row < end; row++)
-            crosses |= portion->registration.detector[row] == detector;
-        self->match[i] = crosses & (rays->match ? rays->match[i] : 1);
-    }
-    rays->match = self->match;
-    rays->n_match = rmap_count_ones(self->match, n);
-}
-
 static enum rmap_status enter_cursor(struct rmap_fold_scanner *self,
                                      struct rmap_cursor **cursor_ret, struct rmap_error *err)
 {
     *cursor_ret = self->cursor;
     return self->marker ? rmap_query_marker_cursor(self->marker, cursor_ret, err) : RMAP_OK;
+}
+
+/* Of the rays that match, those that cross the only detector, into `match`. */
+static enum rmap_status keep_crossing(struct rmap_fold_scanner *self, struct rmap_cursor *cursor,
+                                      const struct rmap_portion *portion, struct rmap_matched *rays,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(self->fold->map, rays->index);
+    const size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(read_columns(self, 0, &portion, err)); /* the marker's */
+    if (!rays->match)
+        memset(self->match, 1, n);
+    else
+        memcpy(self->match, rays->match, n);
+    RMAP_TRY(rmap_crossing_keep(&self->crossing, cursor, portion, (size_t)info->piece, self->match,
+                                err));
+    rays->match = self->match;
+    rays->n_match = rmap_count_ones(self->match, n);
+out:
+    return st;
 }
 
 /* Rays that must be traced again, where few of them can add anything: the portion becomes those,
@@ -186,19 +190,11 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
     if (!rmap_map_selects(self->fold->map, rays->index, columns))
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
-    if (self->fold->only_detector > 0 && self->n_alike > 0) {
-        self->n_alike--;
-    } else if (self->fold->only_detector > 0) {
-        RMAP_TRY(read_columns(self,
-                              RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
-                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector),
-                              &portion, err));
-        keep_crossing(self, portion, rays);
-        self->n_alike = rays->n_match > n / 2 ? ALIKE : 0;
-    }
+    RMAP_TRY(enter_cursor(self, &cursor, err));
+    if (self->fold->only_detector > 0)
+        RMAP_TRY(keep_crossing(self, cursor, portion, rays, err));
     if (!rays->match || rays->n_match == 0)
         goto out;
-    RMAP_TRY(enter_cursor(self, &cursor, err));
     RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, &row, err));
     if (rays->portion) {
         self->row = row;
