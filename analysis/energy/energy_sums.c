@@ -130,11 +130,17 @@ struct alike {
 
 /* Registrations [first, first + n) of a ray. Several in one detector are one contribution of the
  * ray: their sum is squared. */
-static void add_registrations(struct rmap_energy_sums *sums, const struct alike *rays, size_t first,
-                              size_t n)
+static inline void add_registrations(struct rmap_energy_sums *sums, const struct alike *rays,
+                                     size_t first, size_t n)
 {
     const struct rmap_registration_columns *rows = &rays->portion->registration;
     const size_t base = (size_t)rays->portion->ray.source[rays->ray] * sums->n_detector;
+    if (n == 1) { /* as most have: nothing to sum up */
+        const double q = rays->counts[first] ? rays->weight : 0.0;
+        sums->caught[base + (size_t)rows->detector[first]] += rays->times * q;
+        sums->caught_squared[base + (size_t)rows->detector[first]] += rays->times * (q * q);
+        return;
+    }
     for (size_t i = first; i < first + n; i++)
         if (rays->counts[i])
             sums->pending[rows->detector[i]] += rays->weight;
@@ -157,7 +163,7 @@ static void add_end(struct rmap_energy_sums *sums, const struct alike *rays, siz
     sums->ended_squared[at] += rays->times * (rays->weight * rays->weight);
 }
 
-static void add_count(struct rmap_energy_sums *sums, const struct alike *rays)
+static inline void add_count(struct rmap_energy_sums *sums, const struct alike *rays)
 {
     const size_t source = (size_t)rays->portion->ray.source[rays->ray];
     sums->rays[source] += rays->times;
