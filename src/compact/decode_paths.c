@@ -46,22 +46,30 @@ RMAP_WIDE static uint32_t greatest(const uint32_t *number, size_t n)
     return most;
 }
 
+RMAP_WIDE static uint32_t zeros(const uint32_t *number, size_t n)
+{
+    uint32_t sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += number[i] == 0;
+    return sum;
+}
+
 /* At most 2^32 rays of 2^32 rows: no sum is too large. */
 enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
                                       const size_t n_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     const struct rmap_path_table *table = own->table;
-    size_t n_mine = own->path ? 0 : own->n;
-    uint64_t n[2] = {0, 0}, own_n[2] = {0, 0};
+    struct rmap_path_count sum = {0};
+    uint64_t own_n[2] = {0, 0};
     if (own->path && greatest(own->path, n_row[RMAP_TABLE_RAY]) > table->n)
         return rmap_portion_damaged("a ray refers to a path that is not there", err);
     const uint32_t *path = own->path;
     const size_t n_ray = path ? n_row[RMAP_TABLE_RAY] : 0;
+    const size_t n_mine = path ? zeros(path, n_ray) : own->n;
     RMAP_UNROLL
     for (size_t i = 0; i < n_ray; i++) {
-        n[0] += table->count[path[i]].n_segment; /* 0 for path 0 */
-        n[1] += table->count[path[i]].n_registration;
-        n_mine += path[i] == 0;
+        sum.n_segment += table->count[path[i]].n_segment; /* 0 for path 0 */
+        sum.n_registration += table->count[path[i]].n_registration;
     }
     for (size_t k = 0; k < own->n; k++) {
         own_n[0] += own->segment_count[k];
@@ -72,17 +80,11 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
         return rmap_portion_damaged("its own paths have not as many rows as there are", err);
     if (!own->path)
         return RMAP_OK;
-    if (n[0] + own_n[0] != n_row[RMAP_TABLE_SEGMENT] ||
-        n[1] + own_n[1] != n_row[RMAP_TABLE_REGISTRATION])
+    if (sum.n_segment + own_n[0] != n_row[RMAP_TABLE_SEGMENT] ||
+        sum.n_registration + own_n[1] != n_row[RMAP_TABLE_REGISTRATION])
         return rmap_portion_damaged("its paths have not as many rows as the index says", err);
     return RMAP_OK;
 }
-
-#if defined(__GNUC__)
-#define soon(address) __builtin_prefetch(address)
-#else
-#define soon(address) ((void)(address))
-#endif
 
 /* What the classes of n segments say. */
 static inline void look_up(const struct rmap_step_classes *classes, const uint32_t *class, size_t n,
@@ -156,10 +158,11 @@ static void fill_segments(const struct rmap_own_paths *own, size_t n_ray,
             to += n;
             continue;
         }
-        const struct rmap_known_path *path = &table->path[own->path[i] - 1];
-        const struct rmap_path_columns its = rows_from(&known, path->segment);
-        copy_segments(&its, path->n_segment, &segments);
-        to += path->n_segment;
+        const uint32_t path = own->path[i] - 1;
+        const size_t n = table->rays.ray.segment_count[path];
+        const struct rmap_path_columns its = rows_from(&known, table->first_segment[path]);
+        copy_segments(&its, n, &segments);
+        to += n;
     }
 }
 
@@ -193,13 +196,12 @@ struct group {
     size_t row[GROUP];     /* from here on */
 };
 
-static void enter_group(const struct rmap_path_table *table, const uint32_t *path, size_t n,
-                        struct group *group)
+static inline void enter_group(const uint32_t *path, size_t n, struct group *group)
 {
     size_t n_own = 0;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++)
         group->known[i] = path[i] - (path[i] > 0);
-        soon(&table->path[group->known[i]]);
+    for (size_t i = 0; i < n; i++) {
         group->own[n_own] = (uint32_t)i;
         n_own += path[i] == 0;
     }
@@ -209,16 +211,17 @@ static void enter_group(const struct rmap_path_table *table, const uint32_t *pat
 
 /* A column of the group: as if all paths were known; that of the m-th with its own takes its place.
  */
-#define FILL(to, field, own_value)                                                                 \
+#define FILL(to, of_known, of_own)                                                                 \
     do {                                                                                           \
         for (size_t i = 0; i < group.n; i++)                                                       \
-            (to)[i] = table->path[group.known[i]].field;                                           \
+            (to)[i] = (of_known)[group.known[i]];                                                  \
         for (size_t m = 0; m < group.n_own; m++)                                                   \
-            (to)[group.own[m]] = (own_value);                                                      \
+            (to)[group.own[m]] = (of_own);                                                         \
     } while (0)
 
 /* Heads and registrations. Most rays have few registrations: two are copied where there is room,
  * into rows that are filled later if they are not the path's. */
+RMAP_WIDE
 static void fill_rays(const struct rmap_path_table *table, const struct rmap_own_paths *own,
                       rmap_column_set columns, struct rmap_portion *out)
 {
@@ -226,7 +229,7 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
     const struct crossings from[2] = {
         {own->segment, own->detector, own->registered, own->n_registration},
         {table->segment, table->detector, table->registered, table->n_registration}};
-    const struct rmap_ray_columns ray = out->ray;
+    const struct rmap_ray_columns ray = out->ray, known = table->rays.ray;
     const struct rmap_registration_columns hit = out->registration;
     const size_t n_ray = out->n_row[RMAP_TABLE_RAY];
     const size_t n_row = columns & RMAP_CROSSING_COLUMNS ? out->n_row[RMAP_TABLE_REGISTRATION] : 0;
@@ -234,23 +237,24 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
     size_t to = 0, k = 0, next = 0;
     for (size_t first = 0; first < n_ray; first += group.n, k += group.n_own) {
         const uint32_t *path = own->path + first;
-        enter_group(table, path, n_ray - first < GROUP ? n_ray - first : GROUP, &group);
+        enter_group(path, n_ray - first < GROUP ? n_ray - first : GROUP, &group);
         if (columns & BIT(RMAP_RAY_source))
-            FILL(ray.source + first, source, own->source[k + m]);
+            FILL(ray.source + first, known.source, own->source[k + m]);
         if (columns & BIT(RMAP_RAY_stop))
-            FILL(ray.stop + first, stop, own->stop[k + m]);
+            FILL(ray.stop + first, known.stop, own->stop[k + m]);
         if (columns & BIT(RMAP_RAY_start_object))
-            FILL(ray.start_object + first, start_object, (int32_t)own->start_object[k + m] - 1);
+            FILL(ray.start_object + first, table->start_object,
+                 (int32_t)own->start_object[k + m] - 1);
         if (columns & BIT(RMAP_RAY_segment_count))
-            FILL(ray.segment_count + first, n_segment, own->segment_count[k + m]);
+            FILL(ray.segment_count + first, known.segment_count, own->segment_count[k + m]);
         if (n_row > 0 || columns & BIT(RMAP_RAY_registration_count))
-            FILL(group.size, n_registration, own->registration_count[k + m]);
+            FILL(group.size, known.registration_count, own->registration_count[k + m]);
         if (columns & BIT(RMAP_RAY_registration_count))
             memcpy(ray.registration_count + first, group.size, group.n * sizeof *group.size);
         if (n_row == 0)
             continue;
         for (size_t i = 0; i < group.n; i++)
-            group.row[i] = table->path[group.known[i]].registration;
+            group.row[i] = table->first_registration[group.known[i]];
         for (size_t m = 0; m < group.n_own; next += own->registration_count[k + m++])
             group.row[group.own[m]] = next;
         for (size_t i = 0; i < group.n; to += group.size[i++]) {
@@ -279,12 +283,8 @@ void rmap_paths_fill(const struct rmap_own_paths *own, rmap_column_set columns,
 {
     const struct rmap_path_table *table = own->table;
     size_t n_ray = out->n_row[RMAP_TABLE_RAY];
-    struct rmap_known_path no_path = {.source = 0};
-    struct rmap_path_table known = *table;
-    if (table->n == 0)
-        known.path = &no_path;
     if (columns & (RMAP_HEAD_COLUMNS | RMAP_CROSSING_COLUMNS))
-        fill_rays(&known, own, columns, out);
+        fill_rays(table, own, columns, out);
     const struct rmap_path_columns segments = segment_columns(columns, out);
     if (segments.object || segments.event)
         fill_segments(own, n_ray, &segments);

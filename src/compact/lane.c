@@ -481,10 +481,12 @@ void rmap_lane_finish(struct rmap_lane *lane)
 
 void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
 {
-    bool right = lane->next >= n;
     uint64_t id = first;
-    for (size_t i = 0; i < n && right; i++)
-        out[i] = first + i;
-    for (size_t i = 0; i < n && !right; i++, id++)
+    if (lane->next >= n) { /* none is patched */
+        for (size_t i = 0; i < n; i++)
+            out[i] = first + i;
+        return;
+    }
+    for (size_t i = 0; i < n; i++, id++)
         (void)rmap_lane_offer(lane, i, 1, sizeof id, &id);
 }

@@ -149,21 +149,14 @@ static enum rmap_status fill_heads(const struct rmap_rows *rows, struct rmap_pat
                    *n_registration = rows->data[RMAP_STREAM_PATH_registration_count];
     const struct rmap_ray_columns *ray = &table->rays.ray;
     size_t segment = 0, registration = 0;
-    table->count[0] = (struct rmap_path_count){0};
     for (size_t i = 0; i < table->n; i++) {
         if (n_segment[i] > table->n_segment - segment ||
             n_registration[i] > table->n_registration - registration)
             return damaged("its counts say more rows than there are", err);
-        table->path[i] = (struct rmap_known_path){.source = source[i],
-                                                  .start_object = (int32_t)(start_object[i] - 1),
-                                                  .stop = stop[i],
-                                                  .n_segment = n_segment[i],
-                                                  .n_registration = n_registration[i],
-                                                  .segment = segment,
-                                                  .registration = registration};
-        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i], 0};
+        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i]};
         table->first_segment[i] = (uint32_t)segment;
         table->first_registration[i] = (uint32_t)registration;
+        table->start_object[i] = (int32_t)(start_object[i] - 1);
         ray->source[i] = source[i];
         ray->stop[i] = stop[i];
         ray->segment_count[i] = n_segment[i];
@@ -181,20 +174,20 @@ static void fill_rows(const struct rmap_compact_model *model, const struct rmap_
 {
     const uint32_t *object = rows->data[RMAP_STREAM_PATH_object],
                    *event = rows->data[RMAP_STREAM_PATH_event];
+    const struct rmap_ray_columns *ray = &table->rays.ray;
     for (size_t i = 0; i < table->n; i++) {
-        const struct rmap_known_path *path = &table->path[i];
-        const size_t segment = path->segment;
-        const struct rmap_folded_path folded = {.source = path->source,
-                                                .stop = path->stop,
-                                                .n = path->n_segment,
+        const size_t segment = table->first_segment[i], n = table->count[i + 1].n_segment;
+        const struct rmap_folded_path folded = {.source = ray->source[i],
+                                                .stop = ray->stop[i],
+                                                .n = n,
                                                 .object = object + segment,
                                                 .event = event + segment};
         rmap_path_unfold(model, &folded,
                          &(struct rmap_path_columns){.object = table->object + segment,
                                                      .event = table->event + segment,
                                                      .medium = table->medium + segment});
-        table->count[i + 1].n_listed =
-            (uint32_t)rmap_primitives_listed(model, table->object + segment, path->n_segment);
+        table->n_listed[i + 1] =
+            (uint32_t)rmap_primitives_listed(model, table->object + segment, n);
     }
     const size_t n = table->n_registration;
     if (n > 0) {
@@ -247,20 +240,23 @@ const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table
     return table->first_registration;
 }
 
+/* One more than there are: what takes any path for that of a ray with its own finds one. */
 static bool make_heads(struct rmap_path_table *table)
 {
-    const size_t n = table->n;
+    const size_t n = table->n + 1;
     struct rmap_ray_columns *ray = &table->rays.ray;
-    table->path = rmap_alloc_unset(n + 1, sizeof *table->path);
-    table->count = rmap_alloc_unset(n + 1, sizeof *table->count);
-    table->first_segment = rmap_alloc_unset(n + 1, sizeof *table->first_segment);
-    table->first_registration = rmap_alloc_unset(n + 1, sizeof *table->first_registration);
-    ray->source = rmap_alloc_unset(n + 1, sizeof *ray->source);
-    ray->stop = rmap_alloc_unset(n + 1, sizeof *ray->stop);
-    ray->segment_count = rmap_alloc_unset(n + 1, sizeof *ray->segment_count);
-    ray->registration_count = rmap_alloc_unset(n + 1, sizeof *ray->registration_count);
-    return table->path && table->count && table->first_segment && table->first_registration &&
-           ray->source && ray->stop && ray->segment_count && ray->registration_count;
+    table->count = rmap_alloc(n, sizeof *table->count);
+    table->n_listed = rmap_alloc(n, sizeof *table->n_listed);
+    table->start_object = rmap_alloc(n, sizeof *table->start_object);
+    table->first_segment = rmap_alloc(n, sizeof *table->first_segment);
+    table->first_registration = rmap_alloc(n, sizeof *table->first_registration);
+    ray->source = rmap_alloc(n, sizeof *ray->source);
+    ray->stop = rmap_alloc(n, sizeof *ray->stop);
+    ray->segment_count = rmap_alloc(n, sizeof *ray->segment_count);
+    ray->registration_count = rmap_alloc(n, sizeof *ray->registration_count);
+    return table->count && table->n_listed && table->start_object && table->first_segment &&
+           table->first_registration && ray->source && ray->stop && ray->segment_count &&
+           ray->registration_count;
 }
 
 static bool make_rows(struct rmap_path_table *table)
@@ -324,8 +320,9 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
     rmap_free(table->rays.ray.stop);
     rmap_free(table->rays.ray.segment_count);
     rmap_free(table->rays.ray.registration_count);
-    rmap_free(table->path);
+    rmap_free(table->start_object);
     rmap_free(table->count);
+    rmap_free(table->n_listed);
     rmap_free(table->object);
     rmap_free(table->event);
     rmap_free(table->medium);
@@ -346,7 +343,8 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
     const struct rmap_step_classes *classes = &table->classes;
     return sizeof *table + classes->cap * (sizeof *classes->of + sizeof *table->listed) +
            classes->n_slot * sizeof *classes->slot +
-           table->n * (sizeof *table->path + sizeof *table->count + head) +
+           table->n * (sizeof *table->count + sizeof *table->n_listed +
+                       sizeof *table->start_object + head) +
            (table->is_whole ? table->n_segment * segment + table->n_registration * crossing : 0);
 }
 

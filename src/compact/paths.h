@@ -67,24 +67,17 @@ static inline void rmap_path_end(const struct rmap_folded_path *path,
         out->event[path->n - 1] = path->event[path->n - 1] ^ rmap_event_at_end(path->stop);
 }
 
-/* A path of the dictionary, decoded. */
-struct rmap_known_path {
-    int32_t source, start_object;
-    uint8_t stop;
-    uint32_t n_segment, n_registration;
-    size_t segment, registration; /* first rows in the table's columns */
-};
-
+/* Added up ray by ray, both at once. */
 struct rmap_path_count {
-    uint32_t n_segment, n_registration;
-    uint32_t n_listed; /* segments whose triangle is listed */
+    uint64_t n_segment, n_registration;
 };
 
 struct rmap_path_table {
     size_t n, n_segment, n_registration;
     bool is_whole; /* else what heads tell is all: neither rows, n_listed nor classes */
-    struct rmap_known_path *path;
     struct rmap_path_count *count; /* [n + 1]: of path i - 1; the first is 0 */
+    uint32_t *n_listed;            /* the same: segments whose triangle is listed */
+    int32_t *start_object;         /* [n + 1] */
     int32_t *object;               /* [n_segment] */
     uint32_t *event;
     int16_t *medium;   /* as rmap_path_media says */
@@ -94,7 +87,7 @@ struct rmap_path_table {
     struct rmap_step_classes classes; /* of their segments */
     uint8_t *listed;                  /* [classes.n + 1] 1: triangles of such segments are listed */
     struct rmap_portion rays; /* the paths as rays: heads of its own, the other columns are these */
-    uint32_t *first_segment, *first_registration; /* [n] rows of them */
+    uint32_t *first_segment, *first_registration; /* [n + 1] rows of them */
 };
 
 /* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL),

@@ -5,11 +5,13 @@
 #include "compact/ray_selection.h"
 
 #include "base/alloc.h"
+#include "base/wide.h"
 #include "compact/angles.h"
 #include "compact/compact.h"
 #include "compact/damaged.h"
 #include "compact/decode_paths.h"
 #include "compact/lane.h"
+#include "compact/paths.h"
 #include "compact/primitives.h"
 #include "compact/streams.h"
 
@@ -22,6 +24,8 @@ struct rmap_compact_selection {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT]; /* of the whole portion */
     struct rmap_portion *ids;               /* of the whole portion: its ids, and counts of rows */
+    struct rmap_path_count *before;         /* [rays of the portion] */
+    size_t before_cap;
     struct span *span[RMAP_TABLE_HISTORY_COUNT]; /* [rays that are selected] */
     size_t span_cap[RMAP_TABLE_HISTORY_COUNT];
     struct rmap_rows rows; /* data: the selection's, [cap] bytes each */
@@ -71,6 +75,7 @@ void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
         rmap_free(self->span[t]);
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(self->rows.data[s]);
+    rmap_free(self->before);
     rmap_free(self->object);
     rmap_free(self->steps.class);
     rmap_free(self->angle);
@@ -129,29 +134,22 @@ out:
     return st;
 }
 
-/* Where a ray's rows begin. */
+/* Where the rows of rays with paths of their own begin, and triangles. */
 struct place {
-    size_t own, own_segment, own_registration, segment, registration, triangle;
+    size_t own, own_segment, own_registration, triangle;
 };
 
-/* How many of each the ray has in that place; its triangles only where the portion lists any. */
-static enum rmap_status measure(struct rmap_compact_selection *self,
-                                const struct rmap_path_table *table,
-                                const struct rmap_own_paths *own, uint32_t path, bool listed,
-                                const struct place *at, struct place *n_ret, struct rmap_error *err)
+/* How many of each a ray with a path of its own has in that place; its triangles only where the
+ * portion lists any. */
+static enum rmap_status measure_own(struct rmap_compact_selection *self,
+                                    const struct rmap_path_table *table,
+                                    const struct rmap_own_paths *own, bool listed,
+                                    const struct place *at, struct place *n_ret,
+                                    struct rmap_error *err)
 {
-    const struct rmap_path_count *count = &table->count[path];
-    *n_ret = (struct place){.segment = count->n_segment,
-                            .registration = count->n_registration,
-                            .triangle = count->n_listed};
-    if (path > 0)
-        return RMAP_OK;
     const size_t n = own->segment_count[at->own];
-    *n_ret = (struct place){.own = 1,
-                            .own_segment = n,
-                            .own_registration = own->registration_count[at->own],
-                            .segment = n,
-                            .registration = own->registration_count[at->own]};
+    *n_ret = (struct place){
+        .own = 1, .own_segment = n, .own_registration = own->registration_count[at->own]};
     for (size_t i = 0; listed && own->classed && i < n; i++) {
         const size_t class = own->object[at->own_segment + i], n_class = table->classes.n;
         n_ret->triangle += table->listed[class < n_class ? class : n_class];
@@ -189,25 +187,34 @@ static void go_on(struct place *at, const struct place *n)
     at->own += n->own;
     at->own_segment += n->own_segment;
     at->own_registration += n->own_registration;
-    at->segment += n->segment;
-    at->registration += n->registration;
     at->triangle += n->triangle;
 }
 
-/* The rays from i on with paths of the table, before the ray `end`; most are passed over so. */
-static size_t pass_over(const struct rmap_path_table *table, const uint32_t *path, size_t i,
-                        size_t end, struct place *at)
+/* Rows before each of rays [first, end), which have paths of the table, and behind them. */
+static struct rmap_path_count add_up(const struct rmap_path_table *table, const uint32_t *path,
+                                     size_t first, size_t end, struct rmap_path_count sum,
+                                     struct rmap_path_count *before)
 {
-    const struct rmap_path_count *count = table->count;
-    size_t segment = 0, registration = 0, triangle = 0;
-    for (; i < end && path[i] > 0; i++) {
-        segment += count[path[i]].n_segment;
-        registration += count[path[i]].n_registration;
-        triangle += count[path[i]].n_listed;
+    RMAP_UNROLL
+    for (size_t i = first; i < end; i++) {
+        before[i] = sum;
+        sum.n_segment += table->count[path[i]].n_segment;
+        sum.n_registration += table->count[path[i]].n_registration;
     }
-    at->segment += segment;
-    at->registration += registration;
-    at->triangle += triangle;
+    return sum;
+}
+
+/* The first ray from i on with a path of its own; n: there is none. */
+RMAP_WIDE
+static size_t next_own(const uint32_t *path, size_t i, size_t n)
+{
+    enum { TOGETHER = 16 };
+    uint32_t any = 0;
+    for (; i + TOGETHER <= n && !any; i += any ? 0 : TOGETHER)
+        for (size_t k = 0; k < TOGETHER; k++)
+            any |= path[i + k] == 0;
+    while (i < n && path[i] > 0)
+        i++;
     return i;
 }
 
@@ -234,7 +241,30 @@ out:
     return st;
 }
 
-/* Paths, channels and triangles of the rays, and where their rows lie. */
+/* The k-th of the rays: where its rows lie. */
+static inline void note(struct rmap_compact_selection *self, size_t k, size_t ray,
+                        struct rmap_path_count at, struct rmap_path_count n,
+                        struct rmap_path_count *sum)
+{
+    self->span[RMAP_TABLE_RAY][k] = (struct span){ray, 1};
+    self->span[RMAP_TABLE_SEGMENT][k] = (struct span){at.n_segment, n.n_segment};
+    self->span[RMAP_TABLE_REGISTRATION][k] = (struct span){at.n_registration, n.n_registration};
+    sum->n_segment += n.n_segment;
+    sum->n_registration += n.n_registration;
+}
+
+/* n of the triangles, from `at` on. */
+static enum rmap_status append_triangles(struct rmap_compact_selection *self,
+                                         const struct rmap_rows *rows, size_t at, size_t n,
+                                         struct rmap_error *err)
+{
+    if (n > rows->n_row[RMAP_COMPACT_TRIANGLE] - at)
+        return rmap_portion_damaged("it has too few triangles", err);
+    return append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle], at, n, err);
+}
+
+/* Paths, channels and triangles of the rays, and where their rows lie: stretches of rays with paths
+ * of the table, and between them those with their own. */
 static enum rmap_status select_paths(struct rmap_compact_selection *self,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows, rmap_column_set used,
@@ -243,32 +273,47 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_own_paths own = rmap_own_paths(self->model, table, rows, classed);
-    const size_t n_triangle =
-        used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) ? rows->n_row[RMAP_COMPACT_TRIANGLE] : 0;
+    const bool listed =
+        used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) && rows->n_row[RMAP_COMPACT_TRIANGLE] > 0;
+    const size_t n_ray = (size_t)ray[n - 1] + 1;
     struct place at = {0}, its;
+    struct rmap_path_count rows_at = {0}, sum = {0};
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(self->before, self->before_cap, n_ray, err));
     RMAP_TRY(select_numbers(self, rows, used, ray, n, err));
+    for (size_t i = 0, k = 0; k < n; i++) {
+        const size_t mine = next_own(own.path, i, n_ray);
+        rows_at = add_up(table, own.path, i, mine, rows_at, self->before);
+        for (; k < n && ray[k] < mine; k++) {
+            const uint32_t path = own.path[ray[k]];
+            note(self, k, ray[k], self->before[ray[k]], table->count[path], &sum);
+            for (; listed && i < ray[k]; i++)
+                at.triangle += table->n_listed[own.path[i]];
+            if (listed)
+                RMAP_TRY(append_triangles(self, rows, at.triangle, table->n_listed[path], err));
+        }
+        for (; listed && i < mine; i++)
+            at.triangle += table->n_listed[own.path[i]];
+        i = mine;
+        if (k == n)
+            break;
+        RMAP_TRY(measure_own(self, table, &own, listed, &at, &its, err));
+        const struct rmap_path_count n_its = {its.own_segment, its.own_registration};
+        if (ray[k] == mine) {
+            note(self, k++, mine, rows_at, n_its, &sum);
+            RMAP_TRY(append_own_path(self, rows, &at, &its, err));
+            if (listed)
+                RMAP_TRY(append_triangles(self, rows, at.triangle, its.triangle, err));
+        }
+        rows_at.n_segment += n_its.n_segment;
+        rows_at.n_registration += n_its.n_registration;
+        go_on(&at, &its);
+    }
     memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
     selected_row[RMAP_TABLE_RAY] = n;
-    for (size_t i = 0, k = 0; k < n; i++, go_on(&at, &its)) {
-        i = pass_over(table, own.path, i, ray[k], &at);
-        RMAP_TRY(measure(self, table, &own, own.path[i], n_triangle > 0, &at, &its, err));
-        if (ray[k] != i)
-            continue;
-        self->span[RMAP_TABLE_RAY][k] = (struct span){i, 1};
-        self->span[RMAP_TABLE_SEGMENT][k] = (struct span){at.segment, its.segment};
-        self->span[RMAP_TABLE_REGISTRATION][k++] = (struct span){at.registration, its.registration};
-        selected_row[RMAP_TABLE_SEGMENT] += its.segment;
-        selected_row[RMAP_TABLE_REGISTRATION] += its.registration;
-        if (n_triangle > 0 && its.triangle > n_triangle - at.triangle)
-            return rmap_portion_damaged("it has too few triangles", err);
-        if (its.own > 0)
-            RMAP_TRY(append_own_path(self, rows, &at, &its, err));
-        if (n_triangle > 0)
-            RMAP_TRY(append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle],
-                            at.triangle, its.triangle, err));
-    }
+    selected_row[RMAP_TABLE_SEGMENT] = sum.n_segment;
+    selected_row[RMAP_TABLE_REGISTRATION] = sum.n_registration;
 out:
     return st;
 }
@@ -327,9 +372,13 @@ static enum rmap_status select_dense(struct rmap_compact_selection *self,
         n_row += rows[k].n;
     RMAP_TRY(make_room(self, pool, n_row * width, err));
     uint8_t *to = (uint8_t *)self->rows.data[pool] + self->n[pool] * lane->element_nbytes;
-    for (size_t k = 0; k < n; to += rows[k++].n * nbytes)
-        if (rows[k].n > 0)
-            memcpy(to, lane->dense + rows[k].first * nbytes, rows[k].n * nbytes);
+    for (size_t k = 0; k < n; to += rows[k++].n * nbytes) {
+        const uint8_t *from = lane->dense + rows[k].first * nbytes;
+        if (rows[k].n * nbytes == 4) /* one place: most are */
+            memcpy(to, from, 4);
+        else if (rows[k].n > 0)
+            memcpy(to, from, rows[k].n * nbytes);
+    }
     self->n[pool] += n_row * width;
 out:
     return st;
