@@ -120,24 +120,22 @@ static inline enum rmap_status append(struct rmap_compact_selection *self, int s
     return st;
 }
 
-/* Streams that lie side by side in the tables of paths that rays have of their own, as far as they
- * are there. */
-static enum rmap_status append_own(struct rmap_compact_selection *self,
-                                   const struct rmap_rows *rows, int table, size_t first, size_t n,
-                                   struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    for (int s = RMAP_STREAM_OWN_source; s <= RMAP_STREAM_OWN_registered; s++)
-        if (rows->layout->stream[s].table == table && rows->data[s])
-            RMAP_TRY(append(self, s, rows->data[s], first, n, err));
-out:
-    return st;
-}
-
 /* Where the rows of rays with paths of their own begin, and triangles. */
 struct place {
     size_t own, own_segment, own_registration, triangle;
 };
+
+/* Triangles that are listed of n segments. */
+static size_t count_listed(const struct rmap_path_table *table, const uint32_t *class, size_t n)
+{
+    const uint8_t *listed = table->listed;
+    const size_t n_class = table->classes.n;
+    size_t sum = 0;
+    RMAP_UNROLL
+    for (size_t i = 0; i < n; i++)
+        sum += listed[class[i] < n_class ? class[i] : n_class];
+    return sum;
+}
 
 /* How many of each a ray with a path of its own has in that place; its triangles only where the
  * portion lists any. */
@@ -150,10 +148,8 @@ static enum rmap_status measure_own(struct rmap_compact_selection *self,
     const size_t n = own->segment_count[at->own];
     *n_ret = (struct place){
         .own = 1, .own_segment = n, .own_registration = own->registration_count[at->own]};
-    for (size_t i = 0; listed && own->classed && i < n; i++) {
-        const size_t class = own->object[at->own_segment + i], n_class = table->classes.n;
-        n_ret->triangle += table->listed[class < n_class ? class : n_class];
-    }
+    if (listed && own->classed)
+        n_ret->triangle = count_listed(table, own->object + at->own_segment, n);
     if (!listed || own->classed)
         return RMAP_OK;
     const enum rmap_status st = RMAP_RESERVE(self->object, self->object_cap, n + 1, err);
@@ -165,21 +161,54 @@ static enum rmap_status measure_own(struct rmap_compact_selection *self,
     return RMAP_OK;
 }
 
-/* The rows of a ray that has its path for itself. */
-static enum rmap_status append_own_path(struct rmap_compact_selection *self,
-                                        const struct rmap_rows *rows, const struct place *at,
-                                        const struct place *n, struct rmap_error *err)
+/* Streams of what rays with paths of their own have, as far as they are there. */
+struct own_stream {
+    const uint8_t *from;
+    size_t nbytes; /* of a row */
+    int stream, kind;
+};
+enum { OWN_KINDS = 3 /* of paths, segments, registrations */ };
+struct own_streams {
+    struct own_stream of[RMAP_STREAM_OWN_registered - RMAP_STREAM_OWN_source + 1];
+    size_t n;
+};
+
+/* With room for all rows. */
+static enum rmap_status open_own(struct rmap_compact_selection *self, const struct rmap_rows *rows,
+                                 struct own_streams *streams, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN, at->own, n->own, err));
-    RMAP_TRY(
-        append_own(self, rows, RMAP_COMPACT_OWN_SEGMENT, at->own_segment, n->own_segment, err));
-    RMAP_TRY(append_own(self, rows, RMAP_COMPACT_OWN_REGISTRATION, at->own_registration,
-                        n->own_registration, err));
-    self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] += n->own_segment;
-    self->rows.n_row[RMAP_COMPACT_OWN_REGISTRATION] += n->own_registration;
+    streams->n = 0;
+    for (int s = RMAP_STREAM_OWN_source; s <= RMAP_STREAM_OWN_registered; s++) {
+        const int table = rows->layout->stream[s].table;
+        if (!rows->data[s])
+            continue;
+        RMAP_TRY(make_room(self, s, rows->n_row[table], err));
+        streams->of[streams->n++] = (struct own_stream){rows->data[s], self->row_nbytes[s], s,
+                                                        table == RMAP_COMPACT_OWN           ? 0
+                                                        : table == RMAP_COMPACT_OWN_SEGMENT ? 1
+                                                                                            : 2};
+    }
 out:
     return st;
+}
+
+/* The rows of a ray that has its path for itself. */
+static void append_own_path(struct rmap_compact_selection *self, const struct own_streams *streams,
+                            const struct place *at, const struct place *n)
+{
+    const size_t first[OWN_KINDS] = {at->own, at->own_segment, at->own_registration},
+                 count[OWN_KINDS] = {n->own, n->own_segment, n->own_registration};
+    for (size_t k = 0; k < streams->n; k++) {
+        const struct own_stream *its = &streams->of[k];
+        const size_t nbytes = count[its->kind] * its->nbytes;
+        uint8_t *to = (uint8_t *)self->rows.data[its->stream] + self->n[its->stream] * its->nbytes;
+        if (nbytes > 0)
+            memcpy(to, its->from + first[its->kind] * its->nbytes, nbytes);
+        self->n[its->stream] += count[its->kind];
+    }
+    self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] += n->own_segment;
+    self->rows.n_row[RMAP_COMPACT_OWN_REGISTRATION] += n->own_registration;
 }
 
 static void go_on(struct place *at, const struct place *n)
@@ -190,31 +219,17 @@ static void go_on(struct place *at, const struct place *n)
     at->triangle += n->triangle;
 }
 
-/* Rows before each of rays [first, end), which have paths of the table, and behind them. */
-static struct rmap_path_count add_up(const struct rmap_path_table *table, const uint32_t *path,
-                                     size_t first, size_t end, struct rmap_path_count sum,
-                                     struct rmap_path_count *before)
+/* Rows before each of the rays from i on, up to the first that has its path for itself: which. */
+static size_t add_up(const struct rmap_path_table *table, const uint32_t *path, size_t i, size_t n,
+                     struct rmap_path_count *sum, struct rmap_path_count *before)
 {
-    RMAP_UNROLL
-    for (size_t i = first; i < end; i++) {
-        before[i] = sum;
-        sum.n_segment += table->count[path[i]].n_segment;
-        sum.n_registration += table->count[path[i]].n_registration;
+    struct rmap_path_count now = *sum;
+    for (; i < n && path[i] > 0; i++) {
+        before[i] = now;
+        now.n_segment += table->count[path[i]].n_segment;
+        now.n_registration += table->count[path[i]].n_registration;
     }
-    return sum;
-}
-
-/* The first ray from i on with a path of its own; n: there is none. */
-RMAP_WIDE
-static size_t next_own(const uint32_t *path, size_t i, size_t n)
-{
-    enum { TOGETHER = 16 };
-    uint32_t any = 0;
-    for (; i + TOGETHER <= n && !any; i += any ? 0 : TOGETHER)
-        for (size_t k = 0; k < TOGETHER; k++)
-            any |= path[i + k] == 0;
-    while (i < n && path[i] > 0)
-        i++;
+    *sum = now;
     return i;
 }
 
@@ -277,14 +292,15 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
         used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) && rows->n_row[RMAP_COMPACT_TRIANGLE] > 0;
     const size_t n_ray = (size_t)ray[n - 1] + 1;
     struct place at = {0}, its;
+    struct own_streams streams;
     struct rmap_path_count rows_at = {0}, sum = {0};
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
     RMAP_TRY(RMAP_RESERVE(self->before, self->before_cap, n_ray, err));
+    RMAP_TRY(open_own(self, rows, &streams, err));
     RMAP_TRY(select_numbers(self, rows, used, ray, n, err));
     for (size_t i = 0, k = 0; k < n; i++) {
-        const size_t mine = next_own(own.path, i, n_ray);
-        rows_at = add_up(table, own.path, i, mine, rows_at, self->before);
+        const size_t mine = add_up(table, own.path, i, n_ray, &rows_at, self->before);
         for (; k < n && ray[k] < mine; k++) {
             const uint32_t path = own.path[ray[k]];
             note(self, k, ray[k], self->before[ray[k]], table->count[path], &sum);
@@ -302,7 +318,7 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
         const struct rmap_path_count n_its = {its.own_segment, its.own_registration};
         if (ray[k] == mine) {
             note(self, k++, mine, rows_at, n_its, &sum);
-            RMAP_TRY(append_own_path(self, rows, &at, &its, err));
+            append_own_path(self, &streams, &at, &its);
             if (listed)
                 RMAP_TRY(append_triangles(self, rows, at.triangle, its.triangle, err));
         }

@@ -199,11 +199,13 @@ enum rmap_status rmap_step_codes_unpack(const struct rmap_rows *rows, size_t n_c
     RMAP_TRY(RMAP_RESERVE(buffer->class, buffer->cap, codes.n + 1, err));
     memset(class_of, 0xff, sizeof class_of);
     memcpy(class_of, codes.class_of, codes.n_code * sizeof *class_of);
+    uint32_t *restrict class = buffer->class;
+    const uint8_t *code = codes.code, *end = code + codes.n;
+    RMAP_UNROLL
     for (size_t i = 0; i < codes.n; i++)
-        buffer->class[i] = class_of[codes.code[i]];
-    for (const uint8_t *at = codes.code, *end = at + codes.n;
-         (at = memchr(at, RMAP_STEP_RARE, (size_t)(end - at))); at++)
-        buffer->class[at - codes.code] = rare_class(&codes, n_rare++);
+        class[i] = class_of[code[i]];
+    for (const uint8_t *at = code; (at = memchr(at, RMAP_STEP_RARE, (size_t)(end - at))); at++)
+        class[at - code] = rare_class(&codes, n_rare++);
     if ((n_rare + 1) / 2 != codes.n_rare_word)
         return rmap_portion_damaged("its codes of steps are not as many as its words", err);
     out->data[RMAP_STREAM_OWN_object] = buffer->class;
