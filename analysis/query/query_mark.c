@@ -17,6 +17,7 @@ struct rmap_picker {
     const struct rmap_map *map;
     struct rmap_pick pick;
     struct rmap_query_marker *marker; /* each made when first needed */
+    size_t in_hand;                   /* the marker's portion; SIZE_MAX: none */
     struct rmap_cursor *identify;     /* ids */
     struct rmap_cursor *whole;
     struct rmap_portion **picked; /* [spaces] */
@@ -46,6 +47,7 @@ enum rmap_status rmap_picker_create(const struct rmap_map *map, const struct rma
     }
     self->map = map;
     self->pick = *pick;
+    self->in_hand = SIZE_MAX;
     *picker_ret = self;
     return RMAP_OK;
 }
@@ -154,9 +156,14 @@ static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uin
 static enum rmap_status mark_matching(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
                                       struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     size_t n;
-    enum rmap_status st = rmap_query_marker_enter(self->marker, portion, &n, err);
-    return st == RMAP_OK ? rmap_query_marker_mark(self->marker, match_ret, &n, err) : st;
+    self->in_hand = SIZE_MAX;
+    RMAP_TRY(rmap_query_marker_enter(self->marker, portion, &n, err));
+    RMAP_TRY(rmap_query_marker_mark(self->marker, match_ret, &n, err));
+    self->in_hand = n > 0 ? portion : SIZE_MAX;
+out:
+    return st;
 }
 
 enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
@@ -172,7 +179,8 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     if (!may_pick(self, info))
         return RMAP_OK;
     if (criterion && !self->marker)
-        RMAP_TRY(rmap_query_marker_create(self->map, criterion, 0, &self->marker, err));
+        RMAP_TRY(rmap_query_marker_create(self->map, criterion, rmap_pick_columns(&self->pick),
+                                          &self->marker, err));
     if (criterion)
         RMAP_TRY(mark_matching(self, portion, &match, err));
     else
@@ -188,6 +196,24 @@ out:
     return st;
 }
 
+/* The cursor that has the portion in hand, or takes it. */
+static enum rmap_status enter_whole(struct rmap_picker *self, size_t portion,
+                                    struct rmap_cursor **cursor_ret,
+                                    const struct rmap_portion **rows_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (self->in_hand == portion) {
+        RMAP_TRY(rmap_query_marker_cursor(self->marker, cursor_ret, err));
+        return rmap_query_marker_read(self->marker, 0, rows_ret, err);
+    }
+    if (!self->whole)
+        RMAP_TRY(rmap_cursor_create(self->map, rmap_pick_columns(&self->pick), &self->whole, err));
+    *cursor_ret = self->whole;
+    st = rmap_cursor_enter(self->whole, portion, rows_ret, err);
+out:
+    return st;
+}
+
 enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, const uint8_t *match,
                                   size_t n, const struct rmap_portion **rays_ret,
                                   struct rmap_error *err)
@@ -198,13 +224,12 @@ enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, cons
     const uint32_t *row;
     size_t segment = 0, registration = 0;
     const rmap_column_set columns = rmap_pick_columns(&self->pick);
-    if (!self->whole)
-        RMAP_TRY(rmap_cursor_create(self->map, columns, &self->whole, err));
-    RMAP_TRY(rmap_cursor_enter(self->whole, portion, &rows, err));
-    RMAP_TRY(rmap_cursor_select(self->whole, match, 1, columns, rays_ret, &row, err));
+    struct rmap_cursor *cursor;
+    RMAP_TRY(enter_whole(self, portion, &cursor, &rows, err));
+    RMAP_TRY(rmap_cursor_select(cursor, match, 1, columns, rays_ret, &row, err));
     if (*rays_ret)
         goto out;
-    RMAP_TRY(rmap_cursor_fetch(self->whole, columns, err));
+    RMAP_TRY(rmap_cursor_fetch(cursor, columns, err));
     *rays_ret = rows;
     if (n == rows->n_row[RMAP_TABLE_RAY])
         goto out;

@@ -101,11 +101,16 @@ static enum rmap_status add_rays(struct picking *self, size_t space, struct rmap
     size_t segment = 0, registration = 0;
     if (!*block)
         RMAP_TRY(rmap_portion_create(0, rays->n_channel, block, err));
-    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
-        RMAP_TRY(rmap_portion_append_ray(*block, rays, i, segment, registration, err));
-        segment += rays->ray.segment_count[i];
-        registration += rays->ray.registration_count[i];
-        if ((*block)->n_row[RMAP_TABLE_RAY] == RMAP_BLOCK_RAYS)
+    for (size_t i = 0, n; i < rays->n_row[RMAP_TABLE_RAY]; i += n) {
+        const size_t left = rays->n_row[RMAP_TABLE_RAY] - i;
+        const size_t room = RMAP_BLOCK_RAYS - (*block)->n_row[RMAP_TABLE_RAY];
+        n = left < room ? left : room;
+        RMAP_TRY(rmap_portion_append_rays(*block, rays, i, n, segment, registration, err));
+        for (size_t k = i; k < i + n; k++) {
+            segment += rays->ray.segment_count[k];
+            registration += rays->ray.registration_count[k];
+        }
+        if (n == room)
             RMAP_TRY(write_block(self, space, *block, err));
     }
 out:

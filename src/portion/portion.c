@@ -217,16 +217,31 @@ out:
     return st;
 }
 
+enum rmap_status rmap_portion_append_rays(struct rmap_portion *dst, const struct rmap_portion *src,
+                                          size_t ray, size_t n_ray, size_t first_segment,
+                                          size_t first_registration, struct rmap_error *err)
+{
+    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration}, last;
+    size_t n[RMAP_TABLE_COUNT] = {n_ray};
+    if (n_ray == 0)
+        return RMAP_OK;
+    for (size_t i = ray; i < ray + n_ray; i++) {
+        n[RMAP_TABLE_SEGMENT] += src->ray.segment_count[i];
+        n[RMAP_TABLE_REGISTRATION] += src->ray.registration_count[i];
+    }
+    if (src->curve.ray) {
+        first[RMAP_TABLE_CURVE] = curve_bound(src, src->ray.id[ray]);
+        n[RMAP_TABLE_CURVE] = rmap_portion_curve_of(src, src->ray.id[ray + n_ray - 1], &last);
+        n[RMAP_TABLE_CURVE] += last - first[RMAP_TABLE_CURVE];
+    }
+    return rmap_portion_append_rows(dst, src, first, n, err);
+}
+
 enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
                                          size_t ray, size_t first_segment,
                                          size_t first_registration, struct rmap_error *err)
 {
-    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
-    const size_t n[RMAP_TABLE_COUNT] = {
-        1, src->ray.segment_count[ray], src->ray.registration_count[ray],
-        src->curve.ray ? rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])
-                       : 0};
-    return rmap_portion_append_rows(dst, src, first, n, err);
+    return rmap_portion_append_rays(dst, src, ray, 1, first_segment, first_registration, err);
 }
 
 /* Four points at a time are three vectors of four. */

@@ -119,6 +119,12 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
                                          size_t first_registration,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same for n_ray rays from that one on, whose ids ascend. */
+enum rmap_status rmap_portion_append_rays(struct rmap_portion *dst, const struct rmap_portion *src,
+                                          size_t ray, size_t n_ray, size_t first_segment,
+                                          size_t first_registration,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* The same for so many rows of each table, from first on: those of one or more rays. */
 enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct rmap_portion *src,
                                           const size_t first[RMAP_TABLE_COUNT],
