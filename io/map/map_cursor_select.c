@@ -122,8 +122,10 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     rmap_bytes_list(mark, n_ray, wanted, selected->ray);
     RMAP_TRY(decode_selected(self, info, which, n, columns, err));
     const struct rmap_portion *rows = self->space[info->space].selected[which];
-    *shown = (struct rmap_portion){
-        .n_channel = rows->n_channel, .timed = rows->timed, .first_ray = rows->first_ray};
+    *shown = (struct rmap_portion){.n_channel = rows->n_channel,
+                                   .timed = rows->timed,
+                                   .first_ray = rows->first_ray,
+                                   .unpredicted = rows->unpredicted};
     memcpy(shown->n_row, rows->n_row, sizeof rows->n_row);
     rmap_cursor_show_columns(rows, columns, shown);
     RMAP_TRY(rmap_cursor_check_limits(self, shown, columns, info, err));

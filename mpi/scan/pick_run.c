@@ -51,9 +51,15 @@ struct picking {
     _Atomic uint64_t n_ray; /* looked at */
 };
 
+/* Rays of a colour space until there are enough. */
+struct block {
+    struct rmap_portion *rays; /* NULL: none yet */
+    struct rmap_unpredicted unpredicted;
+};
+
 struct worker {
     struct rmap_picker *picker;
-    struct rmap_portion **block; /* [n_space] */
+    struct block *block; /* [n_space] */
 };
 
 static size_t backlog(const struct picking *self)
@@ -76,42 +82,46 @@ static enum rmap_status encode_chunks(struct picking *self, struct rmap_shard_wr
 }
 
 /* Writes a block and empties it. */
-static enum rmap_status write_block(struct picking *self, size_t space, struct rmap_portion *block,
+static enum rmap_status write_block(struct picking *self, size_t space, struct block *block,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_shard_writer *writer = self->space[space].writer;
-    if (!block || block->n_row[RMAP_TABLE_RAY] == 0)
+    if (!block->rays || block->rays->n_row[RMAP_TABLE_RAY] == 0)
         return RMAP_OK;
     (void)pthread_mutex_lock(&self->lock);
-    st = rmap_tally_add_portion(self->tally, block, err);
+    st = rmap_tally_add_portion(self->tally, block->rays, err);
     (void)pthread_mutex_unlock(&self->lock);
     RMAP_TRY(st);
-    RMAP_TRY(rmap_shard_writer_append(writer, block, err));
+    block->rays->unpredicted = &block->unpredicted;
+    RMAP_TRY(rmap_shard_writer_append(writer, block->rays, err));
     RMAP_TRY(encode_chunks(self, writer, err));
-    rmap_portion_clear(block);
+    rmap_portion_clear(block->rays);
 out:
     return st;
 }
 
-static enum rmap_status add_rays(struct picking *self, size_t space, struct rmap_portion **block,
+static enum rmap_status add_rays(struct picking *self, size_t space, struct block *block,
                                  const struct rmap_portion *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t segment = 0, registration = 0;
-    if (!*block)
-        RMAP_TRY(rmap_portion_create(0, rays->n_channel, block, err));
+    if (!block->rays)
+        RMAP_TRY(rmap_portion_create(0, rays->n_channel, &block->rays, err));
     for (size_t i = 0, n; i < rays->n_row[RMAP_TABLE_RAY]; i += n) {
         const size_t left = rays->n_row[RMAP_TABLE_RAY] - i;
-        const size_t room = RMAP_BLOCK_RAYS - (*block)->n_row[RMAP_TABLE_RAY];
+        const size_t before = block->rays->n_row[RMAP_TABLE_RAY], room = RMAP_BLOCK_RAYS - before;
         n = left < room ? left : room;
-        RMAP_TRY(rmap_portion_append_rays(*block, rays, i, n, segment, registration, err));
+        if (before == 0)
+            block->unpredicted = (struct rmap_unpredicted){.seed = self->space[space].run.run.seed};
+        RMAP_TRY(rmap_portion_append_rays(block->rays, rays, i, n, segment, registration, err));
+        rmap_unpredicted_take(&block->unpredicted, rays->unpredicted, i, i + n, before);
         for (size_t k = i; k < i + n; k++) {
             segment += rays->ray.segment_count[k];
             registration += rays->ray.registration_count[k];
         }
         if (n == room)
-            RMAP_TRY(write_block(self, space, *block, err));
+            RMAP_TRY(write_block(self, space, block, err));
     }
 out:
     return st;
@@ -150,7 +160,7 @@ static enum rmap_status pick_parts(void *context, int thread, size_t first, size
             RMAP_TRY(pick_portion(self, worker, portion[i], err));
     }
     for (size_t space = 0; space < self->n_space; space++)
-        RMAP_TRY(write_block(self, space, worker->block[space], err));
+        RMAP_TRY(write_block(self, space, &worker->block[space], err));
 out:
     return st;
 }
@@ -243,7 +253,7 @@ static void picking_fini(struct picking *self)
 {
     for (int i = 0; self->worker && i < self->n_thread; i++) {
         for (size_t k = 0; self->worker[i].block && k < self->n_space; k++)
-            rmap_portion_destroy(self->worker[i].block[k]);
+            rmap_portion_destroy(self->worker[i].block[k].rays);
         rmap_free(self->worker[i].block);
         rmap_picker_destroy(self->worker[i].picker);
     }

@@ -170,24 +170,6 @@ out:
     return st;
 }
 
-/* Which of the rays that were taken the encoder has to follow. */
-static void note_unpredicted(const struct rmap_reuse_reader *reader, size_t first, size_t end,
-                             size_t to, struct rmap_unpredicted *list)
-{
-    const struct rmap_unpredicted *known = reader->rows->unpredicted;
-    if (!known || known->seed != list->seed || !reader->reuse->touch.change.same_sphere) {
-        list->n = RMAP_UNPREDICTED_MAX + 1; /* all of them */
-        return;
-    }
-    for (size_t k = 0; k < known->n; k++) {
-        if (known->ray[k] < first || known->ray[k] >= end)
-            continue;
-        if (list->n < RMAP_UNPREDICTED_MAX)
-            list->ray[list->n] = (uint32_t)(known->ray[k] - first + to);
-        list->n++;
-    }
-}
-
 enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,
                                  struct rmap_portion_recorder *recorder, struct rmap_tally *tally,
                                  struct rmap_error *err)
@@ -203,8 +185,11 @@ enum rmap_status rmap_reuse_take(struct rmap_reuse_reader *reader, uint64_t n,
         count[t] = reader->at[t] - first[t];
     RMAP_TRY(rmap_portion_append_rows(to, reader->rows, first, count, err));
     rmap_touch_renumber(&reader->reuse->touch, to, before);
-    note_unpredicted(reader, first[RMAP_TABLE_RAY], reader->at[RMAP_TABLE_RAY],
-                     before[RMAP_TABLE_RAY], &recorder->unpredicted);
+    /* Which of the rays that were taken the encoder has to follow. */
+    rmap_unpredicted_take(
+        &recorder->unpredicted,
+        reader->reuse->touch.change.same_sphere ? reader->rows->unpredicted : NULL,
+        first[RMAP_TABLE_RAY], reader->at[RMAP_TABLE_RAY], before[RMAP_TABLE_RAY]);
     if (tally)
         RMAP_TRY(rmap_tally_add_rows(tally, to, before, err));
 out:

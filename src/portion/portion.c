@@ -185,6 +185,22 @@ size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, s
     return n;
 }
 
+void rmap_unpredicted_take(struct rmap_unpredicted *list, const struct rmap_unpredicted *known,
+                           size_t first, size_t end, size_t to)
+{
+    if (!known || known->n > RMAP_UNPREDICTED_MAX || known->seed != list->seed) {
+        list->n = RMAP_UNPREDICTED_MAX + 1; /* all of them */
+        return;
+    }
+    for (size_t k = 0; k < known->n; k++) {
+        if (known->ray[k] < first || known->ray[k] >= end)
+            continue;
+        if (list->n < RMAP_UNPREDICTED_MAX)
+            list->ray[list->n] = (uint32_t)(known->ray[k] - first + to);
+        list->n++;
+    }
+}
+
 enum rmap_status rmap_portion_append_rows(struct rmap_portion *dst, const struct rmap_portion *src,
                                           const size_t first[RMAP_TABLE_COUNT],
                                           const size_t n[RMAP_TABLE_COUNT], struct rmap_error *err)

@@ -110,6 +110,11 @@ int rmap_portion_channel(const struct rmap_portion *portion, size_t segment);
  * ascend. */
 size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, size_t *first_ret);
 
+/* Of rows that are copied behind `to` others: the rays [first, end) of those that `known` tells of
+ * (NULL: nothing is known of them), with the list's seed. */
+void rmap_unpredicted_take(struct rmap_unpredicted *list, const struct rmap_unpredicted *known,
+                           size_t first, size_t end, size_t to);
+
 /* Appends ray number `ray` of src (a row of /ray with its rows of the other tables, which begin
  * at rows first_segment and first_registration) to dst. Both must have all columns and the same
  * channels; an empty dst becomes timed as src is. RMAP_SYSTEM when memory is short; dst is
