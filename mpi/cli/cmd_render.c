@@ -19,6 +19,7 @@
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
+#include "mpi/parallel/at_hand.h"
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/trace/render_run.h"
@@ -68,9 +69,11 @@ struct session {
     struct rmap_accel *accel;
     const struct rmap_camera *camera;
     struct rmap_renderer *renderer;
+    struct rmap_render_run run;
     float *rgb;      /* of the last picture, on rank 0 */
     uint8_t *lit;    /* which of its pixels show no light itself */
     double exposure; /* of the last picture */
+    bool shown;      /* there is one of this step, on rank 0 */
 };
 
 /* ---- what is asked ---- */
@@ -187,6 +190,7 @@ static enum rmap_status show(void *self, const struct rmap_film *film, struct rm
     const struct request *request = &session->request;
     enum rmap_status st = RMAP_OK;
     char comment[200];
+    session->shown = true;
     rmap_film_resolve(film, session->rgb);
     session->exposure = request->exposure > 0.0 ? request->exposure : session->camera->exposure;
     if (!(session->exposure > 0.0)) {
@@ -209,10 +213,11 @@ out:
 
 /* ---- what came of it ---- */
 
-static json_t *report_json(const struct session *session, const struct rmap_render_outcome *outcome)
+static json_t *report_json(const struct session *session)
 {
-    const struct rmap_render_counts *counts = &outcome->counts;
-    const struct rmap_film *film = outcome->film;
+    const struct rmap_render_run *run = &session->run;
+    const struct rmap_render_counts *counts = &run->counts;
+    const struct rmap_film *film = run->film;
     double noise = 0.0, mean = 0.0;
     json_t *outputs = json_array();
     for (size_t i = 0; i < session->request.n_output; i++)
@@ -225,10 +230,10 @@ static json_t *report_json(const struct session *session, const struct rmap_rend
         (json_int_t)film->size[1], "samples", (json_int_t)film->n_sample, "paths",
         (json_int_t)counts->n_path, "legs", (json_int_t)counts->n_segment, "looks",
         (json_int_t)counts->n_look, "limits", (json_int_t)counts->n_limit, "errors",
-        (json_int_t)counts->n_error, "seconds", outcome->seconds, "frames_per_second",
-        (double)film->n_sample / outcome->seconds, "mean", mean, "noise", rmap_json_number(noise),
+        (json_int_t)counts->n_error, "seconds", run->seconds, "frames_per_second",
+        (double)film->n_sample / run->seconds, "mean", mean, "noise", rmap_json_number(noise),
         "exposure", session->exposure, "unit", unit_of(session->scene), "ranks",
-        session->context->size, "threads", outcome->n_thread);
+        session->context->size, "threads", run->n_thread);
     if (document && session->request.clamp > 0.0)
         (void)json_object_set_new(document, "clamp",
                                   json_pack("{s:f, s:f}", "luminance", session->request.clamp,
@@ -243,11 +248,11 @@ static double cut_share(const struct rmap_film *film, double mean)
     return cut > 0.0 ? cut / (mean + cut) : 0.0;
 }
 
-static void report_print(const struct session *session, const struct rmap_render_outcome *outcome)
+static void report_print(const struct session *session)
 {
-    const struct rmap_render_counts *counts = &outcome->counts;
-    const struct rmap_film *film = outcome->film;
-    double noise = 0.0, mean = 0.0, seconds = outcome->seconds;
+    const struct rmap_render_counts *counts = &session->run.counts;
+    const struct rmap_film *film = session->run.film;
+    double noise = 0.0, mean = 0.0, seconds = session->run.seconds;
     rmap_film_noise(film, &noise, &mean);
     printf("camera %s, %u x %u, %s: %s, %s, %s at lights\n", session->camera->name, film->size[0],
            film->size[1], rmap_counted(film->n_sample, "sample").text,
@@ -267,9 +272,10 @@ static void report_print(const struct session *session, const struct rmap_render
 }
 
 /* On rank 0. */
-static void remark(const struct session *session, const struct rmap_render_outcome *outcome)
+static void remark(const struct session *session)
 {
-    const struct rmap_render_counts *counts = &outcome->counts;
+    const struct rmap_render_counts *counts = &session->run.counts;
+    const struct rmap_film *film = session->run.film;
     double noise, mean;
     const struct rmap_lights *lights = session->renderer->lights;
     if (session->context->quiet)
@@ -277,8 +283,8 @@ static void remark(const struct session *session, const struct rmap_render_outco
     if (lights->n_unseen > 0)
         fprintf(stderr, "raymap: %zu source%s of single rays cannot be seen by a camera\n",
                 lights->n_unseen, lights->n_unseen > 1 ? "s" : "");
-    rmap_film_noise(outcome->film, &noise, &mean);
-    if (outcome->film->n_sample >= DOTS_SAMPLES && noise > DOTS_NOISE * mean &&
+    rmap_film_noise(film, &noise, &mean);
+    if (film->n_sample >= DOTS_SAMPLES && noise > DOTS_NOISE * mean &&
         !(session->request.clamp > 0.0))
         fprintf(stderr,
                 "raymap: few bright paths make this noise, bright dots in the picture: more "
@@ -295,22 +301,21 @@ static void remark(const struct session *session, const struct rmap_render_outco
 }
 
 /* On rank 0. Early is what had less than was asked for. */
-static enum rmap_status conclude(const struct session *session,
-                                 const struct rmap_render_outcome *outcome, struct rmap_error *err)
+static enum rmap_status conclude(const struct session *session, struct rmap_error *err)
 {
     const struct request *request = &session->request;
     enum rmap_status st = RMAP_OK;
-    uint64_t n = outcome->film ? outcome->film->n_sample : 0;
-    if (outcome->film) {
-        remark(session, outcome);
+    uint64_t n = session->run.n_done;
+    if (n > 0) {
+        remark(session);
         if (session->context->json)
-            RMAP_TRY(rmap_json_print(report_json(session, outcome), stdout, err));
+            RMAP_TRY(rmap_json_print(report_json(session), stdout, err));
         else if (!session->context->quiet)
-            report_print(session, outcome);
+            report_print(session);
     }
-    if (outcome->interrupt)
+    if (session->run.interrupt)
         st = rmap_error_set(err, RMAP_STOPPED, "stopped by %s after %llu of %s",
-                            rmap_interrupt_name(outcome->interrupt), (unsigned long long)n,
+                            rmap_interrupt_name(session->run.interrupt), (unsigned long long)n,
                             rmap_counted(request->n_sample, "sample").text);
     else if (n < request->n_sample && request->has_samples)
         st = rmap_error_set(err, RMAP_STOPPED, "stopped by the time limit after %llu of %s",
@@ -319,38 +324,90 @@ out:
     return st;
 }
 
-static void fini(struct session *session)
+static void request_fini(struct request *request)
 {
-    rmap_argument_list_free(session->request.output, session->request.n_output);
-    rmap_scene_options_fini(&session->request.scene);
+    rmap_argument_list_free(request->output, request->n_output);
+    rmap_scene_options_fini(&request->scene);
+    *request = (struct request){0};
+}
+
+static void destroy(void *state)
+{
+    struct session *session = state;
+    rmap_render_end(&session->run);
+    request_fini(&session->request);
     rmap_free(session->rgb);
     rmap_free(session->lit);
     rmap_renderer_destroy(session->renderer);
     rmap_accel_destroy(session->accel);
     rmap_scene_destroy(session->scene);
     rmap_bundle_destroy(session->bundle);
+    rmap_free(session);
+}
+
+/* Collective. A new session, or the one of the run before. Takes the request over. */
+static enum rmap_status begin(const struct rmap_context *context, struct request *request,
+                              struct session **session_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct session *session = *session_ret;
+    const bool goes_on = session != NULL;
+    if (!goes_on && !(session = *session_ret = rmap_alloc(1, sizeof *session)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
+    RMAP_TRY(rmap_agree(context, st, err));
+    session->context = context;
+    session->request = *request;
+    *request = (struct request){0};
+    if (goes_on)
+        return RMAP_OK;
+    RMAP_TRY(prepare(session, err));
+    const struct rmap_render_plan plan = {.renderer = session->renderer,
+                                          .n_sample = session->request.n_sample,
+                                          .time_limit_s = session->request.time_limit_s,
+                                          .show = show,
+                                          .self = session};
+    RMAP_TRY(rmap_render_begin(context, &plan, &session->run, err));
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status go_on(struct session *session, double seconds, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    session->shown = false;
+    RMAP_TRY(rmap_render_step(&session->run, seconds, err));
+    if (session->context->rank == 0 && session->run.is_over)
+        st = conclude(session, err);
+    else if (session->shown)
+        st = rmap_json_print(report_json(session), stdout, err);
+    RMAP_TRY(rmap_agree(session->context, st, err));
+out:
+    return st;
 }
 
 static enum rmap_status run_render(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct session session = {.context = context};
-    struct rmap_render_outcome outcome = {0};
-    enum rmap_status st = read_request(given, &session.request, err);
+    struct rmap_at_hand_steps *steps = context->at_hand ? context->at_hand->steps : NULL;
+    struct session *session = steps ? steps->state : NULL;
+    struct request request;
+    if (steps)
+        steps->state = NULL; /* unless there is more to do */
+    enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(prepare(&session, err));
-    struct rmap_render_plan plan = {.renderer = session.renderer,
-                                    .n_sample = session.request.n_sample,
-                                    .time_limit_s = session.request.time_limit_s,
-                                    .show = show,
-                                    .self = &session};
-    RMAP_TRY(rmap_render_run(context, &plan, &outcome, err));
-    if (context->rank == 0)
-        st = conclude(&session, &outcome, err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(begin(context, &request, &session, err));
+    RMAP_TRY(go_on(session, steps ? steps->seconds : 0.0, err));
+    if (steps && !session->run.is_over) {
+        request_fini(&session->request); /* what it points to is gone by the next run */
+        steps->state = session;
+        steps->destroy = destroy;
+        session = NULL;
+    }
 out:
-    rmap_film_destroy(outcome.film);
-    fini(&session);
+    request_fini(&request);
+    if (session)
+        destroy(session);
     return st;
 }
 

@@ -8,6 +8,13 @@
 
 #include "io/map/map_reader.h"
 
+/* Of a command that can be run again and again, with the same arguments, until it is done. */
+struct rmap_at_hand_steps {
+    double seconds; /* that a run may take, about */
+    void *state;    /* what the next run goes on with; NULL: it begins, or is done */
+    void (*destroy)(void *state);
+};
+
 struct rmap_at_hand {
     const char *path;                  /* the name; other names are files as ever */
     struct rmap_map *map;              /* lent to each command (rmap_map_lend) */
@@ -17,6 +24,7 @@ struct rmap_at_hand {
     bool is_map;                       /* these are all there are: no file is read */
     void (*progressed)(void *context, double share); /* of long work, on rank 0; NULL: untold */
     void *context;
+    struct rmap_at_hand_steps *steps; /* of the command in hand; NULL: it is done in one run */
 };
 
 #endif

@@ -138,9 +138,7 @@ static void respond(struct rmap_serve *self, enum rmap_status st, const struct r
         json_decref(result);
         return;
     }
-    if (st == RMAP_OK && self->again && !request->cancelled) {
-        (void)json_object_set_new(request->message, "begun",
-                                  json_integer((json_int_t)self->n_begun));
+    if (st == RMAP_OK && self->again && (request->state || !request->cancelled)) {
         rmap_serve_again(request);
         return;
     }

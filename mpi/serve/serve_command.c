@@ -225,9 +225,10 @@ enum rmap_status rmap_serve_command_run(struct rmap_serve *self,
     st = run_line(self, &line, err);
     if (self->context.rank == 0) {
         json_t *printed = rmap_serve_capture_take(self->capture);
-        if (st == RMAP_OK && output)
+        const bool is_midway = self->at_hand.steps && !json_is_object(printed);
+        if (st == RMAP_OK && output && !is_midway)
             st = rmap_serve_picture_take(output, type, printed, result_ret, err);
-        else if (st == RMAP_OK)
+        else if (st == RMAP_OK && !is_midway)
             *result_ret = json_incref(printed);
         else if (json_is_object(printed)) /* check says what is wrong and fails */
             self->details = json_incref(printed);

@@ -55,6 +55,7 @@ json_t *rmap_serve_parse(const char *line, size_t nbytes, json_t **refusal_ret)
         json_decref(message);
         message = NULL;
     }
+    (void)json_object_del(message, "begun"); /* the server's own, of what comes again */
     return message;
 }
 

@@ -23,6 +23,7 @@
 #include "mpi/serve/serve_lines.h"
 #include "mpi/serve/serve_message.h"
 #include "mpi/serve/serve_picture.h"
+#include "mpi/serve/serve_render.h"
 #include "mpi/serve/serve_scene.h"
 #include "mpi/serve/serve_trace.h"
 
@@ -75,7 +76,9 @@ static char *next_text(struct rmap_serve *self, const struct doors *doors)
     if (runs && rmap_clock_seconds() - self->sliced > waits_s)
         return rmap_strdup(slice_text);
     self->request = rmap_serve_queue_next(self->queue, runs ? 0 : IDLE_MS);
-    if (self->request && self->request->cancelled) {
+    if (self->request && self->request->cancelled && self->request->state) {
+        rmap_interrupt_stop_question(); /* its next step, which releases what it has */
+    } else if (self->request && self->request->cancelled) {
         rmap_serve_answer(self->request,
                           rmap_serve_error(self->request->message, RMAP_STOPPED, "cancelled"));
         self->request = NULL;
@@ -227,6 +230,7 @@ out:
     if (context->rank == 0)
         close_doors(&self, &doors);
     rmap_serve_picture_fini(&self);
+    rmap_serve_render_fini(&self);
     rmap_serve_scene_fini(&self);
     return st;
 }

@@ -16,6 +16,8 @@
 #include "mpi/serve/serve_queue.h"
 #include "mpi/trace/trace_reuse.h"
 
+enum { RMAP_SERVE_RENDERS = 4 }; /* pictures at once; each has a structure of the scene */
+
 enum rmap_serve_trace_state {
     RMAP_SERVE_NONE,
     RMAP_SERVE_RUNNING,
@@ -61,6 +63,7 @@ struct rmap_serve {
     char why[RMAP_ERROR_TEXT_LEN]; /* it failed */
 
     struct rmap_serve_cancel *cancel;
+    struct rmap_at_hand_steps render[RMAP_SERVE_RENDERS]; /* under way */
 
     /* Of rank 0. */
     struct rmap_serve_queue *queue;

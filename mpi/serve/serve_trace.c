@@ -139,6 +139,9 @@ enum rmap_status rmap_serve_trace(struct rmap_serve *self, const json_t *message
                                  (double)n_traced(self) / (double)self->n_ray);
     if (!self->again)
         *result = rmap_serve_trace_json(self);
+    else if (self->context.rank == 0 && self->request)
+        (void)json_object_set_new(self->request->message, "begun",
+                                  json_integer((json_int_t)self->n_begun));
     return RMAP_OK;
 }
 

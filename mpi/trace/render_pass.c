@@ -33,8 +33,9 @@ static void work(void *context, int thread)
     struct rmap_render_counts *counts = &run->counts[thread];
     struct rmap_work_item item;
     while (rmap_block_queue_pop(&run->queue, &item)) {
-        if (rmap_film_render_tile(run->pass->film, run->pass->renderer, item.number,
-                                  run->pass->first, run->pass->n, &run->stop, counts))
+        if (rmap_film_render_tile(run->pass->film, run->pass->renderer,
+                                  run->pass->first_tile + item.number, run->pass->first,
+                                  run->pass->n, &run->stop, counts))
             atomic_fetch_add(&run->n_tile, 1);
     }
     rmap_block_queue_knock(&run->queue);
@@ -54,8 +55,9 @@ static enum rmap_status serve_others(struct run *run, bool want, struct rmap_err
     enum rmap_status st = rmap_blocks_serve(run->tiles, want && have < target ? target : 0,
                                             atomic_load(&run->n_tile), err);
     if (st == RMAP_OK && pass->context->rank == 0)
-        rmap_progress_show(pass->progress, rmap_film_n_tile(pass->film) * pass->first +
-                                               rmap_blocks_done(run->tiles) * pass->n);
+        rmap_progress_show(pass->progress,
+                           rmap_film_n_tile(pass->film) * pass->first +
+                               (pass->first_tile + rmap_blocks_done(run->tiles)) * pass->n);
     return st;
 }
 
@@ -146,7 +148,7 @@ enum rmap_status rmap_render_pass_run(struct rmap_render_pass *pass, struct rmap
     pass->counts = (struct rmap_render_counts){0};
     pass->n_tile = 0;
     enum rmap_status st =
-        rmap_blocks_create(pass->context, rmap_film_n_tile(pass->film), &run.tiles, err);
+        rmap_blocks_create(pass->context, pass->end_tile - pass->first_tile, &run.tiles, err);
     if (st == RMAP_OK && (st = start(&run, err)) == RMAP_OK) {
         st = serve(&run, err);
         rmap_workers_join(run.threads);

@@ -11,7 +11,7 @@
 
 /* Red, green, blue, square of the luminance, samples that saw a light itself, luminance cut off. */
 #define RMAP_FILM_SUMS 6
-#define RMAP_TILE_SIDE 32
+#define RMAP_TILE_SIDE 8
 
 struct rmap_film {
     uint32_t size[2];

@@ -37,6 +37,7 @@ static enum rmap_status measure_preview(struct rmap_bench *bench,
     RMAP_TRY(make_renderer(scene, used, &renderer, err));
     RMAP_TRY(rmap_film_create(used, &pass.film, err));
     pass.renderer = renderer;
+    pass.end_tile = rmap_film_n_tile(pass.film);
     for (int i = 0; i < bench->n_repeat; i++) {
         double begun = rmap_clock_seconds();
         pass.first = (uint64_t)i;

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A server: answers as the command line's, traces to the same digest, several clients, wrong input, edits and
 saving, HTTP for who has the token, ranks that share the work."""
+import base64
 import http.client
 import json
 import math
@@ -421,8 +422,8 @@ def check_saving():
         assert open("below/new.yaml").read() == lens.scene()["text"]
 
 
-def start(*ways):
-    server = subprocess.Popen([RAYMAP, "serve", "scene.yaml", *ways], stdout=subprocess.PIPE, text=True,
+def start(*ways, scene="scene.yaml"):
+    server = subprocess.Popen([RAYMAP, "serve", scene, *ways], stdout=subprocess.PIPE, text=True,
                               stderr=subprocess.DEVNULL)
     return server, json.loads(server.stdout.readline())
 
@@ -480,6 +481,56 @@ def check_clients():
         assert server.wait(20) == 0 and not os.path.exists("s.sock")
     finally:
         server.kill()
+
+
+def check_render():
+    """Others are answered while a picture comes, of the scene as it was; the picture is that of the command line."""
+    scene = os.path.join(SOURCE, "examples/gradient-sphere/scene.yaml")
+    size, seen, count = "64x48", {}, [0]
+    server, _ = start("--socket", "s.sock", "--threads", "1", scene=scene)
+    try:
+        one, other = raymap.serve.connect("s.sock"), raymap.serve.connect("s.sock")
+
+        def look():
+            other.edit(set={"objects.glass_ball.at": [1, 2, 3]})
+            while "all" not in seen:
+                other.status()
+                count[0] += 1
+
+        def note(event):
+            seen[event.get("samples")] = count[0], event.get("base64")
+            if event.get("samples") == 1:
+                thread.start()
+
+        def give_up(client):
+            try:
+                client.ask("render", samples=100000, size=size, timeout=0.5)
+                raise AssertionError("so soon")
+            except TimeoutError:
+                client.status()
+
+        thread = threading.Thread(target=look)
+        picture = one.render(samples=65, size=size, told=note)
+        seen["all"] = count[0]
+        thread.join(60)
+        assert seen["all"] - seen[16][0] > 4, {key: value if key == "all" else value[0] for key, value in seen.items()}
+        threads = [threading.Thread(target=give_up, args=(raymap.serve.connect("s.sock"),)) for _ in range(6)]  # more than are drawn at once
+        for thread in threads:
+            thread.start()
+        gone = raymap.serve.connect("s.sock")
+        gone._send({"command": "render", "samples": 100000})
+        gone.close()
+        assert one.render(samples=4, size=size)["base64"] != seen[4][1]
+        for thread in threads:
+            thread.join(60)
+        other.quit()
+        assert server.wait(20) == 0
+    finally:
+        server.kill()
+    for samples, base64_text in ((65, picture["base64"]), (4, seen[4][1])):
+        run("render", scene, "--samples", str(samples), "--size", size, "-o", "eye.png", "--force", "--quiet")
+        with open("eye.png", "rb") as file:
+            assert file.read() == base64.b64decode(base64_text), samples
 
 
 def fuzz(path):
@@ -702,7 +753,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_render, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
