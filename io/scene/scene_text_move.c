@@ -9,23 +9,53 @@
 
 #include "io/scene/scene_text.h"
 
-/* Three numbers without units; missing: none. */
-static bool read_place(const struct rmap_yaml_node *node, double place[3])
+/* What is to be written for a place to be another: a whole list, or those of its items that change,
+ * so that the others stay as they are written. */
+struct place {
+    const struct rmap_yaml_node *list; /* of `at`, or of `matrix`; NULL: it is not there */
+    size_t n, first, step;             /* its numbers, and which are the place's */
+    double number[12];
+    bool whole;
+};
+
+/* false: one that counts is no number without a unit. */
+static bool read_numbers(struct place *place, const double way[3])
 {
-    if (!node)
-        return true;
-    if (node->kind != RMAP_YAML_LIST || node->n_item != 3)
-        return false;
-    for (size_t i = 0; i < 3; i++) {
-        const struct rmap_yaml_node *item = node->item[i].value;
+    bool right =
+        !place->list || (place->list->kind == RMAP_YAML_LIST && place->list->n_item == place->n);
+    for (size_t i = 0; place->list && i < place->n && right; i++) {
+        const struct rmap_yaml_node *item = place->list->item[i].value;
+        const bool moves = i % place->step == place->first && way[i / place->step] != 0.0;
         char *end = NULL;
-        if (item->kind != RMAP_YAML_SCALAR || !item->text[0])
-            return false;
-        place[i] = strtod(item->text, &end);
-        if (*end)
-            return false;
+        if (!place->whole && !moves)
+            continue;
+        right = item->kind == RMAP_YAML_SCALAR && item->text[0];
+        if (right)
+            place->number[i] = strtod(item->text, &end);
+        right = right && !*end;
     }
-    return true;
+    return right;
+}
+
+/* {"objects.lens.at.3": 5}, or {"objects.lens.at": [0, 0, 5]}; path: "objects.lens.at". */
+static json_t *values_of(const struct place *place, const char *path, const double way[3])
+{
+    json_t *values = json_object(), *list = json_array();
+    char item[540];
+    for (size_t i = 0; i < place->n; i++) {
+        const bool counts = i % place->step == place->first;
+        const double by = counts ? way[i / place->step] : 0.0;
+        json_t *number = json_real(place->number[i] + by);
+        (void)json_array_append(list, number);
+        (void)snprintf(item, sizeof item, "%s.%zu", path, i + 1);
+        if (!place->whole && by != 0.0)
+            (void)json_object_set(values, item, number);
+        json_decref(number);
+    }
+    if (place->whole)
+        (void)json_object_set(values, path, list);
+    json_decref(list);
+    return values;
 }
 
 /* A source that stands in a group, below a list of objects whose path begins `path`; NULL: none. */
@@ -68,6 +98,45 @@ static const struct rmap_yaml_node *find_named(const struct rmap_yaml_node *root
     return source_in_groups(rmap_yaml_get(root, "objects"), name, path, nbytes);
 }
 
+/* Why it has no place that could be another; else RMAP_OK. */
+static enum rmap_status check_has_place(const struct rmap_yaml_node *node, const char *name,
+                                        const char *path, struct rmap_error *err)
+{
+    const struct rmap_yaml_node *fills = rmap_yaml_get(node, "fills"),
+                                *type = rmap_yaml_get(node, "type");
+    const bool is_source = strncmp(path, "sources.", 8) == 0 || strstr(path, ".sources.");
+    if (!is_source || !type || type->kind != RMAP_YAML_SCALAR)
+        return RMAP_OK;
+    if (fills && fills->kind == RMAP_YAML_SCALAR)
+        return rmap_error_set(
+            err, RMAP_INPUT,
+            "'%s' stands before '%s', which it fills, and goes with it: move that, "
+            "or give it 'shape', 'at' and 'direction' instead of 'fills'",
+            name, fills->text);
+    if (rmap_yaml_get(node, "in") || strcmp(type->text, "sky") == 0 ||
+        strcmp(type->text, "sun") == 0 || strcmp(type->text, "rays") == 0)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "'%s' has no place of its own (type: %s): change it in the text",
+                              name, type->text);
+    return RMAP_OK;
+}
+
+/* There is nothing of that name; perhaps of its first words, "lens" of "lens.edge.1". */
+static enum rmap_status refuse_name(const struct rmap_yaml_node *root, const char *name,
+                                    struct rmap_error *err)
+{
+    char whole[256], path[512];
+    (void)snprintf(whole, sizeof whole, "%s", name);
+    for (char *dot; (dot = strrchr(whole, '.'));) {
+        *dot = 0;
+        if (find_named(root, whole, path, sizeof path))
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "'%s' has its place by '%s', of which it is a part: move that",
+                                  name, whole);
+    }
+    return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
+}
+
 /* From the axes of the world into those of a frame, without what rounding leaves of a turn. */
 static void turn_into(const struct rmap_affine *frame, double way[3])
 {
@@ -86,8 +155,10 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
                                       struct rmap_scene_text *scene_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_yaml_node *node = NULL;
-    double place[3] = {0.0, 0.0, 0.0}, way[3] = {0.0, 0.0, 0.0};
+    const struct rmap_yaml_node *node = NULL, *in = NULL;
+    double way[3] = {0.0, 0.0, 0.0};
+    struct place place = {0};
+    const char *rest;
     char path[512];
     bool right = json_array_size(by) == 3;
     for (size_t i = 0; i < 3 && right; i++) {
@@ -96,28 +167,32 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
     }
     if (!right)
         return rmap_error_set(err, RMAP_USAGE, "'by' is a list of three numbers");
-    st = rmap_scene_text_parse(from, err);
-    if (st != RMAP_OK)
-        return st;
-    node = find_named(from->root, name, path, sizeof path - 3);
+    RMAP_TRY(rmap_scene_text_parse(from, err));
+    node = find_named(from->root, name, path, sizeof path - 16);
     if (!node)
-        return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
+        return refuse_name(from->root, name, err);
+    RMAP_TRY(check_has_place(node, name, path, err));
     if (way[0] == 0.0 && way[1] == 0.0 && way[2] == 0.0)
         return rmap_scene_text_change(from, NULL, NULL, scene_ret, err);
-    if (from_place && strncmp(path, "detectors.", 10) == 0 && !rmap_yaml_get(node, "at"))
-        memcpy(place, (double[]){from_place->x, from_place->y, from_place->z}, sizeof place);
-    if (!read_place(rmap_yaml_get(node, "at"), place))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "the `at` of '%s' is not three numbers without units: change it "
-                              "in the text",
-                              name);
     if (frame)
         turn_into(frame, way);
-    for (size_t i = 0; i < 3; i++)
-        place[i] += way[i];
-    (void)strcat(path, ".at");
-    json_t *values = json_pack("{s:[f, f, f]}", path, place[0], place[1], place[2]);
+    const char *key = rmap_yaml_get(node, "matrix") ? "matrix" : "at";
+    place = strcmp(key, "at") == 0 ? (struct place){.n = 3, .step = 1}
+                                   : (struct place){.n = 12, .first = 3, .step = 4};
+    place.list = rmap_yaml_get(node, key);
+    if (from_place && strncmp(path, "detectors.", 10) == 0 && !place.list)
+        memcpy(place.number, (double[]){from_place->x, from_place->y, from_place->z},
+               3 * sizeof *place.number);
+    (void)strcat(strcat(path, "."), key);
+    place.whole = !place.list || rmap_yaml_find_shared(from->root, path, &rest, &in);
+    if (!read_numbers(&place, way))
+        return rmap_error_set(err, RMAP_INPUT,
+                              "the `%s` of '%s' is not %zu numbers without units: change it in the "
+                              "text",
+                              key, name, place.n);
+    json_t *values = values_of(&place, path, way);
     st = rmap_scene_text_change(from, NULL, values, scene_ret, err);
     json_decref(values);
+out:
     return st;
 }

@@ -296,6 +296,30 @@ def check_axes():
         refused(scene.move, "wall", 0, 1, 0, axes="mine", status=2)
 
 
+def check_places_as_written():
+    """What has its place by a matrix gets another one there; what has none says what to move. The rest stays as it is written."""
+    with open("placed.yaml", "w") as file:
+        file.write("raymap: 1\nmedia: {air: {index: 1}, glass: {index: 1.5}}\nsurfaces: {black: {type: absorber}}\n"
+                   "geometries: {wall: {type: rectangle, size: [9, 9]}, row: {type: lens, surfaces: [{radius: 50, thickness: 2, medium: glass, aperture: 5}, "
+                   "{radius: -50, aperture: 5, medium: air}]}}\nobjects:\n"
+                   "- {name: stage, rotate: [0, 0, 90], objects: [{name: wall, geometry: wall, matrix: [1.0, 0, 0, 2,\n"
+                   "  0, 1.0, 0, 3.0, # mm\n  0, 0, 1.0, 4], surface: black, outside: air}]}\n"
+                   "- {name: lens, geometry: row, at: [0.0, 1 mm, 20], outside: air}\n"
+                   "sources: [{name: sun, type: collimated, fills: lens}, {name: lamp, type: point, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -9], medium: air},\n"
+                   "  {name: day, type: rays, rays: [{origin: [0, 0, -9], direction: [0, 0, 1]}], medium: air}]\n")
+    with raymap.serve.start("placed.yaml") as scene:
+        before = scene.scene()["text"]
+        moved = scene.move("wall", 0, 0.5, 0, axes="world")
+        assert moved["text"] == before.replace("0, 2,\n", "0, 2.5,\n") and moved["places"]["objects"]
+        assert "0, 2.5,\n  0, 1.0, 0, 4, # mm\n  0, 0, 1.0, 3]" in scene.move("wall", 0, 1, -1)["text"]
+        assert "1, -8]" in scene.move("lamp", 0, 0, 1)["text"]
+        assert "at: [0.0, 1 mm, 21]" in scene.move("lens", 0, 0, 1)["text"]
+        for name, words in (("lens", "without units"), ("sun", "instead of 'fills'"), ("lens.edge.1", "by 'lens', of which it is a part"), ("day", "no place")):
+            assert words in str(refused(scene.move, name, 0, 1, 0, status=3)), name
+        scene.edit(text=before.replace("at: [0.0, 1 mm, 20], ", ""))
+        assert "at: [0, 0, 3]" in scene.move("lens", 0, 0, 3)["text"]
+
+
 SHARED = """raymap: 1
 media: {air: {index: 1}}
 surfaces: {black: {type: absorber}}
@@ -753,7 +777,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_render, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_render, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
