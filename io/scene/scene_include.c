@@ -38,6 +38,11 @@ bool rmap_include_next(const char **at, struct rmap_include_part *part)
     return true;
 }
 
+bool rmap_include_stands_elsewhere(const char *name)
+{
+    return name[0] == '/' || strncmp(name, "../", 3) == 0 || strstr(name, "/../") != NULL;
+}
+
 char *rmap_include_path(const char *scene_path, const struct rmap_include_part *part)
 {
     const char *slash = scene_path ? strrchr(scene_path, '/') : NULL;

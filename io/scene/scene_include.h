@@ -34,6 +34,9 @@ bool rmap_include_next(const char **at, struct rmap_include_part *part);
 char *rmap_include_path(const char *scene_path, const struct rmap_include_part *part);
 char *rmap_include_text(const struct rmap_include_part *part);
 
+/* Is a file of that name outside of the scene's folder? */
+bool rmap_include_stands_elsewhere(const char *name);
+
 /* Has the file that text? */
 bool rmap_include_is_stored(const struct rmap_include_part *part, const char *path);
 

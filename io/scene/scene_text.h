@@ -45,4 +45,10 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
                                       struct rmap_scene_text *scene_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* The text for another folder, from which the way ("../parts/") leads to the present one: with that
+ * before the names of files that are relative, and before those of included files that do not go
+ * with the scene (scene_include.h). *text_ret: rmap_free; NULL at first. */
+enum rmap_status rmap_scene_text_lead(const char *text, const char *way, char **text_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

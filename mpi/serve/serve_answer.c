@@ -56,7 +56,7 @@ static enum rmap_status answer_status(struct rmap_serve *self, const json_t *mes
     rmap_map_summarise(self->map, &summary);
     rmap_digest_text(summary.digest, digest);
     *result =
-        json_pack("{s:s, s:b, s:I, s:b, s:o, s:s, s:i, s:i}", "file", self->at_hand.path, "map",
+        json_pack("{s:s, s:b, s:I, s:b, s:o, s:s, s:i, s:i}", "file", rmap_serve_file(self), "map",
                   (int)!rmap_map_is_held(self->map), "revision", (json_int_t)self->revision,
                   "saved", (int)(self->now == self->saved), "trace", rmap_serve_trace_json(self),
                   "digest", digest, "ranks", self->context.size, "threads", self->context.n_thread);

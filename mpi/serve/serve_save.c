@@ -2,11 +2,15 @@
  *
  * The text of a server's scene becomes a file, and those of its included files.
  */
+#define _XOPEN_SOURCE 700 /* realpath */
+
+#include <limits.h>
+#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/file/publish.h"
 #include "io/scene/scene_include.h"
 #include "mpi/command/output.h"
 #include "mpi/parallel/agree.h"
@@ -18,11 +22,65 @@ bool rmap_serve_is_scene_name(const char *path)
     return rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml");
 }
 
-static bool is_same_file(const char *a, const char *b)
+const char *rmap_serve_file(const struct rmap_serve *self)
 {
-    struct stat one, other;
-    return stat(a, &one) == 0 && stat(b, &other) == 0 && one.st_dev == other.st_dev &&
-           one.st_ino == other.st_ino;
+    return self->saved_as ? self->saved_as : self->at_hand.path;
+}
+
+static bool folder_of(const char *path, char folder[PATH_MAX])
+{
+    const char *slash = strrchr(path, '/');
+    char *name = rmap_path_format("%.*s", slash ? (int)(slash - path) + 1 : 2, slash ? path : "./");
+    const bool found = name && realpath(name, folder) != NULL;
+    rmap_free(name);
+    return found;
+}
+
+/* From the folder of one file to that of another, "../parts/"; rmap_free. "": it is the same. NULL:
+ * one is not there. */
+static char *way_between(const char *from, const char *to)
+{
+    char a[PATH_MAX], b[PATH_MAX], up[PATH_MAX] = "";
+    size_t n = 0;
+    if (!folder_of(from, a) || !folder_of(to, b))
+        return NULL;
+    for (size_t i = 0; i == 0 || (a[i - 1] && a[i - 1] == b[i - 1]); i++)
+        if ((a[i] == '/' || !a[i]) && (b[i] == '/' || !b[i]))
+            n = i; /* so far it is the same folder */
+    for (const char *at = a + n; *at; at++)
+        if (*at == '/' && at[1] && strlen(up) + 4 < sizeof up)
+            (void)strcat(up, "../");
+    const char *down = b + n + (b[n] == '/');
+    return rmap_path_format("%s%s%s", up, down, *down ? "/" : "");
+}
+
+/* Rank 0. The text as it is to stand in that file; rmap_free. */
+static enum rmap_status text_for(const struct rmap_serve *self, const char *path, char **text_ret,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *text = self->text[self->now].text;
+    char *way = self->at_hand.is_map ? NULL : way_between(path, self->at_hand.path);
+    if (way && *way)
+        st = rmap_scene_text_lead(text, way, text_ret, err);
+    else if (!(*text_ret = rmap_strdup(text)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    rmap_free(way);
+    return st;
+}
+
+/* The file of a part of a scene that is stored there: beside it, but for those that stand elsewhere
+ * and stay what they are. rmap_free. */
+static char *file_of(const struct rmap_serve *self, const char *path,
+                     const struct rmap_include_part *part, bool *elsewhere_ret)
+{
+    char *name = part->n_name > 0 ? rmap_path_format("%.*s", (int)part->n_name, part->name) : NULL;
+    *elsewhere_ret = name && rmap_include_stands_elsewhere(name);
+    char *file = part->n_name > 0
+                     ? rmap_include_path(*elsewhere_ret ? self->at_hand.path : path, part)
+                     : rmap_strdup(path);
+    rmap_free(name);
+    return file;
 }
 
 /* Rank 0. Whether the scene's files are as they were read or saved last; those that are gone are
@@ -31,9 +89,9 @@ static enum rmap_status check_stored(const struct rmap_serve *self, struct rmap_
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_include_part part;
+    bool elsewhere;
     for (const char *at = self->stored; st == RMAP_OK && rmap_include_next(&at, &part);) {
-        char *file = part.n_name > 0 ? rmap_include_path(self->at_hand.path, &part)
-                                     : rmap_strdup(self->at_hand.path);
+        char *file = file_of(self, rmap_serve_file(self), &part, &elsewhere);
         if (!file)
             st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a name");
         else if (access(file, F_OK) == 0 && !rmap_include_is_stored(&part, file))
@@ -47,24 +105,33 @@ static enum rmap_status check_stored(const struct rmap_serve *self, struct rmap_
 }
 
 /* Rank 0. Files that the scene includes where they are other ones, then its own. */
-static enum rmap_status save_files(const struct rmap_serve *self, const char *path, bool force,
-                                   struct rmap_error *err)
+static enum rmap_status save_files(const struct rmap_serve *self, const char *path,
+                                   const char *whole, bool force, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_include_part own, part;
-    const char *at = self->text[self->now].text;
-    char *text = NULL, *file = NULL;
+    const char *at = whole;
+    char *text = NULL, *file = NULL, *way = way_between(path, self->at_hand.path);
+    bool elsewhere;
     (void)rmap_include_next(&at, &own);
     while (st == RMAP_OK && rmap_include_next(&at, &part)) {
-        file = rmap_include_path(path, &part);
+        file = file_of(self, path, &part, &elsewhere);
         text = rmap_include_text(&part);
         if (!file || !text)
             st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
-        else if (!rmap_include_is_stored(&part, file))
+        else if (rmap_include_is_stored(&part, file))
+            st = RMAP_OK;
+        else if (elsewhere && way && *way)
+            st = rmap_error_set(err, RMAP_USAGE,
+                                "%s stands outside of the scene's folder, and would have to be "
+                                "another file for %s: save the scene in its own folder",
+                                file, path);
+        else
             st = rmap_save_below(self->folder, file, text, force, err);
         rmap_free(file);
         rmap_free(text);
     }
+    rmap_free(way);
     if (st != RMAP_OK)
         return st;
     text = rmap_include_text(&own);
@@ -79,21 +146,35 @@ enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message,
 {
     enum rmap_status st = RMAP_OK;
     const char *file = json_string_value(json_object_get(message, "file"));
-    const bool is_own = !file || strcmp(file, self->at_hand.path) == 0;
-    const char *path = file ? file : self->at_hand.path;
+    const char *own = rmap_serve_file(self), *path = file ? file : own;
+    const bool force = json_is_true(json_object_get(message, "force"));
+    char *text = NULL, *name = NULL;
     if (!rmap_serve_is_scene_name(path))
         st = rmap_error_set(err, RMAP_USAGE,
                             "save wants a name that ends in .yaml or .yml in 'file'");
-    const bool force = json_is_true(json_object_get(message, "force"));
-    if (st == RMAP_OK && is_own && !force && self->context.rank == 0)
-        st = check_stored(self, err);
-    if (st == RMAP_OK && self->context.rank == 0)
-        st = save_files(self, path, is_own || force, err);
+    else if (!(name = rmap_strdup(path)))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a name");
+    if (st == RMAP_OK && self->context.rank == 0) {
+        const bool is_own = strcmp(path, own) == 0;
+        if (is_own && !force)
+            st = check_stored(self, err);
+        if (st == RMAP_OK)
+            st = text_for(self, path, &text, err);
+        if (st == RMAP_OK)
+            st = save_files(self, path, text, is_own || force, err);
+    }
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    if (is_own || is_same_file(path, self->at_hand.path))
-        rmap_serve_note_stored(self);
+    rmap_free(self->saved_as);
+    self->saved_as = name;
+    name = NULL;
+    rmap_free(self->stored);
+    self->stored = text;
+    text = NULL;
     self->saved = self->now;
-    *result = json_pack("{s:s, s:I}", "file", path, "revision", (json_int_t)self->revision);
+    *result =
+        json_pack("{s:s, s:I}", "file", self->saved_as, "revision", (json_int_t)self->revision);
 out:
+    rmap_free(text);
+    rmap_free(name);
     return st;
 }

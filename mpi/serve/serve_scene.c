@@ -107,6 +107,7 @@ void rmap_serve_scene_fini(struct rmap_serve *self)
     drop_texts_from(self, 0);
     rmap_free(self->text);
     rmap_free(self->stored);
+    rmap_free(self->saved_as);
     rmap_bundle_destroy(self->bundle);
     rmap_free((char *)(uintptr_t)self->at_hand.path);
 }
@@ -269,14 +270,6 @@ out:
     return st;
 }
 
-void rmap_serve_note_stored(struct rmap_serve *self)
-{
-    rmap_free(self->stored);
-    self->stored = self->at_hand.is_map || self->context.rank > 0
-                       ? NULL
-                       : rmap_strdup(self->text[self->now].text);
-}
-
 enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -302,7 +295,11 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     self->at_hand.is_map = !is_scene;
     rmap_free((char *)(uintptr_t)before.path);
     self->saved = 0;
-    rmap_serve_note_stored(self);
+    rmap_free(self->saved_as);
+    self->saved_as = NULL;
+    rmap_free(self->stored);
+    self->stored =
+        is_scene && self->context.rank == 0 ? rmap_strdup(self->text[self->now].text) : NULL;
     if (!is_scene)
         self->state = RMAP_SERVE_DONE;
     return RMAP_OK;
@@ -326,7 +323,7 @@ static json_t *state_of(const struct rmap_serve *self, const json_t *message, js
     return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*, s:o*}", "revision",
                      (json_int_t)self->revision, "undo", (json_int_t)self->now, "redo",
                      (json_int_t)(self->n_text - self->now - 1), "saved",
-                     (int)(self->now == self->saved), "file", self->at_hand.path, "text",
+                     (int)(self->now == self->saved), "file", rmap_serve_file(self), "text",
                      brief ? NULL : self->text[self->now].text, "places", places);
 }
 

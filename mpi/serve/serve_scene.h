@@ -18,8 +18,8 @@ void rmap_serve_scene_fini(struct rmap_serve *self);
 /* Nothing is taken over from what was before. */
 void rmap_serve_forget_last(struct rmap_serve *self);
 
-/* The files of the scene have the text that is now. */
-void rmap_serve_note_stored(struct rmap_serve *self);
+/* The file that the scene is saved to: the last that it was, or that was opened. */
+const char *rmap_serve_file(const struct rmap_serve *self);
 
 /* Collective. The scene of the text that is now, without rays. */
 enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed,

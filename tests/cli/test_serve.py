@@ -426,10 +426,15 @@ def check_saving():
                      "a" * 300 + ".yaml"):
             refused(lens.save, path)
         assert not os.listdir("../outside")
-        lens.save("below/new.yaml")
+        refused(lens.save, "scene.yaml/", status=2)
+        lens.move("mount", 0, 0, 1)
+        assert lens.save("below/new.yaml")["file"] == lens.status()["file"] == "below/new.yaml" and lens.status()["saved"]
+        refused(lens.save, "scene.yaml", status=2)  # its own is the other one now
+        lens.undo()
+        assert not lens.status()["saved"] and lens.save()["file"] == "below/new.yaml"
+        lens.save(here + "/below/other.yaml")
         refused(lens.save, "below/new.yaml", status=2)
         lens.save("below/new.yaml", force=True)
-        lens.save(here + "/below/other.yaml")
         assert open("below/other.yaml").read() == lens.scene()["text"]
         assert not [f for f in os.listdir("below") if f.startswith(".")]
     with raymap.serve.start("below/new.yaml") as lens:
@@ -444,6 +449,54 @@ def check_saving():
         lens.save("./below/new.yaml", force=True)
         lens.save()
         assert open("below/new.yaml").read() == lens.scene()["text"]
+
+
+def check_saving_elsewhere():
+    """In another folder the names of files lead where they led."""
+    for folder in ("deep/er", "parts"):
+        os.makedirs(folder, exist_ok=True)
+    write_mesh(1)
+    shutil.move("body.stl", "parts/body.stl")
+    shutil.copy("parts/body.stl", "parts/other.stl")
+    with open("parts/cube.yaml", "w") as file:
+        file.write("geometries: {third: {type: mesh, file: other.stl}} # mine\n")
+    with open("parts/named.yaml", "w") as file:
+        file.write("raymap: 1\ninclude: [cube.yaml, ../plain_part.yaml]\nmedia: {air: {index: 1}}\nsurfaces: {black: {type: absorber}}\ngeometries:\n"
+                   "  body: &b {type: mesh, file: &f body.stl} # here\n  again: {<<: *b, scale: 2}\n  more: {type: mesh, file: *f}\n"
+                   "  other: {type: mesh, file: '../parts/other.stl'}\nobjects:\n"
+                   "- {name: a, geometry: body, surface: black, outside: air}\n- {name: b, geometry: third, at: [3, 0, 0], surface: black, outside: air}\n"
+                   "- {name: c, geometry: other, at: [6, 0, 0], surface: black, outside: air}\n")
+    with open("plain_part.yaml", "w") as file:
+        file.write("sources: [{name: lamp, type: point, at: [0.1, 0.1, -9], medium: air, cone: 40}]\n")
+    with raymap.serve.start("parts/named.yaml") as scene:
+        scene.trace(4096)
+        digest = scene.status()["digest"]
+        scene.save("deep/er/named.yaml")
+        saved = open("deep/er/named.yaml").read()
+        assert 'file: &f "../../parts/body.stl"} # here' in saved and "file: *f}" in saved and 'include: [cube.yaml, "../../plain_part.yaml"]' in saved, saved
+        assert open("deep/er/cube.yaml").read() == 'geometries: {third: {type: mesh, file: "../../parts/other.stl"}} # mine\n'
+        scene.edit(set={"objects.a.at": [0, 0, 1]})
+        scene.save()
+        assert open("deep/er/named.yaml").read() == saved.replace("outside: air}", "outside: air, at: [0, 0, 1]}", 1)
+        scene.undo()
+        scene.save("top.yaml")
+        assert 'file: "parts/other.stl"' in open("top.yaml").read() and "plain_part.yaml" in open("top.yaml").read()
+        scene.edit(set={"sources.lamp.cone": 30})
+        assert "in its own folder" in str(refused(scene.save, "deep/er/wide.yaml", status=2)) and not os.path.exists("deep/er/wide.yaml")
+        scene.undo()
+        scene.save()
+    for path in ("deep/er/named.yaml", "top.yaml"):
+        with raymap.serve.start(path) as scene:
+            if path != "top.yaml":
+                scene.edit(remove=["objects.a.at"])
+            scene.trace(4096)
+            assert scene.status()["digest"] == digest, path
+    run("trace", "top.yaml", "-n", "4096", "-o", "top.raymap", "--quiet", "--force")
+    with raymap.serve.start("top.raymap") as scene:  # a map has a file of its own once it is saved
+        scene.edit(set={"objects.a.at": [0, 0, 2]})
+        refused(scene.save, status=2)
+        scene.save("of_map.yaml")
+        assert scene.save()["file"] == "of_map.yaml" and scene.status()["file"] == "of_map.yaml"
 
 
 def start(*ways, scene="scene.yaml"):
@@ -777,7 +830,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_shared, check_same, check_set_as_command_line, check_saving, check_clients, check_render, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
