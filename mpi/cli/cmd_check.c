@@ -67,7 +67,8 @@ static enum rmap_status print_result(const struct rmap_context *context,
                                      const struct rmap_surface_question *asked,
                                      const struct rmap_source *lamp, struct rmap_error *err)
 {
-    rmap_diagnostics_print(&checked->diagnostics, stderr);
+    if (!context->at_hand) /* whose answer has them */
+        rmap_diagnostics_print(&checked->diagnostics, stderr);
     if (context->json) {
         json_t *document = json_pack("{s:s, s:I, s:o}", "path", checked->path, "errors",
                                      (json_int_t)checked->diagnostics.n_error, "diagnostics",

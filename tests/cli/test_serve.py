@@ -163,7 +163,9 @@ def check_edits():
         refused(lens.edit, set={"objects.nobody.at": [0, 0, 0]}, status=3)
         refused(lens.move, "nobody", 0, 0, 0, status=3)
         refused(lens.edit, status=2)
-        assert lens.check(text="objects: 5")["errors"] == 2
+        done = subprocess.run([RAYMAP, "serve", "scene.yaml"], input='{"command": "check", "text": "objects: 5"}\n', capture_output=True, text=True, timeout=60)
+        told = json.loads(done.stdout)["result"]  # there, and not beside it
+        assert told["errors"] == 2 and "assumed" in told["diagnostics"][0]["text"] and done.stderr == "", (told, done.stderr)
         assert lens.undo()["text"] == moved["text"]
         assert lens.undo()["text"] == before["text"]
         refused(lens.undo, status=3)
