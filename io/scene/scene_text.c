@@ -13,90 +13,33 @@
 #include "io/scene/scene_include.h"
 #include "io/scene/yaml_follow.h"
 #include "io/scene/yaml_span.h"
+#include "io/scene/yaml_write.h"
 
-/* Whether a text says the same in YAML without quotes. */
-static bool is_plain(const char *text)
-{
-    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
-    const size_t n = strlen(text);
-    if (n == 0 || text[n - 1] == ' ' || !strchr(letters, text[0]))
-        return n > 1 && (text[0] == '-' || text[0] == '.') && strchr(letters, text[1]) &&
-               is_plain(text + 1);
-    for (size_t i = 0; i < n; i++)
-        if (!strchr(letters, text[i]) && !strchr(" _.+-/%()*^", text[i]))
-            return false;
-    return true;
-}
-
-static void put_number(FILE *out, double value)
-{
-    char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        (void)snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value)
-            break;
-    }
-    fputs(text, out);
-}
-
-static void put_value(FILE *out, const json_t *value)
-{
-    const char *key;
-    json_t *item;
-    size_t i = 0;
-    if (json_is_real(value)) {
-        put_number(out, json_real_value(value));
-    } else if (json_is_string(value) && is_plain(json_string_value(value))) {
-        fputs(json_string_value(value), out);
-    } else if (json_is_array(value)) {
-        for (fputc('[', out); i < json_array_size(value); i++) {
-            fputs(i ? ", " : "", out);
-            put_value(out, json_array_get(value, i));
-        }
-        fputc(']', out);
-    } else if (json_is_object(value)) {
-        fputc('{', out);
-        json_object_foreach((json_t *)(uintptr_t)value, key, item)
-        {
-            fprintf(out, "%s", i++ ? ", " : "");
-            json_t *name = json_string(key);
-            put_value(out, name);
-            json_decref(name);
-            fputs(": ", out);
-            put_value(out, item);
-        }
-        fputc('}', out);
-    } else {
-        (void)json_dumpf(value, out, JSON_ENCODE_ANY | JSON_COMPACT);
-    }
-}
-
-/* "a.b" and a value: "a: {b: value}". */
-static void put_path(FILE *out, const char *path, const json_t *value)
-{
-    size_t depth = 0;
-    for (const char *dot; (dot = strchr(path, '.')); path = dot + 1, depth++)
-        fprintf(out, "%.*s: {", (int)(dot - path), path);
-    fprintf(out, "%s: ", path);
-    put_value(out, value);
-    while (depth-- > 0)
-        fputc('}', out);
-}
-
-/* An item more of a list, {name: ..., and what the value has}, as its last. */
+/* An item more of a list as its last. */
 static void put_item(FILE *out, const char *text, const struct rmap_yaml_span *span,
                      const char *name, const json_t *value)
 {
     const size_t end = span->end, line = end + strcspn(text + end, "\n");
-    json_t *item = json_pack("{s:s}", "name", name);
-    (void)json_object_update(item, (json_t *)(uintptr_t)value);
     if (span->flow)
         fprintf(out, "%.*s%s", (int)(end - 1), text, span->empty ? "" : ", ");
     else
         fprintf(out, "%.*s\n%*s- ", (int)line, text, span->column, "");
-    put_value(out, item);
+    rmap_yaml_write_named(out, name, value);
     fputs(text + (span->flow ? end - 1 : line), out);
-    json_decref(item);
+}
+
+/* In the place of an empty value of that key. */
+static void put_first(FILE *out, const char *text, const struct rmap_yaml_span *span,
+                      const char *key, const char *rest, const json_t *value)
+{
+    const bool list = rmap_yaml_has_named(key, strlen(key));
+    fprintf(out, "%.*s%s%c", (int)span->first, text, span->first == span->end ? " " : "",
+            list ? '[' : '{');
+    if (list)
+        rmap_yaml_write_named(out, rest, value);
+    else
+        rmap_yaml_write_path(out, rest, value);
+    fprintf(out, "%c%s", list ? ']' : '}', text + span->end);
 }
 
 /* Writes the text with the node's value, or with a key more in it. */
@@ -106,15 +49,15 @@ static void put_changed(FILE *out, const char *text, const struct rmap_yaml_span
     const size_t first = span->first, end = span->end;
     if (!*rest) {
         fprintf(out, "%.*s%s", (int)first, text, first == end ? " " : "");
-        put_value(out, value);
+        rmap_yaml_write_value(out, value);
         fputs(text + end, out);
     } else if (span->flow) { /* before its bracket */
         fprintf(out, "%.*s%s", (int)(end - 1), text, span->empty ? "" : ", ");
-        put_path(out, rest, value);
+        rmap_yaml_write_path(out, rest, value);
         fputs(text + end - 1, out);
     } else {
         fprintf(out, "%.*s", (int)first, text);
-        put_path(out, rest, value);
+        rmap_yaml_write_path(out, rest, value);
         fprintf(out, "\n%*s%s", span->column, "", text + first);
     }
 }
@@ -183,6 +126,38 @@ static enum rmap_status refuse(const char *path, const char *rest, struct rmap_e
                           "'%s' leads nowhere in the scene: no '%s' (items of a list: by name, or "
                           "by number from 1)",
                           path, rest);
+}
+
+/* What of `rest`, behind a node that its key has, is the name of a new item of a list, which may be
+ * new, too; NULL: nothing. */
+static const char *find_new(const struct rmap_yaml_node *node, const char *key, const char *rest)
+{
+    if (node->kind == RMAP_YAML_LIST ||
+        (node->kind == RMAP_YAML_SCALAR && rmap_yaml_has_named(key, strlen(key))))
+        return rest;
+    for (const char *dot; (dot = strchr(rest, '.')); rest = dot + 1)
+        if (rmap_yaml_has_named(rest, (size_t)(dot - rest)))
+            return dot + 1;
+    return NULL;
+}
+
+static enum rmap_status check_new(const char *path, const char *name, const json_t *value,
+                                  struct rmap_error *err)
+{
+    const int n_list = (int)(name - path) - 1, n_name = (int)strcspn(name, ".");
+    if (!json_is_object(value) || name[n_name])
+        return rmap_error_set(
+            err, RMAP_INPUT,
+            "'%s' leads nowhere in the scene: no '%.*s' in '%.*s' (items of a list: by name, or by "
+            "number from 1; for a new one set '%.*s' to a mapping)",
+            path, n_name, name, n_list, path, n_list + 1 + n_name, path);
+    if ((int)strspn(name, "0123456789") == n_name && !json_object_get(value, "name"))
+        return rmap_error_set(
+            err, RMAP_INPUT,
+            "'%s' leads nowhere in the scene: a new item is named, set '%.*s.NAME' "
+            "to a mapping",
+            path, n_list, path);
+    return RMAP_OK;
 }
 
 /* What became another: a value that was written in the place of another, or what has a key more,
@@ -254,8 +229,7 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
     const char *behind = path;
     const struct rmap_yaml_node *in = NULL, *node = rmap_yaml_find(scene->root, path, &rest, &item);
     const struct rmap_yaml_item *shared = rmap_yaml_find_shared(scene->root, path, &behind, &in);
-    const bool scalar = node->kind == RMAP_YAML_SCALAR,
-               adds = node->kind == RMAP_YAML_LIST && json_is_object(value) && !strchr(rest, '.');
+    const bool scalar = node->kind == RMAP_YAML_SCALAR;
     if (shared && (*behind || value || shared->value->merged))
         return write_shared(out, scene, path, behind, shared, in, value, replaced, err);
     replaced->changed = node;
@@ -270,11 +244,17 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
         else
             put_without_lines(out, text, &span, !has_key);
     } else {
-        if (!*path || (*rest && node->kind != RMAP_YAML_MAP && !adds) ||
+        const char *key = item && item->key ? item->key : "";
+        const char *name = *rest ? find_new(node, key, rest) : NULL;
+        if (name)
+            RMAP_TRY(check_new(path, name, value, err));
+        if (!*path || (*rest && scalar && !rmap_yaml_is_nothing(node)) ||
             !rmap_yaml_span(text, scene->root, node->line, node->column, scalar, 1, &span))
             RMAP_TRY(refuse(path, rest, err));
         skip_anchor(text, &span);
-        if (*rest && adds)
+        if (*rest && scalar)
+            put_first(out, text, &span, key, rest, value);
+        else if (node->kind == RMAP_YAML_LIST && *rest)
             put_item(out, text, &span, rest, value);
         else
             put_changed(out, text, &span, rest, value);

@@ -11,6 +11,7 @@
 #include "io/scene/scene_include.h"
 #include "io/scene/scene_text.h"
 #include "io/scene/yaml_span.h"
+#include "io/scene/yaml_write.h"
 
 struct name {
     const char *says;
@@ -90,9 +91,9 @@ static void put_name(FILE *out, const char *way, const char *name)
     char *whole = rmap_alloc(n + strlen(name) + 1, 1);
     if (whole) {
         (void)snprintf(whole, n + strlen(name) + 1, "%.*s%s", (int)n, way, name);
-        json_t *quoted = json_string(whole);
-        (void)json_dumpf(quoted, out, JSON_ENCODE_ANY);
-        json_decref(quoted);
+        json_t *value = json_string(whole);
+        rmap_yaml_write_value(out, value);
+        json_decref(value);
     }
     rmap_free(whole);
 }

@@ -335,6 +335,26 @@ detectors: [{name: on_wall, type: plane, on: m1, cells: [4, 4]}, {name: facing, 
 """
 
 
+def check_first_items():
+    """What a list or mapping has first, where its key is missing or has nothing behind it."""
+    text = PLAIN[:PLAIN.index("detectors:")]
+    with open("first.yaml", "w") as file:
+        file.write(text + "cameras:   # none\nlimits:\n")
+    eye, plane = {"at": [0, 0, -9], "look_at": [0, 0, 0], "fov": 60, "resolution": [32, 32]}, {"type": "plane", "at": [0, 0, 4], "size": 9, "cells": 9}
+    with raymap.serve.start("first.yaml") as scene:
+        scene.edit(set={"detectors.plane": plane, "cameras.eye": eye, "limits.steps": 50, "media.glass": {"index": 1.5}})
+        now = scene.scene()
+        assert now["detectors"] == ["plane"] and "detectors: [{name: plane, type: plane" in now["text"] and "limits: {steps: 50}" in now["text"], now
+        assert "cameras: [{name: eye, at: [0, 0, -9]" in now["text"] and "# none" in now["text"]
+        scene.edit(set={"detectors.2": {**plane, "name": "other"}, "objects.stand": {"objects": []}})
+        scene.edit(set={"objects.stand.sources.lit": {"type": "point", "medium": "air"}})
+        assert scene.scene()["detectors"] == ["plane", "other"] and "sources: [{name: lit, type: point, medium: air}]" in scene.scene()["text"]
+        scene.load(file="first.yaml")
+        for keys, words in (({"detectors.0": plane}, "'detectors.NAME'"), ({"objects.7": plane}, "'objects.NAME'"), ({"detectors.plane.at": [0, 0, 1]}, "set 'detectors.plane' to"),
+                            ({"cameras.eye.at": [0, 0, 1]}, "set 'cameras.eye' to"), ({"cameras.eye": 5}, "set 'cameras.eye' to"), ({"objects.wal.at": [0, 0, 1]}, "no 'wal' in 'objects'")):
+            assert words in str(refused(scene.edit, set=keys, status=3)), keys
+
+
 def check_shared():
     """What other objects have by an alias or a merge key stays."""
     with open("shared.yaml", "w") as file:
@@ -832,7 +852,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_first_items, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
                   check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
