@@ -844,7 +844,8 @@ def check_notebook():
             exec("".join(cell["source"]), names)  # pylint: disable=exec-used
     finally:
         os.chdir(here)
-    assert len(names["flux"]) == 4 and min(names["flux"]) > 0.0, names["flux"]
+    radius = names["radius"]
+    assert len(radius) == 4 and sorted(radius) == radius and 0.01 < radius[0] < 0.8 * radius[3], radius
 
 
 def main():
