@@ -42,13 +42,19 @@ static void put_first(FILE *out, const char *text, const struct rmap_yaml_span *
     fprintf(out, "%c%s", list ? ']' : '}', text + span->end);
 }
 
+/* A block's list stands there, perhaps no further right than its key, as nothing else may. */
+static bool is_dash(const char *text, size_t at)
+{
+    return text[at] == '-' && text[at + 1] && strchr(" \t\r\n", text[at + 1]);
+}
+
 /* Writes the text with the node's value, or with a key more in it. */
 static void put_changed(FILE *out, const char *text, const struct rmap_yaml_span *span,
                         const char *rest, const json_t *value)
 {
     const size_t first = span->first, end = span->end;
     if (!*rest) {
-        fprintf(out, "%.*s%s", (int)first, text, first == end ? " " : "");
+        fprintf(out, "%.*s%s", (int)first, text, first == end || is_dash(text, first) ? " " : "");
         rmap_yaml_write_value(out, value);
         fputs(text + end, out);
     } else if (span->flow) { /* before its bracket */
@@ -258,7 +264,7 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
             put_item(out, text, &span, rest, value);
         else
             put_changed(out, text, &span, rest, value);
-        if (!*rest && item)
+        if (!*rest && item && !is_dash(text, span.first))
             *replaced = (struct replaced){item->value, span, node};
     }
 out:

@@ -68,7 +68,7 @@ void rmap_yaml_write_value(FILE *out, const json_t *value)
 
 bool rmap_yaml_has_named(const char *key, size_t n)
 {
-    static const char *const list[] = {"objects", "sources", "detectors", "cameras"};
+    static const char *const list[] = {"objects", "sources", "detectors", "cameras", "simulations"};
     bool is = false;
     for (size_t i = 0; i < RMAP_COUNT(list); i++)
         is = is || (strlen(list[i]) == n && memcmp(list[i], key, n) == 0);

@@ -502,7 +502,7 @@ def check_saving_elsewhere():
         assert open("deep/er/named.yaml").read() == saved.replace("outside: air}", "outside: air, at: [0, 0, 1]}", 1)
         scene.undo()
         scene.save("top.yaml")
-        assert 'file: "parts/other.stl"' in open("top.yaml").read() and "plain_part.yaml" in open("top.yaml").read()
+        assert "file: parts/other.stl" in open("top.yaml").read() and "plain_part.yaml" in open("top.yaml").read()
         scene.edit(set={"sources.lamp.cone": 30})
         assert "in its own folder" in str(refused(scene.save, "deep/er/wide.yaml", status=2)) and not os.path.exists("deep/er/wide.yaml")
         scene.undo()

@@ -200,6 +200,7 @@ static void test_others_stay(void **state)
         {"a: &p [1, 2]\nb: {c: *p, d: 5}\n", "a", NULL, NULL},
         {"a: &p [1, 2]\nb: {d: 5}\n", "a", "[3]", "a: &p [3]\nb: {d: 5}\n"},
         {"a: &p\nb: {d: 5}\n", "a", "[3]", "a: &p [3]\nb: {d: 5}\n"},
+        {"a: &p\n- 1\n- 2\nb: 4\n", "a", "[3]", "a: &p\n [3]\nb: 4\n"},
         {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "a.x", "4",
          "a: &p {x: 4, y: 2}\nb: {<<: *p, x: 3}\n"},
         {"a: &p {x: 1, y: 2}\nb: {<<: *p, x: 3}\n", "a.y", "4", NULL},
