@@ -236,6 +236,10 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
     const struct rmap_yaml_node *in = NULL, *node = rmap_yaml_find(scene->root, path, &rest, &item);
     const struct rmap_yaml_item *shared = rmap_yaml_find_shared(scene->root, path, &behind, &in);
     const bool scalar = node->kind == RMAP_YAML_SCALAR;
+    const size_t n_path = strlen(path);
+    if (path[0] == '.' || strstr(path, "..") || (n_path > 0 && path[n_path - 1] == '.'))
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
+                                "'%s' is no path of keys, as \"objects.lens.at\" is", path));
     if (shared && (*behind || value || shared->value->merged))
         return write_shared(out, scene, path, behind, shared, in, value, replaced, err);
     replaced->changed = node;
@@ -325,7 +329,7 @@ static enum rmap_status check_others(const struct rmap_scene_text *before,
                                      const char *path, struct rmap_error *err)
 {
     const enum rmap_status st = rmap_scene_text_parse(now, err);
-    if (st != RMAP_OK || says_same(before->root, now->root, changed, gone))
+    if (st == RMAP_SYSTEM || (st == RMAP_OK && says_same(before->root, now->root, changed, gone)))
         return st;
     return rmap_error_set(err, RMAP_INPUT,
                           "'%s' stands in an anchor that others take by an alias or '<<': they "

@@ -161,6 +161,8 @@ def check_edits():
         assert wrong.details["diagnostics"][0]["line"] == 2
         refused(lens.edit, text="{")
         refused(lens.edit, set={"objects.nobody.at": [0, 0, 0]}, status=3)
+        for path in ("objects.", ".objects", "objects..lens", "objects.lens."):
+            assert "no path" in str(refused(lens.edit, set={path: []}, status=3)), path
         refused(lens.move, "nobody", 0, 0, 0, status=3)
         refused(lens.edit, status=2)
         done = subprocess.run([RAYMAP, "serve", "scene.yaml"], input='{"command": "check", "text": "objects: 5"}\n', capture_output=True, text=True, timeout=60)
@@ -401,6 +403,13 @@ def check_keys(lens):
             lens.move("mount", 0, 0, value)
             raise AssertionError("it was sent")
         except error:
+            assert not lens._waiting
+
+    for text in ("a\0b.yaml", "\ud800", "x" * (1 << 24)):  # nor may its answer never come
+        try:
+            lens.save(text)
+            raise AssertionError("it was sent")
+        except ValueError:
             assert not lens._waiting
 
     class Whole:

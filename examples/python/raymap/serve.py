@@ -25,6 +25,9 @@ from typing import Any, Callable, Iterable, Optional
 from .program import Path, Program, RaymapError
 
 
+LINE_MAX = 1 << 24
+
+
 class ServerError(RaymapError):
     """A request was refused: `status` and words as those of the program, `details` all of it."""
 
@@ -108,7 +111,10 @@ class Server:
         return waiting.answer["result"]
 
     def _send(self, request: "dict[str, Any]") -> None:
-        self._out.write(json.dumps(request, allow_nan=False, default=_plain) + "\n")
+        line = json.dumps(request, allow_nan=False, default=_plain, ensure_ascii=False)
+        if "\\u0000" in line or len(line.encode()) > LINE_MAX:  # the answer could not say whose it is
+            raise ValueError("a request has no NUL in its texts, and at most 16 MiB")
+        self._out.write(line + "\n")
         self._out.flush()
 
     def __getattr__(self, command: str) -> "Callable[..., Any]":
@@ -168,7 +174,7 @@ def start(path: Path, folder: Optional[Path] = None, program: Optional[Path] = N
     is relative to. program, before: as those of Program; before=["mpirun", "-np", "4"]: ranks share
     the work."""
     command = [*Program(program, before).command, "serve", os.fspath(path), "--stdin"]
-    process = subprocess.Popen(command, cwd=folder, text=True, stdin=subprocess.PIPE,
+    process = subprocess.Popen(command, cwd=folder, encoding="utf-8", stdin=subprocess.PIPE,
                                stdout=subprocess.PIPE)
     server = Server(process.stdout, process.stdin, process)
     try:
