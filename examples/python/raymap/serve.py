@@ -150,7 +150,7 @@ class Server:
 
     def save(self, file: Optional[Path] = None, force: bool = False) -> Any:
         """The scene's text as a file below the folder that the server was started in."""
-        return self.ask("save", force=force, **({"file": os.fspath(file)} if file else {}))
+        return self.ask("save", force=force, **({"file": os.fspath(file)} if file is not None else {}))
 
     def close(self) -> None:
         """Leaves; a server that this object started ends."""
