@@ -144,9 +144,11 @@ static size_t edit(const char *path, const char *text, size_t n_edit)
             assert_int_equal(st, RMAP_INPUT);
             continue;
         }
+        n_followed += next.root != NULL;
         if (next.root)
             check_tree(&next);
-        n_followed += next.root != NULL;
+        else if (!strchr(next.text, '&'))
+            assert_true(read_tree(&next));
         check_tree(&scene); /* which is as it was */
         rmap_scene_text_fini(&scene);
         scene = next;
@@ -167,6 +169,9 @@ static void test_follows(void **state)
                        example[i]);
         assert_in_range(edit(path, NULL, 400), 100, 400);
     }
+    assert_in_range(
+        edit(NULL, "a:\n- 1\n- - 2\n  - {b: 3}\nc: # d\n- e: 5\n  f:\n  - 6\n  g: 7\nh: i\n", 200),
+        20, 200);
     assert_in_range(
         edit(NULL, "\xEF\xBB\xBF\"é\": {ü: [1, 'ö', {ä: 5}], b: 7, c: {d: e}} # ß\n", 200), 50,
         200);
