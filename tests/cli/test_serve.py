@@ -158,7 +158,7 @@ def check_edits():
         check_taken_over(lens)
         assert "places" not in lens.edit(set={"limits.steps": 400}) and "places" not in lens.undo()
         wrong = refused(lens.edit, text="raymap: 1\nobjects: 5\n", status=3)
-        assert wrong.details["diagnostics"][0]["line"] == 2
+        assert wrong.details["diagnostics"][0]["line"] == 2 and "2:10: error: 'objects' must be a list" in str(wrong)
         refused(lens.edit, text="{")
         refused(lens.edit, set={"objects.nobody.at": [0, 0, 0]}, status=3)
         for path in ("objects.", ".objects", "objects..lens", "objects.lens."):

@@ -32,7 +32,9 @@ class ServerError(RaymapError):
     """A request was refused: `status` and words as those of the program, `details` all of it."""
 
     def __init__(self, error: "dict[str, Any]", command: str):
-        super().__init__(error.get("status", 1), error.get("message", ""), [command])
+        found = ["{}:{line}:{column}: {severity}: {text}".format(mistake.get("file", ""), **mistake)
+                 for mistake in error.get("diagnostics", [])]
+        super().__init__(error.get("status", 1), "\n".join([error.get("message", ""), *found]), [command])
         self.details = error
 
 
