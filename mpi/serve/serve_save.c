@@ -7,6 +7,7 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
@@ -141,6 +142,14 @@ static enum rmap_status save_files(const struct rmap_serve *self, const char *pa
     return st;
 }
 
+/* By whatever name. */
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat its[2];
+    return strcmp(a, b) == 0 || (stat(a, &its[0]) == 0 && stat(b, &its[1]) == 0 &&
+                                 its[0].st_dev == its[1].st_dev && its[0].st_ino == its[1].st_ino);
+}
+
 enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message, json_t **result,
                                  struct rmap_error *err)
 {
@@ -148,6 +157,9 @@ enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message,
     const char *file = json_string_value(json_object_get(message, "file"));
     const char *own = rmap_serve_file(self), *path = file ? file : own;
     const bool force = json_is_true(json_object_get(message, "force"));
+    const bool is_first =
+        self->at_hand.is_map && !self->saved_as; /* it has no file of its own yet */
+    const bool is_own = !is_first && is_same_file(path, own);
     char *text = NULL, *name = NULL;
     if (!rmap_serve_is_scene_name(path))
         st = rmap_error_set(err, RMAP_USAGE,
@@ -155,7 +167,6 @@ enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message,
     else if (!(name = rmap_strdup(path)))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a name");
     if (st == RMAP_OK && self->context.rank == 0) {
-        const bool is_own = strcmp(path, own) == 0;
         if (is_own && !force)
             st = check_stored(self, err);
         if (st == RMAP_OK)
@@ -164,15 +175,17 @@ enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message,
             st = save_files(self, path, text, is_own || force, err);
     }
     RMAP_TRY(rmap_agree(&self->context, st, err));
-    rmap_free(self->saved_as);
-    self->saved_as = name;
-    name = NULL;
+    *result = json_pack("{s:s, s:I}", "file", path, "revision", (json_int_t)self->revision);
+    if (!is_own && !is_first) /* a copy */
+        goto out;
+    if (is_first) {
+        self->saved_as = name;
+        name = NULL;
+    }
     rmap_free(self->stored);
     self->stored = text;
     text = NULL;
     self->saved = self->now;
-    *result =
-        json_pack("{s:s, s:I}", "file", self->saved_as, "revision", (json_int_t)self->revision);
 out:
     rmap_free(text);
     rmap_free(name);

@@ -18,7 +18,7 @@ void rmap_serve_scene_fini(struct rmap_serve *self);
 /* Nothing is taken over from what was before. */
 void rmap_serve_forget_last(struct rmap_serve *self);
 
-/* The file that the scene is saved to: the last that it was, or that was opened. */
+/* The file of the scene: that was opened, or that the scene of a map was saved to first. */
 const char *rmap_serve_file(const struct rmap_serve *self);
 
 /* Collective. The scene of the text that is now, without rays. */

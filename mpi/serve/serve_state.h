@@ -49,7 +49,7 @@ struct rmap_serve {
 
     struct rmap_scene_text *text; /* [n_text] of the scene, oldest first; `now` is its number */
     size_t n_text, cap_text, now, saved;
-    char *saved_as;    /* where the text was saved last; NULL: nowhere else than at_hand.path */
+    char *saved_as;    /* of a map: the file of its scene; NULL: none yet */
     uint64_t revision; /* goes up with every change */
     uint64_t edited;   /* that the last edit led to */
     struct rmap_serve_lying lying;

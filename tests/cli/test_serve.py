@@ -459,13 +459,11 @@ def check_saving():
         assert not os.listdir("../outside")
         refused(lens.save, "scene.yaml/", status=2)
         lens.move("mount", 0, 0, 1)
-        assert lens.save("below/new.yaml")["file"] == lens.status()["file"] == "below/new.yaml" and lens.status()["saved"]
-        refused(lens.save, "scene.yaml", status=2)  # its own is the other one now
-        lens.undo()
-        assert not lens.status()["saved"] and lens.save()["file"] == "below/new.yaml"
-        lens.save(here + "/below/other.yaml")
+        assert lens.save("below/new.yaml")["file"] == "below/new.yaml"  # a copy
+        assert lens.status()["file"] == "scene.yaml" and not lens.status()["saved"]
         refused(lens.save, "below/new.yaml", status=2)
         lens.save("below/new.yaml", force=True)
+        lens.save(here + "/below/other.yaml")
         assert open("below/other.yaml").read() == lens.scene()["text"]
         assert not [f for f in os.listdir("below") if f.startswith(".")]
     with raymap.serve.start("below/new.yaml") as lens:
@@ -477,7 +475,8 @@ def check_saving():
         assert "'force'" in str(refused(lens.save, status=2)) and "# mine" in open("below/new.yaml").read()
         lens.save(force=True)
         lens.move("mount", 0, 0, 1)
-        lens.save("./below/new.yaml", force=True)
+        lens.save("./below/new.yaml")
+        assert lens.status()["saved"]
         lens.save()
         assert open("below/new.yaml").read() == lens.scene()["text"]
 
@@ -507,7 +506,7 @@ def check_saving_elsewhere():
         assert 'file: &f "../../parts/body.stl"} # here' in saved and "file: *f}" in saved and 'include: [cube.yaml, "../../plain_part.yaml"]' in saved, saved
         assert open("deep/er/cube.yaml").read() == 'geometries: {third: {type: mesh, file: "../../parts/other.stl"}} # mine\n'
         scene.edit(set={"objects.a.at": [0, 0, 1]})
-        scene.save()
+        scene.save("deep/er/named.yaml", force=True)
         assert open("deep/er/named.yaml").read() == saved.replace("outside: air}", "outside: air, at: [0, 0, 1]}", 1)
         scene.undo()
         scene.save("top.yaml")
