@@ -13,6 +13,7 @@
 #include "analysis/criterion/criterion_tests.h"
 #include "analysis/criterion/path_in.h"
 #include "analysis/criterion/registration_response.h"
+#include "analysis/criterion/step_number.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "base/wide.h"
@@ -192,7 +193,8 @@ static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t ind
     if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
         loose.steps.side = NULL;
-        loose.steps.n_limit = 0;
+        loose.steps.n_limit =
+            rmap_step_limits_known(loose.steps.limit, loose.steps.n_limit, loose.columns);
     } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
         certainty = loosen_registrations(ev, &loose.registrations);
     } else if (loose.kind == RMAP_CRITERION_PATH_IN &&

@@ -32,8 +32,7 @@ static const struct {
     [RMAP_STEP_WORLD_Z] = {"world_z", RMAP_DIMENSION_LENGTH, POSITION},
     [RMAP_STEP_LENGTH] = {"length", RMAP_DIMENSION_LENGTH, LEG},
     [RMAP_STEP_PATH_LENGTH] = {"path_length", RMAP_DIMENSION_LENGTH, LEG},
-    /* Indexes know objects, events and media of steps, and not which comes first: */
-    [RMAP_STEP_ORDER] = {"step", RMAP_DIMENSION_NONE, POSITION},
+    [RMAP_STEP_ORDER] = {"step", RMAP_DIMENSION_NONE, RMAP_COLUMN_BIT(RMAP_RAY_segment_count)},
     [RMAP_STEP_WAVELENGTH] = {"wavelength", RMAP_DIMENSION_WAVELENGTH,
                               RMAP_COLUMN_BIT(RMAP_SEGMENT_colour)},
     [RMAP_STEP_MODEL] = {NULL, RMAP_DIMENSION_NONE,
@@ -93,11 +92,17 @@ static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_step
     if (n > 0)
         memcpy(limit, test->limit, n * sizeof *limit);
     do {
+        struct rmap_step_limit more;
         if (n == MOST)
             return RMAP_PARSER_FAIL(parser, &parser->token, "more than %d conditions on a step",
                                     MOST);
         RMAP_TRY(rmap_parser_advance(parser));
-        RMAP_TRY(parse_limit(parser, &limit[n++]));
+        RMAP_TRY(parse_limit(parser, &more));
+        /* What paths tell comes first: it can be asked for alone. */
+        const size_t at = rmap_step_limits_known(limit, n, RMAP_COLUMNS_DISCRETE);
+        const bool is_known = rmap_step_limits_known(&more, 1, RMAP_COLUMNS_DISCRETE) > 0;
+        limit[n++] = is_known ? limit[at] : more;
+        limit[is_known ? at : n - 1] = more;
     } while (parser->token.kind == RMAP_TOKEN_AND);
     RMAP_TRY(rmap_criterion_block_add(parser->criterion, n, sizeof *limit, &block, parser->err));
     test->limit = memcpy(block, limit, n * sizeof *limit);
@@ -122,6 +127,15 @@ rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test)
     for (size_t i = 0; i < test->n_limit; i++)
         columns |= number_table[test->limit[i].number].columns;
     return columns;
+}
+
+size_t rmap_step_limits_known(const struct rmap_step_limit *limit, size_t n,
+                              rmap_column_set columns)
+{
+    size_t known = 0;
+    while (known < n && !(number_table[limit[known].number].columns & ~columns))
+        known++;
+    return known;
 }
 
 /* The straight leg that ends in a row; NaN of a curved one. */

@@ -37,8 +37,12 @@ enum rmap_status rmap_parse_step_end(struct rmap_parser *parser, struct rmap_ste
 /* Words of the numbers: the i-th, NULL behind the last. */
 const char *rmap_step_number_word(size_t i);
 
-/* Columns that the limits of a test need; none of them is of discrete ones alone. */
+/* Columns that the limits of a test need. Of a test, those that discrete ones decide come first. */
 rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test);
+
+/* How many limits, from the first on, these columns decide. */
+size_t rmap_step_limits_known(const struct rmap_step_limit *limit, size_t n,
+                              rmap_column_set columns);
 
 /* Whether a row of /segment, of the ray in row `ray` of /ray whose segments begin at `ray_row`,
  * keeps within all limits. What is not defined does not: an angle where nothing is met, angle and

@@ -337,6 +337,8 @@ static enum rmap_status mark_own(void *context, int32_t index,
     struct rmap_own_steps steps;
     if ((node->kind != RMAP_CRITERION_STEPS && !is_path) || !summary->classes)
         return RMAP_OK;
+    if (!is_path && node->steps.n_limit > 0) /* classes do not know which step comes first */
+        return RMAP_OK;
     /* Dictionaries that are let go may come back elsewhere, or another one in their place. */
     if (self->classes != summary->classes || self->classes_piece != self->piece)
         RMAP_TRY(

@@ -101,7 +101,7 @@ def check_odd():
         file.write(ODD)
     criteria = ["all", "registered(gate)", "not hit(net)", 'path(".* S@milk .*")', "hit(*) == 1",
                 "source(torch) and hit(net) >= 2", "path_length > 90", "hit(net) or path_length > 120",
-                "ray < 3000", "hit(*) > 1000"]
+                "ray < 3000", "hit(*) > 1000", "hit(net where step >= 3)", "hit(*, reflect where length < 40 and step in 1..2)"]
     views = VIEWS + [["--detector", "eye", "--no-peaks"], ["--detector", "gate", "--collapse", "--no-peaks"]]
     plain = trace("odd.yaml", "odd.plain.raymap", "-n", "9000", "--encoding", "plain")
     one = trace("odd.yaml", "odd.one.raymap", "-n", "9000", "--encoding", "compact")

@@ -10,6 +10,8 @@ write_scene scene.yaml
 expect 0 '^small.raymap: compact, ' "$RAYMAP" trace scene.yaml -o small.raymap -n 20000
 expect 0 '1 piece, compact$' "$RAYMAP" info small.raymap
 expect 0 '^  compact  5 portions, rays traced again in none$' "$RAYMAP" query small.raymap 'hit(lens)' --explain
+expect 0 '^  compact  5 portions, rays traced again in none$' "$RAYMAP" query small.raymap 'hit(lens where step >= 2)' --explain
+expect 0 '^  compact  5 portions, rays traced again in none$' "$RAYMAP" query small.raymap 'hit(lens where x < 3 and step >= 99)' --explain
 expect 0 '^  compact  5 portions, rays traced again in 5 portions$' "$RAYMAP" query small.raymap 'path_length > 1' --explain
 expect 0 '"encoding": "compact"' "$RAYMAP" trace scene.yaml -o one.raymap -n 1 --json
 expect 0 '' "$RAYMAP" trace scene.yaml -o columns.raymap -n 2000 --encoding plain
