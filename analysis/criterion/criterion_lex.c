@@ -350,6 +350,10 @@ static enum rmap_status fail_character(const char *text, size_t at, struct rmap_
     if (c == '=')
         return rmap_criterion_fail(text, at, at + 1, err,
                                    "unexpected '=' (equality is written '==')");
+    if (c == '/')
+        return rmap_criterion_fail(
+            text, at, at + 1, err,
+            "unexpected character '/' (factors are written: 0.5 * path_length)");
     if (c <= ' ' || c >= 0x7f)
         return rmap_criterion_fail(text, at, at + 1, err, "unexpected character with code %d",
                                    (unsigned char)c);

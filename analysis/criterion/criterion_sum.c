@@ -9,6 +9,7 @@
 #include "analysis/criterion/criterion_detector.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
+#include "analysis/criterion/step_number.h"
 
 /* ---- reading ---- */
 
@@ -43,6 +44,12 @@ static const struct rmap_word *number_word(const struct rmap_parser *parser,
     return word && (word->of_registration || word->of_ray) ? word : NULL;
 }
 
+static bool is_number(const struct rmap_parser *parser, const struct rmap_token *token)
+{
+    return parser->of_step ? rmap_step_number_is(parser, token)
+                           : number_word(parser, token) != NULL;
+}
+
 /* Behind a number's word and the name of its detector, if there is one. */
 static struct rmap_token behind_number(const struct rmap_parser *parser,
                                        const struct rmap_token *word)
@@ -60,14 +67,14 @@ bool rmap_parser_at_sum(const struct rmap_parser *parser)
     struct rmap_token next = behind(parser, &parser->token);
     if (parser->token.kind == RMAP_TOKEN_NUMBER)
         return is_times(parser, &next);
-    if (!number_word(parser, &parser->token))
+    if (!is_number(parser, &parser->token))
         return false;
     next = behind_number(parser, &parser->token);
     if (!rmap_token_is_relation(&next))
         return is_sign(parser, &next) || is_times(parser, &next);
     struct rmap_token right = behind(parser, &next);
     if (right.kind != RMAP_TOKEN_NUMBER)
-        return number_word(parser, &right) != NULL;
+        return is_number(parser, &right);
     next = behind(parser, &right);
     if (is_times(parser, &next))
         return true;
@@ -103,32 +110,44 @@ static enum rmap_status add_term(struct rmap_parser *parser, struct making *maki
 }
 
 /* A number of the ray, of its registrations on a detector, or of the registration in hand. */
-static enum rmap_status parse_number(struct rmap_parser *parser, double factor,
-                                     struct making *making)
+static enum rmap_status parse_its_number(struct rmap_parser *parser, struct rmap_sum_term *term,
+                                         enum rmap_dimension *dimension)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_token token = parser->token;
-    const struct rmap_word *word = number_word(parser, &token);
+    const struct rmap_word *word = number_word(parser, &parser->token);
     const struct rmap_scene *scene = parser->criterion->scene;
     if (!word || (parser->detector && !word->of_registration))
         return rmap_parser_expected(parser, parser->detector
                                                 ? "a number of a registration such as x"
                                                 : "a number such as x(NAME) or path_length");
-    struct rmap_sum_term term = {.factor = factor, .ray_number = word->ray_number};
-    enum rmap_dimension dimension = word->dimension;
+    term->ray_number = word->ray_number;
+    *dimension = word->dimension;
     RMAP_TRY(rmap_parser_advance(parser));
     if (parser->detector) {
-        term.of_registration = true;
-        dimension = rmap_its_number_dimension(scene, word->its_number, parser->detector);
+        term->of_registration = true;
+        *dimension = rmap_its_number_dimension(scene, word->its_number, parser->detector);
     } else if (word->of_registration && (!word->of_ray || parser->token.kind == RMAP_TOKEN_OPEN)) {
-        term.of_registration = true;
+        term->of_registration = true;
         RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'(' and the name of a detector"));
-        RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &term.detector));
+        RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &term->detector));
         RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
-        dimension = rmap_its_number_dimension(scene, word->its_number, &term.detector);
+        *dimension = rmap_its_number_dimension(scene, word->its_number, &term->detector);
     }
-    if (term.of_registration)
-        term.its_number = rmap_time_in(scene, word->its_number);
+    if (term->of_registration)
+        term->its_number = rmap_time_in(scene, word->its_number);
+out:
+    return st;
+}
+
+static enum rmap_status parse_number(struct rmap_parser *parser, double factor,
+                                     struct making *making)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_token token = parser->token;
+    struct rmap_sum_term term = {.factor = factor};
+    enum rmap_dimension dimension;
+    RMAP_TRY(parser->of_step ? rmap_parse_step_number(parser, &term.step_number, &dimension)
+                             : parse_its_number(parser, &term, &dimension));
     if (is_times(parser, &parser->token))
         return RMAP_PARSER_FAIL(parser, &parser->token, "the factor stands before: '2 * %.*s'",
                                 (int)(parser->taken_end - token.begin), parser->text + token.begin);
@@ -152,7 +171,9 @@ static enum rmap_status parse_term(struct rmap_parser *parser, double sign, stru
         return parse_number(parser, factor, making);
     }
     if (making->n == 0)
-        return rmap_parser_expected(parser, "a number such as x(NAME), then the value");
+        return parser->of_step
+                   ? parse_number(parser, sign, making)
+                   : rmap_parser_expected(parser, "a number such as x(NAME), then the value");
     RMAP_TRY(rmap_parse_value(parser, making->dimension, &value));
     making->constant += sign * value;
 out:
@@ -225,18 +246,27 @@ out:
     return st;
 }
 
-enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret)
+enum rmap_status rmap_parse_comparison(struct rmap_parser *parser, struct rmap_sum *sum,
+                                       struct rmap_interval *interval)
 {
     enum rmap_status st = RMAP_OK;
     struct making making = {.n = 0};
-    struct rmap_criterion_node node = {
-        .kind = RMAP_CRITERION_SUM, .first = -1, .next = -1, .begin = parser->token.begin};
     RMAP_TRY(parse_side(parser, 1.0, &making));
-    RMAP_TRY(parse_relation(parser, &node.interval));
+    RMAP_TRY(parse_relation(parser, interval));
     RMAP_TRY(parse_side(parser, -1.0, &making));
     if (rmap_parser_at_comparison(parser))
         RMAP_TRY(RMAP_PARSER_FAIL(parser, &parser->token, "a comparison has two sides"));
-    RMAP_TRY(keep(parser, &making, &node.sum));
+    st = keep(parser, &making, sum);
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node node = {
+        .kind = RMAP_CRITERION_SUM, .first = -1, .next = -1, .begin = parser->token.begin};
+    RMAP_TRY(rmap_parse_comparison(parser, &node.sum, &node.interval));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
 out:

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Numbers compared with each other: x(film) > x(sensor), time(far) - 2 * time(near) < 1 ns; behind
- * `where` those of one registration: x > y. Left minus right is a sum of numbers times factors and
- * a constant, which is compared with 0.
+ * `where` those of one registration, or of one step: x > y. Left minus right is a sum of numbers
+ * times factors and a constant, which is compared with 0.
  */
 #ifndef RMAP_CRITERION_SUM_H
 #define RMAP_CRITERION_SUM_H
@@ -13,7 +13,9 @@
 /* Whether a comparison that begins at the next token has more in it than one number and a value. */
 bool rmap_parser_at_sum(const struct rmap_parser *parser);
 
-/* The comparison, as a node. */
+/* The comparison, of left minus right with 0; as a node. */
+enum rmap_status rmap_parse_comparison(struct rmap_parser *parser, struct rmap_sum *sum,
+                                       struct rmap_interval *interval) RMAP_MUST_USE;
 enum rmap_status rmap_parse_sum(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 
 /* A sum alone, as `stats --of` has it; its terms are the criterion's. */

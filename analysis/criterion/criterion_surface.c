@@ -123,9 +123,15 @@ static enum rmap_status limit_model(struct rmap_parser *parser, double model,
 {
     enum rmap_status st = RMAP_OK;
     void *block = NULL;
-    const struct rmap_step_limit its = {RMAP_STEP_MODEL, {model, model, false}};
-    RMAP_TRY(rmap_criterion_block_add(parser->criterion, 1, sizeof its, &block, parser->err));
-    steps->limit = memcpy(block, &its, sizeof its);
+    struct {
+        struct rmap_step_limit limit;
+        struct rmap_sum_term term;
+    } * its;
+    RMAP_TRY(rmap_criterion_block_add(parser->criterion, 1, sizeof *its, &block, parser->err));
+    its = block;
+    its->term = (struct rmap_sum_term){.factor = 1.0, .step_number = RMAP_STEP_MODEL};
+    its->limit = (struct rmap_step_limit){{&its->term, 1, 0.0}, {model, model, false}};
+    steps->limit = &its->limit;
     steps->n_limit = 1;
 out:
     return st;

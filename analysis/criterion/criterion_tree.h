@@ -77,6 +77,21 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_DETECTED /* 1 or 0; of criteria alone, below `where` */
 };
 
+enum rmap_step_number {
+    RMAP_STEP_ANGLE, /* of incidence, degrees */
+    RMAP_STEP_X,     /* in the frame of the object met; the scene's length unit */
+    RMAP_STEP_Y,
+    RMAP_STEP_Z,
+    RMAP_STEP_WORLD_X,
+    RMAP_STEP_WORLD_Y,
+    RMAP_STEP_WORLD_Z,
+    RMAP_STEP_LENGTH,      /* of the leg that ends there; 0 of one that leaves */
+    RMAP_STEP_PATH_LENGTH, /* from emission to there */
+    RMAP_STEP_ORDER,       /* from 0 within the ray */
+    RMAP_STEP_WAVELENGTH,  /* nm, of the light that comes there */
+    RMAP_STEP_MODEL        /* that scattered, enum rmap_scatter_model; has no word */
+};
+
 /* `time` is the time of arrival in timed scenes. */
 static inline enum rmap_registration_number rmap_time_in(const struct rmap_scene *scene,
                                                          enum rmap_registration_number number)
@@ -164,10 +179,11 @@ struct rmap_path_test {
     const struct rmap_path_table *table; /* owned by the criterion */
 };
 
-/* What is compared with 0: numbers times factors, and a constant in their unit. */
+/* Numbers times factors, and a constant in their unit; all of a step, or none. */
 struct rmap_sum_term {
     double factor;
     bool of_registration; /* its_number of those on `detector`, below `where` of that in hand */
+    enum rmap_step_number step_number;
     enum rmap_ray_number ray_number;
     enum rmap_registration_number its_number;
     struct rmap_index_set detector;

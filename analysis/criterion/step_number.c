@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_sum.h"
 #include "analysis/criterion/criterion_value.h"
 #include "analysis/criterion/criterion_word.h"
 #include "base/vec.h"
@@ -48,7 +49,17 @@ const char *rmap_step_number_word(size_t i)
     return i < NUMBERS ? number_table[i].word : NULL;
 }
 
-static enum rmap_status parse_number(struct rmap_parser *parser, enum rmap_step_number *number_ret)
+bool rmap_step_number_is(const struct rmap_parser *parser, const struct rmap_token *token)
+{
+    bool is = false;
+    for (size_t i = 0; i < NUMBERS && token->kind == RMAP_TOKEN_WORD; i++)
+        is |= rmap_token_is(parser->text, token, number_table[i].word);
+    return is;
+}
+
+enum rmap_status rmap_parse_step_number(struct rmap_parser *parser,
+                                        enum rmap_step_number *number_ret,
+                                        enum rmap_dimension *dimension_ret)
 {
     const char *word[NUMBERS];
     const struct rmap_token token = parser->token;
@@ -56,6 +67,7 @@ static enum rmap_status parse_number(struct rmap_parser *parser, enum rmap_step_
         word[i] = number_table[i].word;
         if (rmap_parser_at_word(parser, word[i])) {
             *number_ret = (enum rmap_step_number)i;
+            *dimension_ret = number_table[i].dimension;
             return rmap_parser_advance(parser);
         }
     }
@@ -67,17 +79,17 @@ static enum rmap_status parse_number(struct rmap_parser *parser, enum rmap_step_
 static enum rmap_status parse_limit(struct rmap_parser *parser, struct rmap_step_limit *limit)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_token right;
-    RMAP_TRY(parse_number(parser, &limit->number));
-    if (!rmap_parser_at_comparison(parser))
-        return rmap_parser_expected(parser, "a comparison, as in 'angle > 60' or 'x in -1..1'");
-    if (rmap_token_read(parser->text, parser->token.end, &right, NULL) == RMAP_OK &&
-        right.kind == RMAP_TOKEN_WORD)
-        return RMAP_PARSER_FAIL(parser, &right,
-                                "a number of a step is compared with a value, as in '%s > 3', not "
-                                "with another number",
-                                number_table[limit->number].word);
-    st = rmap_parse_interval(parser, number_table[limit->number].dimension, &limit->interval);
+    enum rmap_dimension dimension;
+    parser->of_step = true;
+    if (rmap_parser_at_sum(parser)) {
+        RMAP_TRY(rmap_parse_comparison(parser, &limit->sum, &limit->interval));
+    } else {
+        RMAP_TRY(rmap_parse_sum_alone(parser, &limit->sum, &dimension));
+        if (!rmap_parser_at_comparison(parser))
+            return rmap_parser_expected(parser, "a comparison, as in 'angle > 60' or 'x in -1..1'");
+        RMAP_TRY(rmap_parse_interval(parser, dimension, &limit->interval));
+    }
+    parser->of_step = false;
 out:
     return st;
 }
@@ -121,11 +133,19 @@ enum rmap_status rmap_parse_step_end(struct rmap_parser *parser, struct rmap_ste
                : st;
 }
 
+static rmap_column_set limit_columns(const struct rmap_step_limit *limit)
+{
+    rmap_column_set columns = 0;
+    for (size_t k = 0; k < limit->sum.n; k++)
+        columns |= number_table[limit->sum.term[k].step_number].columns;
+    return columns;
+}
+
 rmap_column_set rmap_step_limit_columns(const struct rmap_step_test *test)
 {
     rmap_column_set columns = 0;
     for (size_t i = 0; i < test->n_limit; i++)
-        columns |= number_table[test->limit[i].number].columns;
+        columns |= limit_columns(&test->limit[i]);
     return columns;
 }
 
@@ -133,7 +153,7 @@ size_t rmap_step_limits_known(const struct rmap_step_limit *limit, size_t n,
                               rmap_column_set columns)
 {
     size_t known = 0;
-    while (known < n && !(number_table[limit[known].number].columns & ~columns))
+    while (known < n && !(limit_columns(&limit[known]) & ~columns))
         known++;
     return known;
 }
@@ -266,9 +286,14 @@ bool rmap_step_limits_hold(const struct rmap_scene *scene, const struct rmap_ste
                            const struct rmap_portion *portion, size_t row, size_t ray,
                            size_t ray_row)
 {
-    for (size_t i = 0; i < test->n_limit; i++)
-        if (!rmap_interval_holds(&test->limit[i].interval, number_at(scene, test->limit[i].number,
-                                                                     portion, row, ray, ray_row)))
+    for (size_t i = 0; i < test->n_limit; i++) {
+        const struct rmap_sum *sum = &test->limit[i].sum;
+        double value = sum->constant;
+        for (size_t k = 0; k < sum->n; k++)
+            value += sum->term[k].factor *
+                     number_at(scene, sum->term[k].step_number, portion, row, ray, ray_row);
+        if (!rmap_interval_holds(&test->limit[i].interval, value))
             return false;
+    }
     return true;
 }

@@ -9,25 +9,17 @@
 #include "analysis/criterion/criterion_parser.h"
 #include "analysis/criterion/criterion_tree.h"
 
-enum rmap_step_number {
-    RMAP_STEP_ANGLE, /* of incidence, degrees */
-    RMAP_STEP_X,     /* in the frame of the object met; the scene's length unit */
-    RMAP_STEP_Y,
-    RMAP_STEP_Z,
-    RMAP_STEP_WORLD_X,
-    RMAP_STEP_WORLD_Y,
-    RMAP_STEP_WORLD_Z,
-    RMAP_STEP_LENGTH,      /* of the leg that ends there; 0 of one that leaves */
-    RMAP_STEP_PATH_LENGTH, /* from emission to there */
-    RMAP_STEP_ORDER,       /* from 0 within the ray */
-    RMAP_STEP_WAVELENGTH,  /* nm, of the light that comes there */
-    RMAP_STEP_MODEL        /* that scattered, enum rmap_scatter_model; has no word */
-};
-
+/* A sum of numbers of the step, of one alone mostly, and what it must keep within. */
 struct rmap_step_limit {
-    enum rmap_step_number number;
+    struct rmap_sum sum;
     struct rmap_interval interval;
 };
+
+/* Whether a token is the word of a number; the next one, taken, with its unit. */
+bool rmap_step_number_is(const struct rmap_parser *parser, const struct rmap_token *token);
+enum rmap_status rmap_parse_step_number(struct rmap_parser *parser,
+                                        enum rmap_step_number *number_ret,
+                                        enum rmap_dimension *dimension_ret) RMAP_MUST_USE;
 
 /* The end of a test of steps: `where NUMBER COMPARISON and ...`, if it is there, in addition to the
  * limits that the test has, and the parenthesis. what: else expected here. */

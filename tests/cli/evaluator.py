@@ -222,7 +222,7 @@ class Evaluator:
 
     # ------------------------------------------------------------------ numbers compared with each other
 
-    def _at_sum(self):
+    def _at_sum(self, words=(*OF_RAY, *OF_REGISTRATION)):
         """Whether the comparison here has more than one number in it, or a factor."""
         depth, shown = 0, []
         for kind, text in self.tokens[self.at:]:
@@ -232,9 +232,9 @@ class Evaluator:
             depth += (kind == "sign" and text == "(") - (kind == "sign" and text == ")")
             if depth == 0:
                 shown.append((kind, text))
-        if not shown or shown[0][1] not in (*OF_RAY, *OF_REGISTRATION) and shown[0][0] != "number":
+        if not shown or shown[0][1] not in words and shown[0][0] != "number":
             return False
-        numbers = [text for kind, text in shown if kind == "word" and text in (*OF_RAY, *OF_REGISTRATION)]
+        numbers = [text for kind, text in shown if kind == "word" and text in words]
         return len(numbers) > 1 or any(text in ("+", "-", "*") for kind, text in shown if kind != "quoted")
 
     def _sum(self, number):
@@ -335,9 +335,16 @@ class Evaluator:
         return rows
 
     def _limit(self):
-        word = self._next()
-        units = {"angle": UNITS["angle"], "step": None, "wavelength": UNITS["wavelength"]}.get(word, self._length())
-        return self._relation(units)(self.map.step_numbers()[word])
+        known = self.map.step_numbers()
+
+        def number():
+            word = self._next()
+            units = {"angle": UNITS["angle"], "step": None, "wavelength": UNITS["wavelength"]}.get(word, self._length())
+            return known[word], known[word], units
+        if self._at_sum(known):
+            return self._sum(number)
+        value, _, units = number()
+        return self._relation(units)(value)
 
     def _whole_range(self):
         first = last = int(self._next())

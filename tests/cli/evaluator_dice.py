@@ -118,7 +118,10 @@ class Dice:
             return ""
         known = self.map.step_numbers()
         said = []
-        for word in self.random.sample(sorted(known), self.one_of(1, 1, 2)):
+        if self.chance(0.3):
+            words = self.one_of(("length", "path_length"), ("x", "y", "z"), ("world_x", "world_z", "path_length"))
+            said.append(self.sum(lambda: (word := self.one_of(*words), known[word])))
+        for word in self.random.sample(sorted(known), self.one_of(1, 1, 2) - len(said)):
             units = {"angle": {"deg": 1.0, "rad": 180 / np.pi}, "step": {"": 1.0}, "wavelength": {"nm": 1.0, "um": 1000.0}}.get(word, self.lengths())
             said.append(word + " " + self.comparison(known[word][np.isfinite(known[word])], units))
         return " where " + " and ".join(said)

@@ -64,7 +64,7 @@ TYPED = [
     ("query lens.raymap 'hit(screen, face 0..99999999999)'", 3, "1:21: error: this number is too large: at most 2147483647"),
     ("query lens.raymap 'path_length * 2 > 150'", 3, "1:13: error: the factor stands before: '2 * path_length'"),
     ("query lens.raymap 'registered(sensor where y > x * 2)'", 3, "the factor stands before: '2 * x'"),
-    ("query lens.raymap 'hit(screen where x > y)'", 3, "a number of a step is compared with a value, as in 'x > 3', not with another number"),
+    ("query lens.raymap 'hit(screen where x > path_length / 2)'", 3, "unexpected character '/' (factors are written: 0.5 * path_length)"),
     ("query lens.raymap 'registered(sensor where x > 1 km)' --quiet", 0, ": 0 registrations, "),
     ("trace scene.yaml --no-record -n 1e30", 2, "--rays 1e30 is too large"),
     ("trace scene.yaml --no-record -n -1", 2, "--rays must be a whole number without a sign"),

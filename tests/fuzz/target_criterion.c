@@ -120,6 +120,7 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "H3 & R5 & !G | (M1 ^ T2) & S0 & X_HITFACE(2,1) & L1 & O1 & B0",
         "registered(sensor, rect(-1 mm, 0, 1e1, .5) where angle < 10 deg and (x > 0 or !y != 2))",
         "wavelength in 0.4..0.6 um and surface(reflectance < 0.1, absorb) in 1..3",
+        "hit(tube where 2 * length < path_length - 1e-1 cm and step > 1 and x - y > z) > 1",
     };
     return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
 }
