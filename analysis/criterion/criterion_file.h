@@ -29,6 +29,13 @@ const char *rmap_criteria_definition(const struct rmap_criteria *criteria, size_
 /* The criterion text that asks for it: @NAME, quoted where it must be. */
 const char *rmap_criteria_reference(const struct rmap_criteria *criteria, size_t index);
 
+/* The text of a compiled criterion with what its @names stand for, definitions (NULL: none) or rays
+ * of the map, so that it means the same wherever it stands; as it is written where that would be
+ * longer than 64 KiB. *text_ret: rmap_free. */
+enum rmap_status rmap_criterion_spell(const struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria, char **text_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Index of a name, or SIZE_MAX. */
 size_t rmap_criteria_find(const struct rmap_criteria *criteria, const char *name);
 

@@ -14,7 +14,7 @@
 #include "io/file/diagnostics.h"
 
 /* Definitions used in definitions multiply. */
-enum { NODE_MAX = 100000 };
+enum { NODE_MAX = 100000, SPELLED_MAX = 65536 };
 
 /* Open definitions, the innermost first. */
 struct rmap_reference {
@@ -150,4 +150,83 @@ enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_
     }
 out:
     return st;
+}
+
+/* ---- without names ---- */
+
+struct spelling {
+    const struct rmap_criteria *criteria;
+    const struct rmap_ray_names *names;
+    char *text; /* [SPELLED_MAX] */
+    size_t len;
+    bool is_full;
+};
+
+static void put(struct spelling *self, const char *text, size_t n)
+{
+    self->is_full = self->is_full || n >= SPELLED_MAX - self->len;
+    if (self->is_full)
+        return;
+    memcpy(self->text + self->len, text, n);
+    self->len += n;
+}
+
+/* Whether its parts would come apart beside others. */
+static bool is_joined(const char *text)
+{
+    struct rmap_token token = {.end = 0};
+    do {
+        if (rmap_token_read(text, token.end, &token, NULL) != RMAP_OK)
+            return true;
+    } while (token.kind != RMAP_TOKEN_END && token.kind != RMAP_TOKEN_AND &&
+             token.kind != RMAP_TOKEN_OR);
+    return token.kind != RMAP_TOKEN_END;
+}
+
+static void spell(struct spelling *self, const char *text)
+{
+    struct rmap_token token = {.end = 0}, behind;
+    size_t done = 0;
+    while (rmap_token_read(text, token.end, &token, NULL) == RMAP_OK &&
+           token.kind != RMAP_TOKEN_END && !self->is_full) {
+        char name[RMAP_TOKEN_NAME_NBYTES + 1];
+        const size_t at = token.begin;
+        if (token.kind != RMAP_TOKEN_AT ||
+            rmap_token_read(text, token.end, &token, NULL) != RMAP_OK)
+            continue;
+        rmap_token_name(text, &token, name);
+        const size_t let = self->criteria ? rmap_criteria_find(self->criteria, name) : SIZE_MAX;
+        const char *words = let != SIZE_MAX ? self->criteria->let[let].definition
+                            : self->names   ? self->names->words(self->names->context, name)
+                                            : NULL;
+        if (!words)
+            continue;
+        const bool is_all = at == strspn(text, " \t\r\n") &&
+                            rmap_token_read(text, token.end, &behind, NULL) == RMAP_OK &&
+                            behind.kind == RMAP_TOKEN_END;
+        const bool is_apart = !is_all && is_joined(words);
+        put(self, text + done, at - done);
+        put(self, "(", is_apart);
+        if (let != SIZE_MAX)
+            spell(self, words);
+        else
+            put(self, words, strlen(words));
+        put(self, ")", is_apart);
+        done = token.end;
+    }
+    put(self, text + done, strlen(text + done));
+}
+
+enum rmap_status rmap_criterion_spell(const struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria, char **text_ret,
+                                      struct rmap_error *err)
+{
+    struct spelling self = {.criteria = criteria,
+                            .names = criterion->scene->ray_names,
+                            .text = rmap_alloc(SPELLED_MAX, 1)};
+    if (self.text)
+        spell(&self, criterion->text);
+    *text_ret = self.text && !self.is_full ? rmap_strdup(self.text) : rmap_strdup(criterion->text);
+    rmap_free(self.text);
+    return *text_ret ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a criterion");
 }

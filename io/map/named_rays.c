@@ -293,6 +293,7 @@ void rmap_named_rays_list_fini(struct rmap_named_rays_list *list)
 
 struct kept_set {
     char name[RMAP_RAYS_NAME_NBYTES];
+    char *criterion;
     struct rmap_id_set set;
 };
 
@@ -346,6 +347,8 @@ static enum rmap_status keep(struct rmap_kept_rays *self, const char *name,
         goto out;
     }
     *set_ret = &kept->set;
+    kept->criterion = info.criterion;
+    info.criterion = NULL;
     self->set[self->n++] = kept;
     kept = NULL;
 out:
@@ -381,13 +384,25 @@ static enum rmap_status find(void *context, const char *name, const struct rmap_
     return st;
 }
 
+static const char *words(void *context, const char *name)
+{
+    struct rmap_kept_rays *self = context;
+    const char *found = NULL;
+    (void)pthread_mutex_lock(&self->map->hdf5_lock);
+    for (size_t i = 0; i < self->n; i++)
+        if (strcmp(self->set[i]->name, name) == 0)
+            found = self->set[i]->criterion;
+    (void)pthread_mutex_unlock(&self->map->hdf5_lock);
+    return found;
+}
+
 enum rmap_status rmap_map_offer_named_rays(struct rmap_map *map, struct rmap_error *err)
 {
     struct rmap_kept_rays *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a map");
     self->map = map;
-    self->names = (struct rmap_ray_names){self, find};
+    self->names = (struct rmap_ray_names){self, find, words};
     map->kept_rays = self;
     for (size_t i = 0; i < map->spaces.n; i++) {
         map->scene[i]->ray_names = &self->names;
@@ -403,6 +418,7 @@ void rmap_kept_rays_destroy(struct rmap_kept_rays *self)
         return;
     for (size_t i = 0; i < self->n; i++) {
         rmap_id_set_fini(&self->set[i]->set);
+        rmap_free(self->set[i]->criterion);
         rmap_free(self->set[i]);
     }
     rmap_free(self->set);

@@ -56,7 +56,7 @@ static enum rmap_status describe(struct writing *self, struct rmap_error *err)
     char name[RMAP_MAP_NAME_LEN];
     rmap_map_name(answer->from, name);
     struct rmap_selection_step step = {.map = rmap_strdup(name),
-                                       .criterion = rmap_strdup(answer->criterion),
+                                       .criterion = rmap_strdup(answer->spelled),
                                        .answer = rmap_strdup(answer->answer)};
     struct rmap_map_summary summary;
     size_t n_source = rmap_map_scene(answer->map)->n_source;

@@ -14,7 +14,8 @@ struct rmap_map_answer {
     enum rmap_deal_kind deal;
     enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: that of the map's first piece */
     const char *from, *to;       /* directories */
-    const char *criterion;       /* as it was written */
+    const char *criterion;       /* as it was written, */
+    const char *spelled;         /* and without names, for the map */
     const char *answer;          /* "all", "limit 10", "sample 100 seed 1" */
     bool force;
 };

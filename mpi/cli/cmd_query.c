@@ -508,10 +508,11 @@ static enum rmap_status write_map(const struct rmap_context *context, const stru
                                   struct search *search, struct rmap_error *err)
 {
     struct rmap_pick pick;
-    char how[80];
-    enum rmap_status st = choose(context, request, search, &pick, err);
-    if (st != RMAP_OK)
-        return st;
+    char how[80], *spelled = NULL;
+    enum rmap_status st =
+        rmap_criterion_spell(search->criterion[0], request->asked.criteria, &spelled, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(choose(context, request, search, &pick, err));
     const struct rmap_map_answer answer = {.map = search->map,
                                            .pick = &pick,
                                            .deal = request->deal,
@@ -519,9 +520,13 @@ static enum rmap_status write_map(const struct rmap_context *context, const stru
                                            .from = request->map_path,
                                            .to = request->output_path,
                                            .criterion = rmap_criterion_text(search->criterion[0]),
+                                           .spelled = spelled,
                                            .answer = answer_text(request, search, how),
                                            .force = request->force};
-    return rmap_map_answer_write(context, &answer, err);
+    st = rmap_map_answer_write(context, &answer, err);
+out:
+    rmap_free(spelled);
+    return st;
 }
 
 /* Those of the tables that are asked for. */

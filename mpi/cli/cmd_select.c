@@ -97,16 +97,13 @@ static enum rmap_status keep(const struct request *request, const struct rmap_ma
                              const struct rmap_criterion *criterion, struct rmap_id_set *set,
                              struct rmap_error *err)
 {
-    const size_t let =
-        rmap_criterion_name(criterion) && request->asked.criteria
-            ? rmap_criteria_find(request->asked.criteria, rmap_criterion_name(criterion))
-            : SIZE_MAX;
+    char *words = NULL;
+    enum rmap_status st = rmap_criterion_spell(criterion, request->asked.criteria, &words, err);
     rmap_id_set_settle(set);
-    return rmap_named_rays_write(map, request->name,
-                                 let == SIZE_MAX
-                                     ? rmap_criterion_text(criterion)
-                                     : rmap_criteria_definition(request->asked.criteria, let),
-                                 set, err);
+    if (st == RMAP_OK)
+        st = rmap_named_rays_write(map, request->name, words, set, err);
+    rmap_free(words);
+    return st;
 }
 
 /* ---- all ranks ---- */

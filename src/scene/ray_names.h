@@ -14,6 +14,8 @@ struct rmap_ray_names {
      * were of other rays than the map's now; RMAP_FORMAT: they are damaged. Thread-safe. */
     enum rmap_status (*find)(void *context, const char *name, const struct rmap_id_set **set_ret,
                              struct rmap_error *err);
+    /* The criterion that they matched, borrowed; NULL where find has not found the name. */
+    const char *(*words)(void *context, const char *name);
 };
 
 #endif

@@ -20,6 +20,7 @@ from sealed_map import edit  # noqa: E402
 import raymap  # noqa: E402 (asking knows where it is)
 
 QUOTED = "hit('lens.3') and source('sun')"
+pathlib.Path("more.txt").write_text("let 'o e' = source(sun) # its\nlet two = @few or @'o e'\n", encoding="utf-8")
 TWICE = "hit(lens.*, reflect) >= 2"  # chooses no registrations
 GHOSTS = "registered(sensor where ghost_order >= 1) and x(sensor) > -15"
 pathlib.Path("names.txt").write_text(f"let ghosts = {GHOSTS}\nlet both = @ghosts and source(sun)\n", encoding="utf-8")
@@ -48,6 +49,7 @@ for encoding in ("compact", "plain"):
                                       ("@sun or ray == 7", f"({GHOSTS} and source(sun)) or ray == 7", 1)):
         check(answers(name, with_name, ranks=ranks) == answers(name, without), f"{with_name} in {name}, {ranks} ranks")
     run("select", name, "twice", TWICE, "--quiet")
+    check(selections(name)["sun"]["criterion"] == f"({GHOSTS}) and source(sun)", "what a name stood for")
     for words in (("stats", "--of", "angle(sensor)", "--where"), ("detector", "sensor", "--where"), ("report", "--energy", "--where"), ("paths", "--top", 3, "--where")):
         told = [json.loads(json.dumps(served.ask(words[0], name, *words[1:], criterion)).replace("@twice", TWICE)) for criterion in ("@twice", TWICE)]
         for one in told:
@@ -75,7 +77,16 @@ for words, status, told in ((("ghosts", "all"), 2, "--force"), (("2nd", "all"), 
     check(told in error, f"{words}: {error}")
 error = run("query", name, "@ghosts >= 2", status=3)
 check("only a single test" in error, error)
+run("select", name, "fewer", "@few and @'o e' and not @few", "--criteria", "more.txt")
+check(selections(name)["fewer"]["criterion"] == "(ray == 100 or ray == 39000) and source(sun) and not (ray == 100 or ray == 39000)", "file and map")
+run("select", name, "fewer", "@few and ray < 200", "--force", "--quiet")
 run("select", name, "few", "ray == 3", "--force", "--quiet")
+check(answers(name, "@fewer")[0] == 1 and "(ray == 100" in selections(name)["fewer"]["criterion"], "whatever becomes of the other name")
+run("query", name, "@two", "-o", "two.raymap", "--criteria", "more.txt", "--quiet", "--force")
+check("ray == 3 or source(sun)" in run("info", "two.raymap") and "@" not in run("info", "two.raymap"), "a map of picked rays")
+run("select", name, "few", "@few and ray < 5", "--force", "--quiet")
+check(selections(name)["few"]["criterion"] == "ray == 3 and ray < 5", "of itself")
+run("select", name, "fewer", "--remove", "--quiet")
 check(answers(name, "@few")[0] == 1, "--force")
 run("select", name, "few", "--remove", "--quiet")
 check("few" not in selections(name), "--remove")
@@ -128,6 +139,7 @@ run("trace", SOURCE / "examples" / "double-gauss" / "scene.yaml", "-o", name, "-
 error = run("query", name, "@ghosts", status=3)
 check("--force" in error and GHOSTS in error, f"stale: {error}")
 error = run("query", name, "@it", status=3)
+run("select", name, "again", "@it and ray < 900", status=3)
 done = subprocess.run(error.split("again: ")[1].splitlines()[0].replace("raymap", '"$RAYMAP"', 1), shell=True, capture_output=True, text=True, check=False)
 check(done.returncode == 0 and answers(name, "@it") == answers(name, QUOTED), f"what it says is typed: {error}{done.stderr}")
 check(selections(name)["ghosts"]["state"] == "stale" and "stale" in run("select", name), "stale")
