@@ -149,7 +149,7 @@ enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_li
     }
     if (st == RMAP_OK && found->link.text[0])
         st = rmap_error_set(err, RMAP_USAGE, "%s", found->link.text);
-    if (st == RMAP_OK && found->has_half_index)
+    if (st == RMAP_OK && found->n_half > 0)
         st = rmap_map_remove_half_indexes(map_path, err);
     if (st != RMAP_OK)
         rmap_map_listing_fini(found);
@@ -213,13 +213,24 @@ static enum rmap_status list_in_shard(void *context, int directory, const char *
     return add_leftover(walk, name, err);
 }
 
+static enum rmap_status add_half(struct rmap_map_listing *listing, const char *name,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_RESERVE(listing->half, listing->cap_half, listing->n_half + 1, err);
+    if (st == RMAP_OK)
+        (void)snprintf(listing->half[listing->n_half++].name, sizeof listing->half->name, "%s",
+                       name);
+    return st;
+}
+
 /* What stands there as a link is none of the map's: it is reported, and left to itself. */
 static enum rmap_status list_in_map(void *context, int directory, const char *name,
                                     struct rmap_error *err)
 {
     struct rmap_error why = {0};
     struct walk *walk = context;
-    walk->listing->has_half_index |= leftover_is_half_file(name);
+    if (leftover_is_half_file(name))
+        return add_half(walk->listing, name, err);
     walk->shard = rmap_directory_number(name, "shard-", "");
     walk->shard_name = name;
     if (walk->shard < 0)
@@ -292,6 +303,7 @@ void rmap_map_listing_fini(struct rmap_map_listing *listing)
     rmap_free(listing->histories.name);
     rmap_free(listing->columns.name);
     rmap_free(listing->leftover);
+    rmap_free(listing->half);
     *listing = (struct rmap_map_listing){0};
 }
 

@@ -46,7 +46,8 @@ struct rmap_map_listing {
     struct rmap_piece_list columns;   /* kept columns, likewise */
     struct rmap_leftover *leftover;   /* by name */
     size_t n_leftover, cap_leftover;
-    bool has_half_index;    /* what a killed run left of an index, or of named rays */
+    struct rmap_leftover *half; /* what killed runs left of an index, or of named rays */
+    size_t n_half, cap_half;
     struct rmap_error link; /* where a shard's folder is a link: that it was passed over; or "" */
 };
 

@@ -17,6 +17,7 @@
 #include "io/map/selection.h"
 #include "mpi/answer/kept_columns_out.h"
 #include "mpi/answer/named_rays_out.h"
+#include "mpi/answer/unfinished_out.h"
 #include "mpi/command/balance.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
@@ -154,7 +155,8 @@ static json_t *selection_json(const struct rmap_selection *selection)
 static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
                          const struct rmap_history_files *indexes,
                          const struct rmap_columns_survey *kept,
-                         const struct rmap_named_rays_list *named)
+                         const struct rmap_named_rays_list *named,
+                         const struct rmap_findings *unfinished_files)
 {
     char digest[33];
     rmap_digest_text(summary->digest, digest);
@@ -185,6 +187,8 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
         (void)json_object_set_new(info, "kept", rmap_kept_columns_json(kept));
     if (info)
         (void)json_object_set_new(info, "selections", rmap_named_rays_json(named));
+    if (info)
+        (void)json_object_set_new(info, "unfinished", rmap_unfinished_json(unfinished_files));
     if (info)
         (void)json_object_set_new(info, "rays_asked",
                                   is_known ? json_integer((json_int_t)asked) : json_null());
@@ -323,6 +327,7 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     struct rmap_history_files indexes;
     struct rmap_columns_survey kept;
     struct rmap_named_rays_list named;
+    struct rmap_findings left = {0};
     st = rmap_history_files_measure(map, &indexes, err);
     if (st == RMAP_OK)
         st = rmap_map_columns_survey(map, &kept, err);
@@ -330,10 +335,14 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
         st = rmap_named_rays_list(map, &named, err);
     if (st != RMAP_OK)
         return st;
-    if (context->json)
-        st = rmap_json_print(info_json(map, &summary, &indexes, &kept, &named), stdout, err);
-    else
+    st = rmap_map_note_unfinished(path, &left, err);
+    if (st == RMAP_OK && context->json)
+        st = rmap_json_print(info_json(map, &summary, &indexes, &kept, &named, &left), stdout, err);
+    else if (st == RMAP_OK)
         print_info(path, map, &summary, &indexes, &kept, &named, pieces != RMAP_OK, stdout);
+    if (st == RMAP_OK && !context->json)
+        rmap_unfinished_print(&left, stdout);
+    rmap_findings_fini(&left);
     rmap_named_rays_list_fini(&named);
     return st == RMAP_OK ? pieces : st;
 }

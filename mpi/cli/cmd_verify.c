@@ -6,6 +6,7 @@
 #include "base/grouped.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
+#include "mpi/answer/unfinished_out.h"
 #include "mpi/command/json_out.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
@@ -110,11 +111,18 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
                              const struct rmap_verified *verified,
                              const struct rmap_verification *verification, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    if (context->json)
-        st = rmap_json_print(to_json(findings, verified, verification), stdout, err);
-    else if (!context->quiet || findings->n > 0)
+    struct rmap_findings left = {0};
+    enum rmap_status st = rmap_map_note_unfinished(path, &left, err);
+    if (st == RMAP_OK && context->json) {
+        json_t *document = to_json(findings, verified, verification);
+        if (document)
+            (void)json_object_set_new(document, "unfinished", rmap_unfinished_json(&left));
+        st = rmap_json_print(document, stdout, err);
+    } else if (st == RMAP_OK && (!context->quiet || findings->n > 0)) {
+        rmap_unfinished_print(&left, stdout);
         print_text(path, findings, verified, verification, stdout);
+    }
+    rmap_findings_fini(&left);
     if (!context->json && !context->quiet)
         fprintf(stderr, "%.2f s\n", verified->seconds);
     if (st == RMAP_OK && findings->n > 0)

@@ -172,6 +172,8 @@ out:
     return st;
 }
 
+static const char unfinished[] = "removed: nothing of it was finished";
+
 static enum rmap_status salvage_one(const struct repair *self, const struct rmap_leftover *leftover,
                                     struct rmap_findings *done, struct rmap_error *err)
 {
@@ -181,7 +183,9 @@ static enum rmap_status salvage_one(const struct repair *self, const struct rmap
     struct rmap_finding finding;
     enum rmap_status st =
         rmap_salvage(self->round.verification->map, leftover, &made, &salvaged, &why);
-    if (st == RMAP_OK) {
+    if (st == RMAP_OK && salvaged.n_piece == 0 && salvaged.n_ray_lost == 0) {
+        st = rmap_findings_note(done, leftover->name, unfinished, err);
+    } else if (st == RMAP_OK) {
         rmap_finding_set(&finding, leftover->name, "", "salvaged: %s in %s; damaged of it: %s",
                          rmap_counted(salvaged.n_ray, "ray").text,
                          rmap_counted(salvaged.n_piece, "piece").text,
@@ -334,7 +338,8 @@ static enum rmap_status mend(struct repair *self, enum step step, struct rmap_er
 /* Collective. What a writer at work has in hand is no leftover: it must be gone before anybody
  * looks. Of what is no directory, looking says more. */
 static enum rmap_status await_writers(const struct rmap_context *context, const char *path,
-                                      struct rmap_map_lock *lock, struct rmap_error *err)
+                                      struct rmap_map_lock *lock, struct rmap_findings *done,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_listing found = {0};
@@ -349,9 +354,12 @@ static enum rmap_status await_writers(const struct rmap_context *context, const 
         st = rmap_map_lock_take(path, "repair", lock, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     if (is_directory)
-        st = rmap_recover_wait(context, path, &found, err);
-    rmap_map_listing_fini(&found);
+        RMAP_TRY(rmap_recover_wait(context, path, &found, err));
+    for (size_t i = 0; i < found.n_half && st == RMAP_OK; i++)
+        st = rmap_findings_note(done, found.half[i].name, unfinished, err);
+    st = rmap_agree(context, st, err);
 out:
+    rmap_map_listing_fini(&found);
     return st;
 }
 
@@ -365,7 +373,7 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
     enum step step = STEP_NONE;
     double begun = rmap_clock_seconds();
     if (mode == RMAP_REPAIR_DO)
-        RMAP_TRY(await_writers(context, path, &lock, err));
+        RMAP_TRY(await_writers(context, path, &lock, &result->done, err));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         RMAP_TRY(look(&self, &step, err));
         if (round == 0 && context->rank == 0)

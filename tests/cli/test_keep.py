@@ -129,6 +129,17 @@ for at in (len(first) // 2, 40):
     check(path.read_bytes() == first, f"--force mends byte {at}")
 half = path.with_name(".piece-00000.columns.h5.0.0.host.1.part")
 half.write_bytes(b"half")
+names = path.with_name("..").resolve() / ".selection-old.h5.0123456789abcdef.part"
+names.write_bytes(b"half")
+for command in ("info", "verify"):
+    told = run(command, lens)
+    check(f"unfinished shard-00000/{half.name}: 0.00 MB that a killed command left; raymap repair removes it" in told and
+          f"unfinished {names.name}: " in told and "1 finding" not in told, f"{command} names it: {told}")
+    check([one["file"] for one in json.loads(run(command, lens, "--json"))["unfinished"]] == [names.name, "shard-00000/" + half.name], "as JSON")
+told = run("repair", lens)
+check(told.count(": removed: nothing of it was finished") == 2 and not half.exists() and not names.exists(), f"repair: {told}")
+check(json.loads(run("verify", lens, "--json"))["unfinished"] == [], "and is gone")
+half.write_bytes(b"half")
 run("keep", lens, "--of", "path_length", "--quiet")
 check(not half.exists(), "what a killed run left goes")
 path.write_bytes(first[:1000])
