@@ -153,21 +153,29 @@ static enum rmap_status enter_cursor(struct rmap_fold_scanner *self,
     return self->marker ? rmap_query_marker_cursor(self->marker, cursor_ret, err) : RMAP_OK;
 }
 
-/* Of the rays that match, those that cross the only detector, into `match`. */
-static enum rmap_status keep_crossing(struct rmap_fold_scanner *self, struct rmap_cursor *cursor,
-                                      const struct rmap_portion *portion, struct rmap_matched *rays,
-                                      struct rmap_error *err)
+/* Of the rays that match, those that cross the only detector, and may add something, into `match`.
+ */
+static enum rmap_status keep_fewer(struct rmap_fold_scanner *self, void *state,
+                                   struct rmap_cursor *cursor, const struct rmap_portion *portion,
+                                   struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = rmap_map_portion(self->fold->map, rays->index);
     const size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
-    RMAP_TRY(read_columns(self, 0, &portion, err)); /* the marker's */
+    const bool narrows = self->fold->kind->narrow != NULL;
+    if (self->fold->only_detector == 0 && !narrows)
+        return RMAP_OK;
     if (!rays->match)
         memset(self->match, 1, n);
     else
         memcpy(self->match, rays->match, n);
-    RMAP_TRY(rmap_crossing_keep(&self->crossing, cursor, portion, (size_t)info->piece, self->match,
-                                err));
+    if (narrows)
+        RMAP_TRY(self->fold->kind->narrow(state, rays, self->match, err));
+    if (self->fold->only_detector > 0) {
+        RMAP_TRY(read_columns(self, 0, &portion, err)); /* the marker's */
+        RMAP_TRY(rmap_crossing_keep(&self->crossing, cursor, portion, (size_t)info->piece,
+                                    self->match, err));
+    }
     rays->match = self->match;
     rays->n_match = rmap_count_ones(self->match, n);
 out:
@@ -176,8 +184,9 @@ out:
 
 /* Rays that must be traced again, where few of them can add anything: the portion becomes those,
  * with all columns that the kind may ask for. NULL: it would not be of use. */
-static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_set columns,
-                                    struct rmap_matched *rays, struct rmap_error *err)
+static enum rmap_status select_rays(struct rmap_fold_scanner *self, void *state,
+                                    rmap_column_set columns, struct rmap_matched *rays,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
@@ -191,8 +200,7 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, rmap_column_
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
     RMAP_TRY(enter_cursor(self, &cursor, err));
-    if (self->fold->only_detector > 0)
-        RMAP_TRY(keep_crossing(self, cursor, portion, rays, err));
+    RMAP_TRY(keep_fewer(self, state, cursor, portion, rays, err));
     if (!rays->match || rays->n_match == 0)
         goto out;
     RMAP_TRY(rmap_cursor_select(cursor, rays->match, 1, all, &rays->portion, &row, err));
@@ -230,8 +238,8 @@ out:
     return st;
 }
 
-static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
-                                    struct rmap_error *err)
+static enum rmap_status read_stored(struct rmap_fold_scanner *self, void *state,
+                                    struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     rmap_column_set columns =
@@ -250,7 +258,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
         RMAP_TRY(bound(self, rays->index, err));
     columns = self->bounding ? self->bounding : columns;
     if (rays->n_match > 0)
-        RMAP_TRY(select_rays(self, columns, rays, err));
+        RMAP_TRY(select_rays(self, state, columns, rays, err));
     if (rays->n_match == 0 || rays->portion)
         goto out;
     rays->portion = portion;
@@ -303,6 +311,24 @@ enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
         return RMAP_OK;
     RMAP_TRY(enter_cursor(rays->scanner, &cursor, err));
     st = rmap_cursor_path_summary(cursor, false, paths, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_path_bounds(const struct rmap_matched *rays,
+                                       struct rmap_path_summary *paths,
+                                       const struct rmap_path_sum **sum_ret,
+                                       const struct rmap_path_sum **own_ret, struct rmap_error *err)
+{
+    struct rmap_cursor *cursor;
+    enum rmap_status st = RMAP_OK;
+    *sum_ret = *own_ret = NULL;
+    RMAP_TRY(rmap_fold_path_summary(rays, paths, err));
+    if (!paths->paths)
+        goto out;
+    RMAP_TRY(enter_cursor(rays->scanner, &cursor, err));
+    RMAP_TRY(rmap_cursor_path_sums(cursor, sum_ret, err));
+    st = rmap_cursor_own_lengths(cursor, own_ret, err);
 out:
     return st;
 }
@@ -428,7 +454,8 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
         return RMAP_OK;
     self->bounding = 0;
     self->row = NULL;
-    RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
+    RMAP_TRY(fold->overlay ? read_extended(self, &rays, err)
+                           : read_stored(self, state, &rays, err));
     if (rays.n_match > 0 && self->which)
         RMAP_TRY(choose(self, &rays, err));
     if (rays.n_match > 0)

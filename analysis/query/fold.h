@@ -15,6 +15,7 @@
 #include "analysis/overlay/overlay.h"
 #include "analysis/query/fold_blocks.h"
 #include "analysis/query/which.h"
+#include "compact/path_sum.h"
 #include "io/map/map_reader.h"
 
 struct rmap_fold_scanner;
@@ -56,6 +57,14 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
                                      const struct rmap_portion **own_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same, and between which numbers lie those of the rays with each path [paths] and of the rays
+ * with paths of their own [paths->n_own], these NULL where nothing is known. */
+enum rmap_status rmap_fold_path_bounds(const struct rmap_matched *rays,
+                                       struct rmap_path_summary *paths,
+                                       const struct rmap_path_sum **sum_ret,
+                                       const struct rmap_path_sum **own_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
     /* An empty state. */
@@ -63,6 +72,10 @@ struct rmap_fold_kind {
     void (*destroy)(void *state); /* NULL is fine */
     enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
     /* `from` may hand over what it holds: it can only be destroyed then. */
+    /* Takes rays out of match [rays of the portion] that can add nothing, before anything of them
+     * is read: by rmap_fold_path_bounds. NULL: all are read. */
+    enum rmap_status (*narrow)(void *state, const struct rmap_matched *rays, uint8_t *match,
+                               struct rmap_error *err);
     enum rmap_status (*merge)(void *into, void *from, struct rmap_error *err);
     /* The arrays that a state is, as long as the context says: how many. NULL: instead, the state
      * as bytes for another rank (rmap_free), and from them. */

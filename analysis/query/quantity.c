@@ -15,6 +15,7 @@
 #include "analysis/criterion/path_in.h"
 #include "analysis/criterion/registration_response.h"
 #include "analysis/query/quantity_count.h"
+#include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "base/unit.h"
 
@@ -417,6 +418,29 @@ enum rmap_status rmap_quantity_set_unit(struct rmap_quantities *self, size_t ind
     rmap_unit_list(quantity->dimension, self->scene, units);
     return rmap_error_set(err, RMAP_USAGE, "--unit '%.20s' is no unit of %s (%s)", name,
                           quantity->name, units);
+}
+
+double rmap_quantity_scale(const struct rmap_quantities *self, size_t index)
+{
+    return rmap_unit_size_of(self->scene, self->of[index].dimension) / self->of[index].unit_size;
+}
+
+bool rmap_quantity_bound(const struct rmap_quantities *self, size_t index,
+                         const struct rmap_path_sum *of, double bound[2])
+{
+    const struct rmap_quantity *quantity = &self->of[index];
+    const bool is_sum = quantity->kind == RMAP_QUANTITY_SUM;
+    if (is_sum ? !rmap_sum_is_bounded(&quantity->sum)
+               : quantity->kind != RMAP_QUANTITY_RAY_NUMBER ||
+                     !rmap_number_is_bounded(quantity->ray_number))
+        return false;
+    if (is_sum)
+        rmap_sum_bound(&quantity->sum, of, bound);
+    else
+        rmap_number_bound(quantity->ray_number, of, bound);
+    for (int k = 0; k < 2; k++)
+        bound[k] *= rmap_quantity_scale(self, index);
+    return true;
 }
 
 enum rmap_status rmap_quantity_range(const struct rmap_quantities *self, size_t index,

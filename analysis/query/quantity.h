@@ -22,6 +22,7 @@
 #include "analysis/criterion/criterion_parser.h"
 #include "analysis/criterion/path_order.h"
 #include "analysis/query/fold.h"
+#include "compact/path_sum.h"
 #include "io/map/map_reader.h"
 
 #define RMAP_QUANTITIES_MAX 2
@@ -97,6 +98,10 @@ void rmap_quantities_destroy(struct rmap_quantities *quantities); /* NULL is fin
 /* Values are in this unit from now on, as "ns". RMAP_USAGE with those that fit. */
 enum rmap_status rmap_quantity_set_unit(struct rmap_quantities *quantities, size_t index,
                                         const char *unit, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Between which values of it lie those of rays with these bounds; false: they say nothing of it. */
+bool rmap_quantity_bound(const struct rmap_quantities *quantities, size_t index,
+                         const struct rmap_path_sum *of, double bound[2]);
 
 /* "10..20 um", in the quantity's unit. RMAP_USAGE; `option` names it in the message. */
 enum rmap_status rmap_quantity_range(const struct rmap_quantities *quantities, size_t index,

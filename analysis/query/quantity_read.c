@@ -432,8 +432,7 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         RMAP_TRY(find_rays(&search, err));
     for (size_t i = 0; i < self->n && readings->n > 0; i++) {
         RMAP_TRY(read_values(&search, &self->of[i], readings->value[i], err));
-        const double scale =
-            rmap_unit_size_of(self->scene, self->of[i].dimension) / self->of[i].unit_size;
+        const double scale = rmap_quantity_scale(self, i);
         for (size_t k = 0; scale != 1.0 && k < readings->n; k++)
             readings->value[i][k] *= scale;
     }

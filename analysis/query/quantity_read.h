@@ -11,6 +11,9 @@
 bool rmap_quantities_may_count(const struct rmap_quantities *quantities,
                                const struct rmap_portion_info *portion);
 
+/* Times which numbers in the map's unit are in that of the quantity. */
+double rmap_quantity_scale(const struct rmap_quantities *quantities, size_t index);
+
 void rmap_readings_fini(struct rmap_readings *readings);
 
 /* Readings of the matching rays. The portion has the columns. RMAP_FORMAT when rows do not fit. */

@@ -80,6 +80,35 @@ static enum rmap_status add_values(struct rmap_sample_fold *self, const struct r
     return st;
 }
 
+/* Of rays whose greatest possible value is less than all that are kept, none is looked at. */
+static enum rmap_status narrow(void *state, const struct rmap_matched *rays, uint8_t *match,
+                               struct rmap_error *err)
+{
+    const struct rmap_sample_fold *self = state;
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_sum none = {0}, *of_path, *own;
+    struct rmap_path_summary paths;
+    double bound[2];
+    if (!self->order->of || self->sample.n < self->sample.most ||
+        !rmap_quantity_bound(self->order->of, 0, &none, bound))
+        return RMAP_OK;
+    RMAP_TRY(rmap_fold_path_bounds(rays, &paths, &of_path, &own, err));
+    const double worst = rmap_sample_value_of_key(self->sample.ray[0].key);
+    const size_t n =
+        (size_t)rmap_map_portion(self->order->of->map, rays->index)->n_row[RMAP_TABLE_RAY];
+    for (size_t i = 0, k = 0; paths.paths && i < n; i++) {
+        const uint32_t path = paths.path[i];
+        const size_t at = path > 0 ? path - 1 : k++;
+        const struct rmap_path_sum *its = path > 0 ? of_path : own;
+        its = its ? its + at : NULL;
+        if (match[i] && its && rmap_quantity_bound(self->order->of, 0, its, bound) &&
+            bound[1] < worst)
+            match[i] = 0;
+    }
+out:
+    return st;
+}
+
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
     struct rmap_sample_fold *self = state;
@@ -138,6 +167,7 @@ static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t
 const struct rmap_fold_kind rmap_sample_kind = {.create = create,
                                                 .destroy = destroy,
                                                 .add = add,
+                                                .narrow = narrow,
                                                 .merge = merge,
                                                 .pack = pack,
                                                 .unpack = unpack};

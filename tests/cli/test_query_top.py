@@ -3,6 +3,7 @@
 """The promise: `query --top N --of Q` lists the rays with the greatest values, as the columns have them, alike for either encoding
 and any number of ranks; a ray counts by the greatest of its registrations that the criterion chooses; -o writes these rays."""
 import json
+import resource
 import sys
 
 import numpy as np
@@ -33,6 +34,8 @@ for encoding in ("compact", "plain"):
     name = trace("double-gauss", encoding + ".raymap", 20000, "--encoding", encoding)
     ray = raymap.records(raymap.open(name), "ray")
     agrees(name, "all", "path_length", 50, ray["id"], ray["path_length"])
+    agrees(name, "all", "optical_path - path_length", 50, ray["id"], ray["optical_path"] - ray["path_length"])
+    agrees(name, "source(star)", "-1 * path_length", 50, *(of[ray["source"] == 0] for of in (ray["id"], -ray["path_length"])))
     agrees(name, "segments > 9", "segments", 200, *(ray[one][ray["segment_count"] > 9] for one in ("id", "segment_count")))
     seen = raymap.table(name, "registration", where="registered(sensor)")
     kept = seen["registered"] == 1
@@ -55,4 +58,17 @@ for more, told in ((("--top", 3), "--of path_length"), (("--top", 0, "--of", "fl
     error = run("query", "compact.raymap", "all", *more, status=2)
     check(told in error, f"{more}: {error}")
 check("did you mean 'time'?" in run("query", "compact.raymap", "all", "--top", 3, "--of", "tme(sensor)", status=3), "unknown number")
+
+
+def processor_time(*words):
+    """Of the program, in s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run(*words, "--threads", 1, "--quiet")
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+# Rays that cannot be among the greatest are not traced again: 0.15 of the time that all take.
+trace("double-gauss", "many.raymap", 400000)
+times = [processor_time(*words) for words in (("query", "many.raymap", "all", "--top", 20, "--of", "path_length"), ("stats", "many.raymap", "--of", "path_length"))]
+check(times[0] < 0.5 * times[1], f"bounds of paths: {times}")
 finish()
