@@ -397,9 +397,8 @@ static enum rmap_status find_top(const struct rmap_context *context,
                                  const struct rmap_arguments *given, const struct request *request,
                                  struct search *search, struct rmap_error *err)
 {
-    enum rmap_status st = rmap_quantities_create_over(search->map, search->overlay, &request->of, 1,
-                                                      NULL, &search->of, err);
-    if (st == RMAP_OK && search->of->of_registrations)
+    enum rmap_status st = RMAP_OK;
+    if (search->of->of_registrations)
         st = rmap_asked_which(context, given, &request->asked, search->of->scene,
                               &search->of->detector, search->criterion[0], &search->which, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -557,13 +556,19 @@ static enum rmap_status run_query(const struct rmap_context *context,
     st = compile(context, &request, &search, err);
     if (st == RMAP_OK)
         st = find_columns(&request, &search, err);
+    if (st == RMAP_OK && request.top > 0)
+        st = rmap_quantities_create_over(search.map, search.overlay, &request.of, 1, NULL,
+                                         &search.of, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (request.top > 0 && !request.explain)
         RMAP_TRY(find_top(context, given, &request, &search, err));
     if (request.explain && context->rank == 0)
         st = rmap_query_explain(
             context, search.map, search.criterion, request.asked.n,
-            request.count ? 0 : rmap_pick_columns(&(struct rmap_pick){.columns = search.columns}),
+            request.count ? 0
+            : request.top && !request.output_path
+                ? RMAP_SAMPLE_COLUMNS | search.of->columns
+                : rmap_pick_columns(&(struct rmap_pick){.columns = search.columns}),
             err);
     else if (!request.explain)
         st = request.count                             ? count_rays(context, &request, &search, err)

@@ -58,6 +58,8 @@ for more, told in ((("--top", 3), "--of path_length"), (("--top", 0, "--of", "fl
     error = run("query", "compact.raymap", "all", *more, status=2)
     check(told in error, f"{more}: {error}")
 check("did you mean 'time'?" in run("query", "compact.raymap", "all", "--top", 3, "--of", "tme(sensor)", status=3), "unknown number")
+told = json.loads(run("query", "compact.raymap", "registered(sensor)", "--top", 3, "--of", "x(sensor) - 1 mm", "--explain", "--json"))[0]
+check("/segment/position" not in told["columns"] and told["compact"]["traced_again"] == 0, f"--explain: what the number needs: {told}")
 
 
 def processor_time(*words):
