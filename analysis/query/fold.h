@@ -71,11 +71,11 @@ struct rmap_fold_kind {
     enum rmap_status (*create)(const void *context, void **state_ret, struct rmap_error *err);
     void (*destroy)(void *state); /* NULL is fine */
     enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
-    /* `from` may hand over what it holds: it can only be destroyed then. */
     /* Takes rays out of match [rays of the portion] that can add nothing, before anything of them
      * is read: by rmap_fold_path_bounds. NULL: all are read. */
     enum rmap_status (*narrow)(void *state, const struct rmap_matched *rays, uint8_t *match,
                                struct rmap_error *err);
+    /* `from` may hand over what it holds: it can only be destroyed then. */
     enum rmap_status (*merge)(void *into, void *from, struct rmap_error *err);
     /* The arrays that a state is, as long as the context says: how many. NULL: instead, the state
      * as bytes for another rank (rmap_free), and from them. */

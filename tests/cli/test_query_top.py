@@ -3,7 +3,6 @@
 """The promise: `query --top N --of Q` lists the rays with the greatest values, as the columns have them, alike for either encoding
 and any number of ranks; a ray counts by the greatest of its registrations that the criterion chooses; -o writes these rays."""
 import json
-import resource
 import sys
 
 import numpy as np
@@ -61,16 +60,4 @@ check("did you mean 'time'?" in run("query", "compact.raymap", "all", "--top", 3
 told = json.loads(run("query", "compact.raymap", "registered(sensor)", "--top", 3, "--of", "x(sensor) - 1 mm", "--explain", "--json"))[0]
 check("/segment/position" not in told["columns"] and told["compact"]["traced_again"] == 0, f"--explain: what the number needs: {told}")
 
-
-def processor_time(*words):
-    """Of the program, in s."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    run(*words, "--threads", 1, "--quiet")
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
-
-
-# Rays that cannot be among the greatest are not traced again: 0.15 of the time that all take.
-trace("double-gauss", "many.raymap", 400000)
-times = [processor_time(*words) for words in (("query", "many.raymap", "all", "--top", 20, "--of", "path_length"), ("stats", "many.raymap", "--of", "path_length"))]
-check(times[0] < 0.5 * times[1], f"bounds of paths: {times}")
 finish()
