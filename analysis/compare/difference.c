@@ -240,6 +240,7 @@ static void table_fini(struct table *table)
     rmap_free(table->right);
 }
 
+/* table_fini after a failure, too. */
 static enum rmap_status table_init(struct table *table, size_t n_stratum, size_t n_group,
                                    struct rmap_error *err)
 {
@@ -255,7 +256,6 @@ static enum rmap_status table_init(struct table *table, size_t n_stratum, size_t
     if (table->rays[0] && table->rays[1] && table->difference && table->diagonal && table->weight &&
         table->u && table->core && table->right)
         return RMAP_OK;
-    table_fini(table);
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory to compare %zu bins of %zu sources",
                           n_group, n_stratum);
 }

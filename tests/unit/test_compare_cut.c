@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The promise: bins of a number hold about as many readings each, wherever these are, are at most
- * as many as asked for, and none crosses the border of one that a picture shows.
+ * as many as asked for, and none crosses the border of one that a picture shows. A comparison of
+ * bins that cannot have its memory says so.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,6 +12,7 @@
 #include <cmocka.h>
 
 #include "analysis/compare/compare_cut.h"
+#include "analysis/compare/difference.h"
 #include "base/alloc.h"
 
 enum { MOST = 250 };
@@ -57,8 +59,30 @@ static void test_cut(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+static void test_memory(void **state)
+{
+    (void)state;
+    struct rmap_stratum stratum = {.emitted = {100.0, 100.0}, .unit = {0.01, 0.01}};
+    const struct rmap_strata strata = {&stratum, 1, false};
+    const double count[2][2] = {{30.0, 40.0}, {35.0, 35.0}}, *one[2] = {count[0], count[1]};
+    const struct rmap_bins bins = {{&one[0], &one[1]}, 2, 0.0};
+    struct rmap_chi_square result;
+    struct rmap_error err = {0};
+    enum rmap_status st = RMAP_SYSTEM;
+    int64_t at = 1;
+    for (; st != RMAP_OK && at < 20; at++) {
+        rmap_alloc_fail_at(at);
+        st = rmap_difference_bins(&strata, &bins, &result, &err);
+        assert_true(st == RMAP_OK || st == RMAP_SYSTEM);
+        assert_int_equal(rmap_alloc_live(), 0);
+    }
+    rmap_alloc_fail_at(0);
+    assert_in_range(at, 4, 19);
+    assert_true(result.p > 0.0 && result.p < 1.0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_cut)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_cut), cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
