@@ -323,12 +323,14 @@ enum rmap_status rmap_assembly_read_json(const char *text, size_t nbytes,
     json_error_t wrong = {0};
     struct reading reading = {.assembly = assembly, .err = err};
     json_t *root = json_loadb(text, nbytes, JSON_REJECT_DUPLICATES, &wrong);
-    /* Want of memory may look like a mistake in the text. */
-    if (!root && (json_error_code(&wrong) == json_error_out_of_memory || rmap_json_memory_failed()))
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bytes of JSON", nbytes);
-    if (!root)
-        return rmap_error_set(err, RMAP_INPUT, "line %d: %s", wrong.line, wrong.text);
-    enum rmap_status st = read_root(&reading, root);
+    enum rmap_status st = RMAP_OK;
+    if (!root && json_error_code(&wrong) != json_error_out_of_memory)
+        st = rmap_error_set(err, RMAP_INPUT, "line %d: %s", wrong.line, wrong.text);
+    if (root)
+        st = read_root(&reading, root);
+    /* Want of memory may look like a mistake in the text, or like a key that is not there. */
+    if ((!root && st == RMAP_OK) || rmap_json_memory_failed())
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bytes of JSON", nbytes);
     json_decref(root);
     if (st == RMAP_OK)
         st = rmap_assembly_settle_ids(assembly, err);

@@ -65,11 +65,16 @@ static enum rmap_status look(struct rmap_import_folder *place, enum rmap_edits *
     *has_parts = access(parts, F_OK) == 0;
     RMAP_TRY(rmap_edits_find(path, scene, err));
     place->has_model = access(stored, F_OK) == 0;
-    if (place->has_model &&
-        rmap_model_read_stored(place->path, &place->before, &unheard) != RMAP_OK) {
+    if (place->has_model)
+        st = rmap_model_read_stored(place->path, &place->before, &unheard);
+    if (st != RMAP_OK) {
         rmap_assembly_fini(&place->before); /* a damaged one names no files that could go */
         place->before = (struct rmap_assembly){0};
     }
+    if (st == RMAP_SYSTEM)
+        *err = unheard;
+    else
+        st = RMAP_OK;
 out:
     rmap_free(stored);
     rmap_free(parts);

@@ -85,24 +85,21 @@ static char *mesh_path(const char *folder, const char *file)
     return rmap_path_format("%s/" RMAP_ASSEMBLY_MESHES "/%s", folder, file);
 }
 
-/* Of a mesh file's bytes; 0: it cannot be read. */
-static uint64_t digest_of(const char *path)
+/* Of a mesh file's bytes; false: it cannot be read. */
+static bool digest_of(const char *path, uint64_t *digest)
 {
-    enum { BLOCK = 1 << 16 };
+    uint8_t block[1 << 14];
     FILE *file = fopen(path, "rb");
     XXH3_state_t *state = file ? XXH3_createState() : NULL;
-    uint8_t *block = state ? rmap_alloc(BLOCK, 1) : NULL;
-    uint64_t digest = 0;
-    if (block && XXH3_64bits_reset(state) == XXH_OK) {
-        for (size_t n; (n = fread(block, 1, BLOCK, file)) > 0;)
-            (void)XXH3_64bits_update(state, block, n);
-        digest = ferror(file) ? 0 : XXH3_64bits_digest(state);
-    }
-    rmap_free(block);
+    bool good = state && XXH3_64bits_reset(state) == XXH_OK;
+    for (size_t n; good && (n = fread(block, 1, sizeof block, file)) > 0;)
+        good = XXH3_64bits_update(state, block, n) == XXH_OK;
+    good = good && !ferror(file);
+    *digest = good ? XXH3_64bits_digest(state) : 0;
     (void)XXH3_freeState(state);
     if (file)
         (void)fclose(file);
-    return digest;
+    return good;
 }
 
 /* A mesh that somebody took away or changed is of no shape, so that an update brings it again. */
@@ -115,7 +112,9 @@ static enum rmap_status forget_damaged(const char *folder, struct rmap_assembly 
         if (!path)
             return no_memory(err);
         const char *trouble = rmap_input_file_trouble(path);
-        const uint64_t digest = trouble ? 0 : digest_of(path);
+        uint64_t digest = 0;
+        if (!trouble && !digest_of(path, &digest))
+            trouble = "cannot be read";
         if (trouble || (shape->digest && digest != shape->digest)) {
             rmap_diagnostics_add(&assembly->findings, RMAP_SEVERITY_WARNING, 0, 0,
                                  RMAP_ASSEMBLY_MESHES
@@ -202,8 +201,9 @@ static enum rmap_status store_mesh(const char *folder, const char *made,
     else if (!made || rename(from, to) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "mesh %s cannot be put in place: %s", to,
                             made ? strerror(errno) : "nobody made it");
-    if (st == RMAP_OK)
-        shape->digest = digest_of(to);
+    if (st == RMAP_OK && !digest_of(to, &shape->digest))
+        st = rmap_error_set(err, RMAP_SYSTEM, "mesh %s cannot be read again: %s", to,
+                            strerror(errno));
     rmap_free(to);
     rmap_free(from);
     return st;
