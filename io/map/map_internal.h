@@ -46,7 +46,8 @@ struct rmap_map {
     int n_channel_max;         /* of all colour spaces */
     struct rmap_run_row *run;  /* [n_run] */
     size_t n_run;
-    char **trouble; /* [n_trouble] */
+    uint64_t n_asked; /* rays of the runs, each once */
+    char **trouble;   /* [n_trouble] */
     size_t n_trouble, cap_trouble;
     bool takes_cut; /* pieces that were cut off are read as far as they go */
     struct rmap_tally *tally;

@@ -5,6 +5,7 @@
 #include "io/map/map_rays.h"
 
 #include "base/alloc.h"
+#include "io/map/map_internal.h"
 #include "io/map/selection.h"
 
 struct rmap_ray_range rmap_run_rays(const struct rmap_run_row *run)
@@ -44,14 +45,8 @@ enum rmap_status rmap_rays_wanted(const struct rmap_map *map, struct rmap_ray_se
 
 bool rmap_rays_asked(const struct rmap_map *map, uint64_t *n_ret)
 {
-    struct rmap_ray_set set = {0};
-    *n_ret = 0;
-    if (rmap_map_selection(map) || rmap_map_n_run(map) == 0 ||
-        rmap_rays_wanted(map, &set, NULL) != RMAP_OK)
-        return false;
-    *n_ret = rmap_ray_set_count(&set);
-    rmap_ray_set_fini(&set);
-    return *n_ret <= INT64_MAX;
+    *n_ret = map->n_asked;
+    return !map->selection && map->n_run > 0 && map->n_asked <= INT64_MAX;
 }
 
 bool rmap_map_is_whole(const struct rmap_map *map)

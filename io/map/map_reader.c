@@ -16,6 +16,7 @@
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_paths.h"
+#include "io/map/map_rays.h"
 #include "io/map/map_tally.h"
 #include "io/map/named_rays.h"
 #include "io/map/piece_columns.h"
@@ -281,10 +282,15 @@ out:
 static enum rmap_status read_runs(struct rmap_map *map, struct rmap_h5 *h5, struct rmap_error *err)
 {
     struct rmap_field_table runs = rmap_run_fields();
+    struct rmap_ray_set asked = {0};
     void *run = NULL;
     enum rmap_status st =
         rmap_h5_read_fields(h5, runs.field, runs.n, sizeof *map->run, &run, &map->n_run, err);
     map->run = run;
+    if (st == RMAP_OK)
+        st = rmap_rays_wanted(map, &asked, err);
+    map->n_asked = rmap_ray_set_count(&asked);
+    rmap_ray_set_fini(&asked);
     return st;
 }
 
