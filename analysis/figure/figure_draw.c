@@ -14,6 +14,7 @@
 #include "analysis/figure/figure_registered.h"
 #include "analysis/figure/figure_section.h"
 #include "analysis/figure/figure_solid.h"
+#include "analysis/figure/object_colour.h"
 #include "analysis/figure/scene_mesh.h"
 #include "analysis/table/figure_axes.h"
 #include "base/alloc.h"
@@ -268,9 +269,13 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     else
         fit(scene, &view, options->stretch, options->painted, &frame);
     double marks = RMAP_LEGEND_ROW;
+    double(*colour)[3] = rmap_object_colours(scene);
+    if (!colour)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
+    const double(*tint)[3] = (const double(*)[3])colour;
     const double legend = options->painted ? 0.0
                                            : rmap_legend_draw(scene, rays, &frame, options->paint,
-                                                              mixed, &marks, NULL);
+                                                              tint, mixed, &marks, NULL);
     RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN + (options->painted ? COLOUR_BAR_ROOM : 0),
                              TOP + frame.height +
                                  fmax(legend, marks + SCALE_BAR - RMAP_LEGEND_ROW) + BELOW,
@@ -282,7 +287,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
     if (!options->painted)
-        (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
+        (void)rmap_legend_draw(scene, rays, &frame, options->paint, tint, mixed, &marks, svg);
     if (!view.perspective)
         rmap_scale_bar_draw(scene, &frame, marks, svg);
     if (options->painted)
@@ -292,6 +297,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     *svg_ret = svg;
     svg = NULL;
 out:
+    rmap_free(colour);
     rmap_svg_destroy(svg);
     return st;
 }

@@ -13,7 +13,6 @@
 #include "analysis/figure/figure_solid.h"
 #include "analysis/figure/object_colour.h"
 #include "analysis/table/figure_axes.h"
-#include "base/alloc.h"
 #include "base/grouped.h"
 
 enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, MIXTURES_SHOWN = 3, BAR_ROOM = 230 };
@@ -150,19 +149,17 @@ static bool sample_of(const struct rmap_scene *scene, const struct rmap_view *vi
 }
 
 static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
-                         const struct rmap_view *view)
+                         const struct rmap_view *view, const double (*colour)[3])
 {
-    double(*colour)[3] = rmap_object_colours(scene);
-    for (int k = 0; colour && k < RMAP_LOOK_COUNT; k++) {
+    for (int k = 0; k < RMAP_LOOK_COUNT; k++) {
         char face[8] = "", word[64];
         bool alike;
-        if (!sample_of(scene, view, (enum rmap_look)k, (const double(*)[3])colour, face, &alike))
+        if (!sample_of(scene, view, (enum rmap_look)k, colour, face, &alike))
             continue;
         (void)snprintf(word, sizeof word, "%s%s", rmap_look_style[k].word,
                        alike ? "" : ", each in its colour");
         add_sample(legend, face, view->section ? 1.3 : 8.0, word);
     }
-    rmap_free(colour);
 }
 
 /* A sample with a text that may take some lines, as wide as the frame. */
@@ -215,7 +212,8 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
 
 double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                         const struct rmap_view_frame *frame, const struct rmap_ray_paint *paint,
-                        bool mixed, double *marks_ret, struct rmap_svg *svg)
+                        const double (*colour)[3], bool mixed, double *marks_ret,
+                        struct rmap_svg *svg)
 {
     struct legend legend = {.svg = svg,
                             .x = frame->x,
@@ -237,7 +235,7 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
         add_sample(&legend, rmap_source_ink, 2.0, "source");
     if (plane)
         add_sample(&legend, rmap_detector_ink, 2.0, "detector");
-    add_surfaces(&legend, scene, frame->view);
+    add_surfaces(&legend, scene, frame->view, colour);
     return legend.y - frame->y - frame->height;
 }
 

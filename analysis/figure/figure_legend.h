@@ -10,14 +10,15 @@
 #include "portion/portion.h"
 
 /* Samples of every ink in use, in rows below the frame: groups of rays as wide as that, then the
- * others left of the scale bar. paint: NULL as in struct rmap_ray_lines. mixed: the rays are in
- * several colour spaces, and no wavelength is listed. *marks_ret: how far below the frame the first
- * row of the others stands, where the scale bar belongs. Returns how far the last row does. With
- * svg NULL these two are all that it tells. */
+ * others left of the scale bar. paint: NULL as in struct rmap_ray_lines. colour: objects'. mixed:
+ * the rays are in several colour spaces, and no wavelength is listed. *marks_ret: how far below the
+ * frame the first row of the others stands, where the scale bar belongs. Returns how far the last
+ * row does. With svg NULL these two are all that it tells. */
 #define RMAP_LEGEND_ROW 20.0
 double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                         const struct rmap_view_frame *frame, const struct rmap_ray_paint *paint,
-                        bool mixed, double *marks_ret, struct rmap_svg *svg);
+                        const double (*colour)[3], bool mixed, double *marks_ret,
+                        struct rmap_svg *svg);
 
 /* A bar of round length, with its length, at the frame's right end and `row` below it; of a
  * stretched section one for each direction. */

@@ -203,18 +203,17 @@ static enum rmap_status compare_piece(struct rmap_map *map, const struct rmap_pi
 {
     struct stat file;
     struct rmap_error text = {0};
-    char *path = rmap_path_format("%s/%s", map->path, piece->name);
-    if (!path)
+    const int got = rmap_piece_file_stat(map->path, piece, &file);
+    if (got != 0 && errno == ENOMEM)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (rmap_piece_file_stat(map->path, piece, &file) != 0)
-        (void)rmap_error_set(&text, RMAP_FORMAT, "%s %s (%s)", path,
+    if (got != 0)
+        (void)rmap_error_set(&text, RMAP_FORMAT, "%s/%s %s (%s)", map->path, piece->name,
                              errno == ENOENT ? "is missing" : "cannot be examined",
                              strerror(errno));
     else if (!piece->is_open && (uint64_t)file.st_size != piece->nbytes)
-        (void)rmap_error_set(&text, RMAP_FORMAT,
-                             "%s has %lld bytes, not %llu: it was cut off or replaced", path,
-                             (long long)file.st_size, (unsigned long long)piece->nbytes);
-    rmap_free(path);
+        (void)rmap_error_set(
+            &text, RMAP_FORMAT, "%s/%s has %lld bytes, not %llu: it was cut off or replaced",
+            map->path, piece->name, (long long)file.st_size, (unsigned long long)piece->nbytes);
     return text.text[0] ? rmap_map_note_trouble(map, text.text, err) : RMAP_OK;
 }
 
