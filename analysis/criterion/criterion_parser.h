@@ -12,6 +12,9 @@
 #include "analysis/criterion/criterion_tree.h"
 #include "base/unit.h"
 
+/* Definitions nest 2000 deep: what has room for names is no part of the frame of who nests. */
+#define RMAP_OWN_FRAME __attribute__((noinline))
+
 struct rmap_criteria;
 struct rmap_reference;
 

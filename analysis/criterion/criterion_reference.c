@@ -66,8 +66,9 @@ static enum rmap_status find_rays(struct rmap_parser *parser, const struct rmap_
 }
 
 /* The name behind '@': which definition it is; or else rays, not NULL. */
-static enum rmap_status find_name(struct rmap_parser *parser, struct rmap_token *token, size_t *let,
-                                  const struct rmap_id_set **rays)
+RMAP_OWN_FRAME static enum rmap_status find_name(struct rmap_parser *parser,
+                                                 struct rmap_token *token, size_t *let,
+                                                 const struct rmap_id_set **rays)
 {
     enum rmap_status st = RMAP_OK;
     char name[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];

@@ -383,7 +383,7 @@ enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct r
 }
 
 /* The word is none: say which one was meant, or how to ask for what it names. */
-static enum rmap_status fail_unknown(const struct rmap_parser *parser)
+RMAP_OWN_FRAME static enum rmap_status fail_unknown(const struct rmap_parser *parser)
 {
     const struct rmap_token *token = &parser->token;
     char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];

@@ -10,12 +10,15 @@ import time
 
 PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
 PROCESSOR_SECONDS = 10  # on any machine: what is quadratic needs more
+STACK = 4 << 20  # half of what there usually is
 SECONDS = 60  # on a machine with other work; none takes more than a few on one without
 failures = 0
 
 
 def bound():
     resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_SECONDS, PROCESSOR_SECONDS))
+    if not os.environ.get("ASAN_OPTIONS"):
+        resource.setrlimit(resource.RLIMIT_STACK, (STACK, STACK))
 
 
 def ask(name, status, word, *arguments, file=None):
