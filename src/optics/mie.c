@@ -4,13 +4,13 @@
  */
 #include "optics/mie.h"
 
-#include <complex.h>
 #include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "base/portable.h"
 #include "formula/azimuth.h"
+#include "optics/complex_number.h"
 
 /* Terms that count (Wiscombe 1980, doi:10.1364/AO.19.001505). */
 static size_t terms_of(double x)

@@ -4,11 +4,11 @@
  */
 #include "optics/thin_film.h"
 
-#include <complex.h>
 #include <math.h>
 
 #include "base/portable.h"
 #include "formula/azimuth.h"
+#include "optics/complex_number.h"
 
 /* A medium or a layer: the square of its index, and its index times the cosine of the light's angle
  * in it, of the wave that decays, or goes on, away from where the light comes from. */
