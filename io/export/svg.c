@@ -308,7 +308,7 @@ static void put_head(struct rmap_svg *svg)
     put(&head, " ");
     put_number(&head, svg->height);
     put(&head, "\" font-family=\"" FONT "\" stroke-linejoin=\"round\" stroke-linecap=\"round\">\n");
-    put_bytes(&head, svg->text, svg->nbytes);
+    put_bytes(&head, svg->text ? svg->text : "", svg->nbytes);
     rmap_free(svg->text);
     svg->text = head.text;
     svg->nbytes = head.nbytes;
