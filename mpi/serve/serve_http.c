@@ -11,6 +11,7 @@
 #include <microhttpd.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/random.h>
@@ -57,7 +58,8 @@ struct rmap_serve_http {
     struct rmap_serve_queue *queue;
     struct MHD_Daemon *daemon;
     char token[TOKEN_LEN + 1];
-    char host[2][32]; /* what Host may be */
+    pthread_mutex_t opening; /* held until all below is known: connections may come before */
+    char host[2][32];        /* what Host may be */
     char address[48], cookie_name[32], cookie[160];
 };
 
@@ -319,10 +321,12 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
                               const char *method, const char *version, const char *data,
                               size_t *n_data, void **state)
 {
-    const struct rmap_serve_http *self = context;
+    struct rmap_serve_http *self = context;
     struct body *body = *state;
     (void)version;
     if (!body) {
+        (void)pthread_mutex_lock(&self->opening);
+        (void)pthread_mutex_unlock(&self->opening);
         if (is_known(self, connection) || is_asked_with_token(self, connection))
             (void)self->by.MHD_set_connection_option(connection, MHD_CONNECTION_OPTION_TIMEOUT,
                                                      (unsigned)IDLE_S);
@@ -361,6 +365,16 @@ static enum rmap_status make_token(struct rmap_serve_http *self, struct rmap_err
     return RMAP_OK;
 }
 
+static void set_names(struct rmap_serve_http *self, unsigned port)
+{
+    (void)snprintf(self->host[0], sizeof self->host[0], "127.0.0.1:%u", port);
+    (void)snprintf(self->host[1], sizeof self->host[1], "localhost:%u", port);
+    (void)snprintf(self->address, sizeof self->address, "http://127.0.0.1:%u", port);
+    (void)snprintf(self->cookie_name, sizeof self->cookie_name, "raymap-%u", port);
+    (void)snprintf(self->cookie, sizeof self->cookie, "%s=%s; Path=/; HttpOnly; SameSite=Strict",
+                   self->cookie_name, self->token);
+}
+
 enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t port,
                                        struct rmap_serve_http **http_ret, struct rmap_error *err)
 {
@@ -374,6 +388,8 @@ enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t 
     if (st == RMAP_OK)
         st = make_token(self, err);
     self->queue = queue;
+    (void)pthread_mutex_init(&self->opening, NULL);
+    (void)pthread_mutex_lock(&self->opening);
     if (st == RMAP_OK)
         self->daemon = self->by.MHD_start_daemon(
             MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, port,
@@ -386,18 +402,14 @@ enum rmap_status rmap_serve_http_start(struct rmap_serve_queue *queue, uint16_t 
     if (st == RMAP_OK && !info)
         st = rmap_error_set(err, RMAP_SYSTEM, "--http: nothing can listen at 127.0.0.1:%u: %s",
                             port, strerror(errno));
-    if (st != RMAP_OK) {
+    if (st == RMAP_OK)
+        set_names(self, info->port);
+    (void)pthread_mutex_unlock(&self->opening);
+    if (st == RMAP_OK)
+        *http_ret = self;
+    else
         rmap_serve_http_stop(self);
-        return st;
-    }
-    (void)snprintf(self->host[0], sizeof self->host[0], "127.0.0.1:%u", info->port);
-    (void)snprintf(self->host[1], sizeof self->host[1], "localhost:%u", info->port);
-    (void)snprintf(self->address, sizeof self->address, "http://127.0.0.1:%u", info->port);
-    (void)snprintf(self->cookie_name, sizeof self->cookie_name, "raymap-%u", info->port);
-    (void)snprintf(self->cookie, sizeof self->cookie, "%s=%s; Path=/; HttpOnly; SameSite=Strict",
-                   self->cookie_name, self->token);
-    *http_ret = self;
-    return RMAP_OK;
+    return st;
 }
 
 const char *rmap_serve_http_address(const struct rmap_serve_http *http)
@@ -422,5 +434,7 @@ void rmap_serve_http_stop(struct rmap_serve_http *http)
     }
     if (http && http->daemon)
         http->by.MHD_stop_daemon(http->daemon);
+    if (http)
+        (void)pthread_mutex_destroy(&http->opening);
     rmap_free(http);
 }
