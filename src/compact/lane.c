@@ -482,6 +482,10 @@ void rmap_lane_finish(struct rmap_lane *lane)
 void rmap_lane_fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
 {
     uint64_t id = first;
+    if (lane->mode == RMAP_LANE_VERBATIM && n > 0) {
+        memcpy(out, lane->dense, n * sizeof *out);
+        return;
+    }
     if (lane->next >= n) { /* none is patched */
         for (size_t i = 0; i < n; i++)
             out[i] = first + i;
