@@ -227,17 +227,20 @@ enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, cons
     struct rmap_cursor *cursor;
     RMAP_TRY(enter_whole(self, portion, &cursor, &rows, err));
     RMAP_TRY(rmap_cursor_select(cursor, match, 1, columns, rays_ret, &row, err));
-    if (*rays_ret)
-        goto out;
-    RMAP_TRY(rmap_cursor_fetch(cursor, columns, err));
-    *rays_ret = rows;
+    const bool selected =
+        *rays_ret != NULL; /* these, and others perhaps that the marker has seen */
+    if (!selected) {
+        RMAP_TRY(rmap_cursor_fetch(cursor, columns, err));
+        *rays_ret = rows;
+    }
+    rows = *rays_ret;
     if (n == rows->n_row[RMAP_TABLE_RAY])
         goto out;
     if (!*picked)
         RMAP_TRY(rmap_portion_create(0, rows->n_channel, picked, err));
     rmap_portion_clear(*picked);
     for (size_t i = 0; i < rows->n_row[RMAP_TABLE_RAY]; i++) {
-        if (match[i])
+        if (match[selected ? row[i] : i])
             RMAP_TRY(rmap_portion_append_ray(*picked, rows, i, segment, registration, err));
         segment += rows->ray.segment_count[i];
         registration += rows->ray.registration_count[i];

@@ -273,7 +273,8 @@ static enum rmap_status append_triangles(struct rmap_compact_selection *self,
                                          const struct rmap_rows *rows, size_t at, size_t n,
                                          struct rmap_error *err)
 {
-    if (n > rows->n_row[RMAP_COMPACT_TRIANGLE] - at)
+    const size_t all = rows->n_row[RMAP_COMPACT_TRIANGLE];
+    if (at > all || n > all - at)
         return rmap_portion_damaged("it has too few triangles", err);
     return append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle], at, n, err);
 }

@@ -66,6 +66,8 @@ def says_what_report_says(name, criterion):
 lens = trace("double-gauss", "lens.raymap", 20000)
 plain = trace("double-gauss", "plain.raymap", 9000, "--encoding", "plain")
 agrees_with_records(lens, "registered(sensor)")
+agrees_with_records(lens, "registered(sensor where x > 8)")  # more rays are looked at than match
+agrees_with_records(lens, "registered(sensor where angle > 20)")
 agrees_with_records(plain, "all")
 agrees_with_records(trace("room", "room.raymap", 600), "bounces >= 3")
 agrees_with_records(trace("selfoc", "rod.raymap", 300), "all")

@@ -184,8 +184,8 @@ static void test_cost(void **state)
 }
 
 /* One ray in three of rows that may be damaged, alone: refused, or decoded to something. */
-static void select_some(struct rig *rig, const struct rmap_path_table *table,
-                        const struct rmap_rows *own, const size_t *n_row)
+static bool select_some(struct rig *rig, const struct rmap_path_table *table,
+                        const struct rmap_rows *own, const size_t *n_row, size_t first)
 {
     struct rmap_error err = {0};
     struct rmap_compact_selection *selection = NULL;
@@ -193,7 +193,7 @@ static void select_some(struct rig *rig, const struct rmap_path_table *table,
     uint32_t ray[100];
     size_t n = 0, some_row[RMAP_TABLE_COUNT];
     const rmap_column_set columns = RMAP_COLUMNS_ALL & ~RMAP_COLUMNS_CURVE;
-    for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i += 3)
+    for (size_t i = first; i < n_row[RMAP_TABLE_RAY]; i += 3)
         ray[n++] = (uint32_t)i;
     rig_ok(rmap_compact_selection_create(rig->model, &selection, &err), &err);
     enum rmap_status st =
@@ -203,6 +203,21 @@ static void select_some(struct rig *rig, const struct rmap_path_table *table,
                                  &err);
     assert_true(st == RMAP_OK || st == RMAP_FORMAT);
     rmap_compact_selection_destroy(selection);
+    return st == RMAP_OK;
+}
+
+/* Rays that are passed over have more triangles than there are. */
+static void lack_triangles(struct rig *rig, const struct rmap_rows *own, const size_t *n_row)
+{
+    struct rmap_error err = {0};
+    struct rmap_path_table *table = NULL;
+    struct rmap_rows less = *own;
+    assert_true(less.n_row[RMAP_COMPACT_TRIANGLE] > 20);
+    less.n_row[RMAP_COMPACT_TRIANGLE] = 1;
+    rig_ok(rmap_path_table_create(rig->model, &rig->whole, &table, &err), &err);
+    for (size_t back = 1; back < 10; back++)
+        assert_false(select_some(rig, table, &less, n_row, n_row[RMAP_TABLE_RAY] - back));
+    rmap_path_table_destroy(table);
 }
 
 /* Decodes rows that may be damaged: refused as such, or decoded to something. */
@@ -212,7 +227,7 @@ static bool survives(struct rig *rig, const struct rmap_rows *own, const size_t 
     struct rmap_path_table *table = NULL;
     enum rmap_status st = rmap_path_table_create(rig->model, &rig->whole, &table, &err);
     if (st == RMAP_OK)
-        select_some(rig, table, own, n_row);
+        (void)select_some(rig, table, own, n_row, 0);
     if (st == RMAP_OK)
         st = rmap_compact_decode(rig->decoder, table, own, n_row, RMAP_COLUMNS_ALL, 0, rig->decoded,
                                  &err);
@@ -256,6 +271,7 @@ static void test_damage(void **state)
         less.n_row[t]--;
         assert_false(survives(&rig, &less, portion->n_row));
     }
+    lack_triangles(&rig, &own, portion->n_row);
     size_t n_row[RMAP_TABLE_COUNT];
     for (int t = 0; t < RMAP_TABLE_COUNT; t++) { /* the index promises others */
         memcpy(n_row, portion->n_row, sizeof n_row);
