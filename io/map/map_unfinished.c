@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/file/file_lock.h"
 #include "io/file/publish.h"
 #include "io/map/map_directory.h"
@@ -23,9 +24,8 @@ static enum rmap_status note(const char *map_path, const char *name, struct rmap
     rmap_free(path);
     if (!is_left)
         return RMAP_OK;
-    rmap_finding_set(&finding, name, "",
-                     "%.2f MB that a killed command left; raymap repair removes it",
-                     1e-6 * (double)file.st_size);
+    rmap_finding_set(&finding, name, "", "%s that a killed command left; raymap repair removes it",
+                     rmap_counted((uint64_t)file.st_size, "byte").text);
     return rmap_findings_add(findings, &finding, err);
 }
 

@@ -8,10 +8,8 @@
 
 #include "base/alloc.h"
 #include "io/scene/scene_channels.h"
-#include "io/scene/scene_glass.h"
 #include "io/scene/scene_keys.h"
 #include "io/scene/scene_reader.h"
-#include "optics/illuminant.h"
 
 static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
 

@@ -133,7 +133,7 @@ names = path.with_name("..").resolve() / ".selection-old.h5.0123456789abcdef.par
 names.write_bytes(b"half")
 for command in ("info", "verify"):
     told = run(command, lens)
-    check(f"unfinished shard-00000/{half.name}: 0.00 MB that a killed command left; raymap repair removes it" in told and
+    check(f"unfinished shard-00000/{half.name}: 4 bytes that a killed command left; raymap repair removes it" in told and
           f"unfinished {names.name}: " in told and "1 finding" not in told, f"{command} names it: {told}")
     check([one["file"] for one in json.loads(run(command, lens, "--json"))["unfinished"]] == [names.name, "shard-00000/" + half.name], "as JSON")
 told = run("repair", lens)
