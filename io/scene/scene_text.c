@@ -236,8 +236,7 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
     const struct rmap_yaml_node *in = NULL, *node = rmap_yaml_find(scene->root, path, &rest, &item);
     const struct rmap_yaml_item *shared = rmap_yaml_find_shared(scene->root, path, &behind, &in);
     const bool scalar = node->kind == RMAP_YAML_SCALAR;
-    const size_t n_path = strlen(path);
-    if (path[0] == '.' || strstr(path, "..") || (n_path > 0 && path[n_path - 1] == '.'))
+    if (!rmap_yaml_is_path(path, strlen(path)))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
                                 "'%s' is no path of keys, as \"objects.lens.at\" is", path));
     if (shared && (*behind || value || shared->value->merged))

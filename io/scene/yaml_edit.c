@@ -216,8 +216,7 @@ static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const c
     }
 }
 
-/* Whether `path` of n letters is one; else it is told. */
-static bool check_path(struct edit *e, const char *path, size_t n)
+bool rmap_yaml_is_path(const char *path, size_t n)
 {
     size_t dots = 0;
     bool broken = n == 0 || path[0] == '.';
@@ -226,7 +225,13 @@ static bool check_path(struct edit *e, const char *path, size_t n)
         dots += dot;
         broken |= dot && (i + 1 == n || path[i + 1] == '.');
     }
-    if (broken || dots >= RMAP_YAML_DEPTH_MAX)
+    return !broken && dots < RMAP_YAML_DEPTH_MAX;
+}
+
+/* Whether `path` of n letters is one; else it is told. */
+static bool check_path(struct edit *e, const char *path, size_t n)
+{
+    if (!rmap_yaml_is_path(path, n))
         complain(e, "write key.path%svalue", e->option[0] == '-' ? "=" : ": ");
     else if (n >= 7 && strncmp(path, "include", 7) == 0 && (n == 7 || path[7] == '.'))
         complain(e, "files are included before anything is set: write 'include' in a scene file%s",

@@ -94,6 +94,10 @@ struct rmap_yaml_node *rmap_yaml_new(const struct rmap_yaml_node *in, enum rmap_
 /* Takes an item out. */
 void rmap_yaml_remove(struct rmap_yaml_node *node, size_t index);
 
+/* Whether n letters are keys with a dot between each two, and no more of them than a tree is deep.
+ */
+bool rmap_yaml_is_path(const char *path, size_t n);
+
 /* What a path of such an edit leads to, as far as the tree has it; *rest_ret: what of the path is
  * not there, "" where nothing is missing; *item_ret (or NULL): whose value it is, untouched where
  * that is the root. */

@@ -83,23 +83,30 @@ void rmap_yaml_write_named(FILE *out, const char *name, const json_t *value)
     json_decref(item);
 }
 
+static void put_key(FILE *out, const char *key, size_t n)
+{
+    json_t *name = json_stringn(key, n);
+    rmap_yaml_write_value(out, name);
+    json_decref(name);
+    fputs(": ", out);
+}
+
 void rmap_yaml_write_path(FILE *out, const char *path, const json_t *value)
 {
-    const char *dot = strchr(path, '.');
-    const size_t n = dot ? (size_t)(dot - path) : strlen(path);
-    json_t *key = json_stringn(path, n);
-    rmap_yaml_write_value(out, key);
-    json_decref(key);
-    fputs(": ", out);
-    if (!dot) {
-        rmap_yaml_write_value(out, value);
-    } else if (rmap_yaml_has_named(path, n)) {
+    size_t n_map = 0, n;
+    for (; path[n = strcspn(path, ".")] && !rmap_yaml_has_named(path, n); path += n + 1) {
+        put_key(out, path, n);
+        fputc('{', out);
+        n_map++;
+    }
+    put_key(out, path, n);
+    if (path[n]) {
         fputc('[', out);
-        rmap_yaml_write_named(out, dot + 1, value);
+        rmap_yaml_write_named(out, path + n + 1, value);
         fputc(']', out);
     } else {
-        fputc('{', out);
-        rmap_yaml_write_path(out, dot + 1, value);
-        fputc('}', out);
+        rmap_yaml_write_value(out, value);
     }
+    for (; n_map > 0; n_map--)
+        fputc('}', out);
 }

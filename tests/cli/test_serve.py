@@ -663,9 +663,10 @@ def fuzz(path):
         sent += 1
         while b'"ok":' not in stream.readline():
             pass
-    stream.write(b"[" * 100000 + b"\n")
-    stream.flush()
-    assert b'"ok":false' in stream.readline()
+    for line in (b"[" * 100000, b'{"command":"edit","set":{"limits.a' + b".a" * 200000 + b'":5}}'):
+        stream.write(line + b"\n")
+        stream.flush()
+        assert b'"ok":false' in stream.readline(), line[:40]
     connection.close()
 
 
