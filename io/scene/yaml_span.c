@@ -44,6 +44,23 @@ static void count_bytes(const char *text, size_t from, struct rmap_yaml_span *sp
     span->end = skip(text, span->first, in.end - in.first);
 }
 
+static bool is_block_scalar(const yaml_event_t *event)
+{
+    return event->type == YAML_SCALAR_EVENT &&
+           (event->data.scalar.style == YAML_LITERAL_SCALAR_STYLE ||
+            event->data.scalar.style == YAML_FOLDED_SCALAR_STYLE);
+}
+
+/* libyaml's end of a block scalar is where the line behind it begins. */
+static void end_before_break(const char *text, struct rmap_yaml_span *span)
+{
+    for (size_t n = 3; n > 0; n--)
+        if (span->end >= span->first + n && rmap_yaml_line_break(text + span->end - n) == n) {
+            span->end -= n;
+            return;
+        }
+}
+
 /* Reads from a byte, which begins a line, on; `line` counts from there. Of a block, libyaml's end
  * is where the next thing begins: its own is that of the last thing in it. */
 static bool span_from(const char *text, size_t from, int line, int column, bool is_scalar,
@@ -53,7 +70,7 @@ static bool span_from(const char *text, size_t from, int line, int column, bool 
     yaml_event_t event;
     int depth = 0, inside = -1, flow = -1; /* depths at which it, and what is in brackets, begins */
     size_t last = 0;
-    bool over = false;
+    bool over = false, block = false;
     if (!yaml_parser_initialize(&parser))
         return false;
     yaml_parser_set_input_string(&parser, (const unsigned char *)text + from, strlen(text + from));
@@ -67,9 +84,11 @@ static bool span_from(const char *text, size_t from, int line, int column, bool 
             *span = (struct rmap_yaml_span){at.index,        end.index, last,     (int)at.column,
                                             is_flow(&event), true,      flow >= 0};
             inside = depth;
+            block = is_block_scalar(&event);
         } else if (inside >= 0 && (content || (ends(&event) && end.index > at.index))) {
             span->empty = span->empty && ends(&event);
             span->end = end.index;
+            block = is_block_scalar(&event);
         }
         if (content || end.index > at.index) /* brackets, too */
             last = end.index;
@@ -85,6 +104,8 @@ static bool span_from(const char *text, size_t from, int line, int column, bool 
     yaml_parser_delete(&parser);
     if (n_node == 0)
         count_bytes(text, from, span);
+    if (n_node == 0 && block)
+        end_before_break(text, span);
     return n_node == 0;
 }
 

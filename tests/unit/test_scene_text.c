@@ -306,6 +306,76 @@ static void test_last_entry_goes(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* A block's text ends before the line behind it. */
+static void test_block_scalars(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *path, *value, *changed; /* value NULL: taken away */
+    } edits[] = {
+        {"a.x", "5", "a:\r\n  x: 5\r\n  y: {z: 1}\r\nl:\n- |\n  e\n\nf: >-\n  g"},
+        {"a.x", NULL, "a:\r\n  y: {z: 1}\r\nl:\n- |\n  e\n\nf: >-\n  g"},
+        {"l.1", "5", "a:\r\n  x: >-\r\n    b\r\n  y: {z: 1}\r\nl:\n- 5\nf: >-\n  g"},
+        {"l.h", "{}",
+         "a:\r\n  x: >-\r\n    b\r\n  y: {z: 1}\r\nl:\n- |\n  e\n\n- {name: h}\nf: >-\n  g"},
+        {"f", "5", "a:\r\n  x: >-\r\n    b\r\n  y: {z: 1}\r\nl:\n- |\n  e\n\nf: 5"}};
+    for (size_t i = 0; i < RMAP_COUNT(edits); i++) {
+        struct rmap_scene_text
+            next = {0},
+            scene = {.text = rmap_strdup(
+                         "a:\r\n  x: >-\r\n    b\r\n  y: {z: 1}\r\nl:\n- |\n  e\n\nf: >-\n  g")};
+        json_t *value = edits[i].value ? json_loads(edits[i].value, JSON_DECODE_ANY, NULL) : NULL;
+        json_t *remove = value ? NULL : json_pack("[s]", edits[i].path);
+        json_t *values = value ? json_pack("{s:o}", edits[i].path, value) : NULL;
+        assert_int_equal(rmap_scene_text_change(&scene, remove, values, &next, NULL), RMAP_OK);
+        assert_string_equal(next.text, edits[i].changed);
+        assert_true(next.root || read_tree(&next));
+        check_tree(&next);
+        json_decref(remove);
+        json_decref(values);
+        rmap_scene_text_fini(&next);
+        rmap_scene_text_fini(&scene);
+    }
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+/* For another folder: names of files, and of nothing else. */
+static void test_other_folder(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "media: {table: N-BK7, file: N-SF6, m: {gradient: {type: grid, file: g.h5}}}\n"
+        "surfaces: {table: Acktar Metal Velvet, file: &f black, s: {reflect: {file: r.csv}}}\n"
+        "films: {c: {table: {file: c.csv}}}\n"
+        "geometries:\n  media:\n    file: >-\n      sub/b.obj\n  file: {type: mesh, file: ./b.obj "
+        "# b\n   }\n"
+        "objects: [{name: file, surface: *f, sources: [{name: table, distribution: {table: "
+        "t.ies}}]}]\n"
+        "background: {file: /sky.hdr}\n"
+        "simulations: [{name: q, set: {surfaces.table: white, surfaces.file: black, media.m.table: "
+        "q,\n"
+        "  geometries.media.file: 'a b.stl', objects.file.sources.1.distribution.table: u.ies}}]\n";
+    static const char led[] =
+        "media: {table: N-BK7, file: N-SF6, m: {gradient: {type: grid, file: \"../g.h5\"}}}\n"
+        "surfaces: {table: Acktar Metal Velvet, file: &f black, s: {reflect: {file: "
+        "\"../r.csv\"}}}\n"
+        "films: {c: {table: {file: \"../c.csv\"}}}\n"
+        "geometries:\n  media:\n    file: \"../sub/b.obj\"\n  file: {type: mesh, file: "
+        "\"../b.obj\" # b\n   }\n"
+        "objects: [{name: file, surface: *f, sources: [{name: table, distribution: {table: "
+        "\"../t.ies\"}}]}]\n"
+        "background: {file: /sky.hdr}\n"
+        "simulations: [{name: q, set: {surfaces.table: white, surfaces.file: black, media.m.table: "
+        "q,\n"
+        "  geometries.media.file: \"../a b.stl\", objects.file.sources.1.distribution.table: "
+        "\"../u.ies\"}}]\n";
+    char *written = NULL;
+    assert_int_equal(rmap_scene_text_lead(text, "../", &written, NULL), RMAP_OK);
+    assert_string_equal(written, led);
+    rmap_free(written);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 static void test_hostile_bytes(void **state)
 {
     (void)state;
@@ -341,6 +411,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_follows),         cmocka_unit_test(test_anchors_follow),
         cmocka_unit_test(test_others_stay),     cmocka_unit_test(test_spans),
-        cmocka_unit_test(test_last_entry_goes), cmocka_unit_test(test_hostile_bytes)};
+        cmocka_unit_test(test_last_entry_goes), cmocka_unit_test(test_block_scalars),
+        cmocka_unit_test(test_other_folder),    cmocka_unit_test(test_hostile_bytes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
