@@ -7,7 +7,6 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
@@ -21,11 +20,6 @@
 bool rmap_serve_is_scene_name(const char *path)
 {
     return rmap_output_is(path, ".yaml") || rmap_output_is(path, ".yml");
-}
-
-const char *rmap_serve_file(const struct rmap_serve *self)
-{
-    return self->saved_as ? self->saved_as : self->at_hand.path;
 }
 
 static bool folder_of(const char *path, char folder[PATH_MAX])
@@ -142,12 +136,18 @@ static enum rmap_status save_files(const struct rmap_serve *self, const char *pa
     return st;
 }
 
-/* By whatever name. */
+static const char *last_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* In whatever words. A file of another name is another one, or becomes it when one is saved. */
 static bool is_same_file(const char *a, const char *b)
 {
-    struct stat its[2];
-    return strcmp(a, b) == 0 || (stat(a, &its[0]) == 0 && stat(b, &its[1]) == 0 &&
-                                 its[0].st_dev == its[1].st_dev && its[0].st_ino == its[1].st_ino);
+    char its[PATH_MAX], other[PATH_MAX];
+    return strcmp(a, b) == 0 || (strcmp(last_of(a), last_of(b)) == 0 && folder_of(a, its) &&
+                                 folder_of(b, other) && strcmp(its, other) == 0);
 }
 
 enum rmap_status rmap_serve_save(struct rmap_serve *self, const json_t *message, json_t **result,

@@ -26,6 +26,11 @@
 
 enum { UNDO_MAX = 1000 };
 
+const char *rmap_serve_file(const struct rmap_serve *self)
+{
+    return self->saved_as ? self->saved_as : self->at_hand.path;
+}
+
 void rmap_serve_forget_last(struct rmap_serve *self)
 {
     rmap_reuse_fini(&self->reuse);

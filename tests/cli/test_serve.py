@@ -479,6 +479,11 @@ def check_saving():
         assert lens.status()["saved"]
         lens.save()
         assert open("below/new.yaml").read() == lens.scene()["text"]
+        os.link("below/new.yaml", "below/linked.yaml")  # another file, once one of them is saved
+        lens.move("mount", 0, 0, 1)
+        refused(lens.save, "below/linked.yaml", status=2)
+        lens.save("below/linked.yaml", force=True)
+        assert not lens.status()["saved"] and open("below/new.yaml").read() != open("below/linked.yaml").read() == lens.scene()["text"]
 
 
 def check_saving_elsewhere():
