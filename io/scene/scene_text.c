@@ -120,7 +120,8 @@ enum rmap_status rmap_scene_text_parse(struct rmap_scene_text *scene, struct rma
     rmap_diagnostics_init(&found, "scene");
     st = rmap_yaml_parse(scene->text, strlen(scene->text), &scene->root, &found, err);
     if (st == RMAP_INPUT)
-        (void)rmap_error_set(err, st, "%s", found.n ? found.item[0].text : "the text is no YAML");
+        (void)rmap_error_set(err, st, "%s",
+                             found.n ? found.item[found.n - 1].text : "the text is no YAML");
     scene->is_sound = found.n == 0;
     rmap_diagnostics_fini(&found);
     return st;
@@ -257,7 +258,7 @@ static enum rmap_status write_one(FILE *out, const struct rmap_scene_text *scene
         const char *name = *rest ? find_new(node, key, rest) : NULL;
         if (name)
             RMAP_TRY(check_new(path, name, value, err));
-        if (!*path || (*rest && scalar && !rmap_yaml_is_nothing(node)) ||
+        if ((*rest && scalar && !rmap_yaml_is_nothing(node)) ||
             !rmap_yaml_span(text, scene->root, node->line, node->column, scalar, 1, &span))
             RMAP_TRY(refuse(path, rest, err));
         skip_anchor(text, &span);
@@ -327,9 +328,12 @@ static enum rmap_status check_others(const struct rmap_scene_text *before,
                                      const struct rmap_yaml_node *changed, bool gone,
                                      const char *path, struct rmap_error *err)
 {
-    const enum rmap_status st = rmap_scene_text_parse(now, err);
-    if (st == RMAP_SYSTEM || (st == RMAP_OK && says_same(before->root, now->root, changed, gone)))
-        return st;
+    struct rmap_error why = {0};
+    const enum rmap_status st = rmap_scene_text_parse(now, &why);
+    if (st == RMAP_OK && says_same(before->root, now->root, changed, gone))
+        return RMAP_OK;
+    if (st != RMAP_OK && !strstr(why.text, RMAP_YAML_NO_ANCHOR))
+        return rmap_error_set(err, st, "%s", why.text);
     return rmap_error_set(err, RMAP_INPUT,
                           "'%s' stands in an anchor that others take by an alias or '<<': they "
                           "would change, too; change it in the text",

@@ -119,8 +119,7 @@ static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *even
     const struct rmap_name *name =
         rmap_names_find(&b->names, (const char *)event->data.alias.anchor);
     if (!name)
-        return give_up(b, event->start_mark,
-                       "an alias refers to nothing that is complete before it");
+        return give_up(b, event->start_mark, RMAP_YAML_NO_ANCHOR);
     const enum rmap_status st = copy(b, b->anchor[name->index], event->start_mark, depth, node_ret);
     if (st == RMAP_OK)
         (*node_ret)->aliased = true;

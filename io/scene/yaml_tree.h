@@ -15,6 +15,7 @@
 
 #define RMAP_YAML_DEPTH_MAX 64
 #define RMAP_YAML_TOO_DEEP  "nested too deeply (at most 64 levels)"
+#define RMAP_YAML_NO_ANCHOR "an alias refers to nothing that is complete before it"
 #define RMAP_YAML_NODE_MAX  4000000 /* about 1 GiB of tree */
 #define RMAP_YAML_COPY_MAX  1000000 /* nodes that aliases may add */
 

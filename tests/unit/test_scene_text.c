@@ -240,6 +240,24 @@ static void test_others_stay(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* What is no scene for another reason than an anchor says that. */
+static void test_true_reason(void **state)
+{
+    (void)state;
+    struct rmap_scene_text scene = {.text = rmap_strdup("a: &p [1, 2]\na: 3\nb: {c: *p, d: 5}\n")},
+                           next = {0};
+    struct rmap_error err = {0};
+    json_t *value = json_integer(5);
+    for (size_t i = 0; i < RMAP_YAML_DEPTH_MAX; i++)
+        value = json_pack("[o]", value);
+    json_t *values = json_pack("{s:o}", "b.d", value);
+    assert_int_equal(rmap_scene_text_change(&scene, NULL, values, &next, &err), RMAP_INPUT);
+    assert_non_null(strstr(err.text, RMAP_YAML_TOO_DEEP));
+    json_decref(values);
+    rmap_scene_text_fini(&scene);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 /* How many nodes and entries have been found in a text from within, where reading the whole of it
  * finds them. */
 static size_t check_spans(const char *text, const struct rmap_yaml_node *root,
@@ -411,7 +429,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_follows),         cmocka_unit_test(test_anchors_follow),
         cmocka_unit_test(test_others_stay),     cmocka_unit_test(test_spans),
-        cmocka_unit_test(test_last_entry_goes), cmocka_unit_test(test_block_scalars),
-        cmocka_unit_test(test_other_folder),    cmocka_unit_test(test_hostile_bytes)};
+        cmocka_unit_test(test_last_entry_goes), cmocka_unit_test(test_true_reason),
+        cmocka_unit_test(test_block_scalars),   cmocka_unit_test(test_other_folder),
+        cmocka_unit_test(test_hostile_bytes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
