@@ -57,7 +57,9 @@ static enum rmap_status tell(struct rmap_render_run *run, struct tidings *tiding
     tidings->dropped = stop[2] != 0;
     tidings->whole = sum[5] == pass->end_tile - pass->first_tile;
     run->interrupt = stop[0];
-    run->is_over = stop[0] != 0 || stop[1] != 0 || !tidings->whole; /* half a pass is none */
+    const bool has_pass = run->n_done > 0 || pass->end_tile == rmap_film_n_tile(pass->film);
+    run->is_over =
+        stop[0] != 0 || (stop[1] != 0 && has_pass) || !tidings->whole; /* half a pass is none */
 out:
     return st;
 }
