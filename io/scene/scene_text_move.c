@@ -87,6 +87,8 @@ static const struct rmap_yaml_node *find_named(const struct rmap_yaml_node *root
                                                char *path, size_t nbytes)
 {
     static const char *const section[] = {"objects", "sources", "detectors", "cameras"};
+    if (!rmap_yaml_is_path(name, strlen(name)))
+        return NULL;
     for (size_t i = 0; i < sizeof section / sizeof *section; i++) {
         const char *rest = path;
         (void)snprintf(path, nbytes, "%s.%s", section[i], name);

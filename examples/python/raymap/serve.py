@@ -114,7 +114,8 @@ class Server:
 
     def _send(self, request: "dict[str, Any]") -> None:
         line = json.dumps(request, allow_nan=False, default=_plain, ensure_ascii=False)
-        if "\\u0000" in line or len(line.encode()) > LINE_MAX:  # the answer could not say whose it is
+        has_nul = "\\u0000" in line.replace("\\\\", "")
+        if has_nul or len(line.encode()) > LINE_MAX:  # the answer could not say whose it is
             raise ValueError("a request has no NUL in its texts, and at most 16 MiB")
         self._out.write(line + "\n")
         self._out.flush()
