@@ -172,6 +172,12 @@ static void test_follows(void **state)
     assert_in_range(
         edit(NULL, "a:\n- 1\n- - 2\n  - {b: 3}\nc: # d\n- e: 5\n  f:\n  - 6\n  g: 7\nh: i\n", 200),
         20, 200);
+    assert_in_range(edit(NULL,
+                         "a: |\n  x\n\nb:\n- >-\n  y\n\n  z # no comment\n- - |+\n    w\n\n  - "
+                         "1\n- c: |2\n     d\n"
+                         "  e: [f]\n# g\nh: |\n\ni: >\n  j\n",
+                         400),
+                    20, 400);
     assert_in_range(
         edit(NULL, "\xEF\xBB\xBF\"é\": {ü: [1, 'ö', {ä: 5}], b: 7, c: {d: e}} # ß\n", 200), 50,
         200);
