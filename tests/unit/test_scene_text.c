@@ -397,6 +397,15 @@ static void test_other_folder(void **state)
     assert_int_equal(rmap_scene_text_lead(text, "../", &written, NULL), RMAP_OK);
     assert_string_equal(written, led);
     rmap_free(written);
+    enum rmap_status st = RMAP_SYSTEM;
+    for (int64_t i = 1; st != RMAP_OK; i++) { /* nothing is left out for want of memory */
+        written = NULL;
+        rmap_alloc_fail_at(i);
+        st = rmap_scene_text_lead(text, "../", &written, NULL);
+        assert_true(st == RMAP_OK ? strcmp(written, led) == 0 : st == RMAP_SYSTEM && !written);
+    }
+    rmap_alloc_fail_at(0);
+    rmap_free(written);
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
