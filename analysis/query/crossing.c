@@ -34,8 +34,7 @@ static enum rmap_status enter_piece(struct rmap_crossing *self, const struct rma
         RMAP_RESERVE(self->crosses, self->cap, paths->n_row[RMAP_TABLE_RAY] + 1, err);
     if (st != RMAP_OK)
         return st;
-    self->crosses[0] = 0;
-    look(paths, self->detector, self->crosses + 1);
+    look(paths, self->detector, self->crosses);
     self->piece = piece;
     return RMAP_OK;
 }
@@ -77,7 +76,7 @@ enum rmap_status rmap_crossing_keep(struct rmap_crossing *self, struct rmap_curs
     }
     for (size_t i = 0, k = 0; i < n; i++) {
         const uint32_t path = summary.path[i];
-        match[i] &= path > 0 ? self->crosses[path] : self->own[k];
+        match[i] &= path > 0 ? self->crosses[path - 1] : self->own[k];
         k += path == 0;
     }
 out:

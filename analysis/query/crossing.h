@@ -11,7 +11,7 @@
 struct rmap_crossing {
     int32_t detector;
     size_t piece;     /* whose paths `crosses` is of, where there are any */
-    uint8_t *crosses; /* [1 + its paths] 1: a registration of it names the detector; first 0 */
+    uint8_t *crosses; /* [its paths] 1: a registration of it names the detector */
     uint8_t *own;     /* [rays of the portion that tell it themselves] */
     size_t cap, cap_own;
 };

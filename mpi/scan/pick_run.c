@@ -7,6 +7,7 @@
 #include "mpi/scan/pick_run.h"
 
 #include <pthread.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "io/map/map_memory.h"
@@ -109,17 +110,19 @@ static enum rmap_status add_rays(struct picking *self, size_t space, struct bloc
     if (!block->rays)
         RMAP_TRY(rmap_portion_create(0, rays->n_channel, &block->rays, err));
     for (size_t i = 0, n; i < rays->n_row[RMAP_TABLE_RAY]; i += n) {
+        size_t before[RMAP_TABLE_COUNT];
+        memcpy(before, block->rays->n_row, sizeof before);
         const size_t left = rays->n_row[RMAP_TABLE_RAY] - i;
-        const size_t before = block->rays->n_row[RMAP_TABLE_RAY], room = RMAP_BLOCK_RAYS - before;
+        const size_t room = RMAP_BLOCK_RAYS - before[RMAP_TABLE_RAY];
         n = left < room ? left : room;
-        if (before == 0)
+        if (room == RMAP_BLOCK_RAYS)
             block->unpredicted = (struct rmap_unpredicted){.seed = self->space[space].run.run.seed};
         RMAP_TRY(rmap_portion_append_rays(block->rays, rays, i, n, segment, registration, err));
-        rmap_unpredicted_take(&block->unpredicted, rays->unpredicted, i, i + n, before);
-        for (size_t k = i; k < i + n; k++) {
-            segment += rays->ray.segment_count[k];
-            registration += rays->ray.registration_count[k];
-        }
+        rmap_unpredicted_take(&block->unpredicted, rays->unpredicted, i, i + n,
+                              before[RMAP_TABLE_RAY]);
+        segment += block->rays->n_row[RMAP_TABLE_SEGMENT] - before[RMAP_TABLE_SEGMENT];
+        registration +=
+            block->rays->n_row[RMAP_TABLE_REGISTRATION] - before[RMAP_TABLE_REGISTRATION];
         if (n == room)
             RMAP_TRY(write_block(self, space, block, err));
     }

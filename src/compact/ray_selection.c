@@ -167,7 +167,11 @@ struct own_stream {
     size_t nbytes; /* of a row */
     int stream, kind;
 };
-enum { OWN_KINDS = 3 /* of paths, segments, registrations */ };
+/* Kinds are their tables, in this order: of paths, segments, registrations. */
+enum { OWN_KINDS = 3 };
+_Static_assert(RMAP_COMPACT_OWN_SEGMENT == RMAP_COMPACT_OWN + 1 &&
+                   RMAP_COMPACT_OWN_REGISTRATION == RMAP_COMPACT_OWN + 2,
+               "kinds are tables");
 struct own_streams {
     struct own_stream of[RMAP_STREAM_OWN_registered - RMAP_STREAM_OWN_source + 1];
     size_t n;
@@ -184,10 +188,8 @@ static enum rmap_status open_own(struct rmap_compact_selection *self, const stru
         if (!rows->data[s])
             continue;
         RMAP_TRY(make_room(self, s, rows->n_row[table], err));
-        streams->of[streams->n++] = (struct own_stream){rows->data[s], self->row_nbytes[s], s,
-                                                        table == RMAP_COMPACT_OWN           ? 0
-                                                        : table == RMAP_COMPACT_OWN_SEGMENT ? 1
-                                                                                            : 2};
+        streams->of[streams->n++] =
+            (struct own_stream){rows->data[s], self->row_nbytes[s], s, table - RMAP_COMPACT_OWN};
     }
 out:
     return st;
@@ -305,10 +307,11 @@ static enum rmap_status select_paths(struct rmap_compact_selection *self,
         for (; k < n && ray[k] < mine; k++) {
             const uint32_t path = own.path[ray[k]];
             note(self, k, ray[k], self->before[ray[k]], table->count[path], &sum);
-            for (; listed && i < ray[k]; i++)
+            if (!listed)
+                continue;
+            for (; i < ray[k]; i++)
                 at.triangle += table->n_listed[own.path[i]];
-            if (listed)
-                RMAP_TRY(append_triangles(self, rows, at.triangle, table->n_listed[path], err));
+            RMAP_TRY(append_triangles(self, rows, at.triangle, table->n_listed[path], err));
         }
         for (; listed && i < mine; i++)
             at.triangle += table->n_listed[own.path[i]];
