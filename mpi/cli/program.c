@@ -194,8 +194,8 @@ static bool is_alone(void)
  * network cards, some of which measure a clock for 0.2 s, and what only ranks beside each other
  * can use; hwloc would read the whole machine, which nobody places ranks on. All this is a third of
  * a short command's time.
- * Only `bench` needs these, to start a second rank, and TCP between the two. */
-static void prepare_alone(const char *word)
+ * Only `bench` needs these, to start a second rank, and TCP between the two: false. */
+static bool prepare_alone(const char *word)
 {
     static const char *const setting[][2] = {
         {"OMPI_MCA_ess_singleton_isolated", "1"},
@@ -211,10 +211,11 @@ static void prepare_alone(const char *word)
     };
     if (strcmp(word, "bench") == 0) {
         (void)unsetenv("OMPI_MCA_btl");
-        return;
+        return false;
     }
     for (size_t i = 0; i < sizeof setting / sizeof *setting; i++)
         (void)setenv(setting[i][0], setting[i][1], strcmp(setting[i][0], "OMPI_MCA_btl") == 0);
+    return true;
 }
 
 #if defined(__GLIBC__)
@@ -247,16 +248,18 @@ int rmap_program(const struct rmap_command *const *command, size_t n_command, in
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE, wanted = MPI_THREAD_FUNNELED;
+    const char *word = argc > 1 ? argv[1] : "";
+    bool stays_alone = false;
     (void)signal(SIGXFSZ, SIG_IGN); /* writing past a limit of size fails with its reason */
     rmap_terminal_guard();
     rmap_h5_own_process();
-    watch_signals(&known, argc > 1 ? argv[1] : "");
+    watch_signals(&known, word);
     keep_pages();
     /* Open MPI's handlers of SIGABRT and the like allocate: after a broken heap they wait for ever
      * for its lock, and a crash does not end. */
     (void)setenv("OMPI_MCA_opal_signal", "", 0);
     if (is_alone())
-        prepare_alone(argc > 1 ? argv[1] : "");
+        stays_alone = prepare_alone(word);
     else
         wanted = MPI_THREAD_MULTIPLE; /* of the watchdog */
     leave_out_unused();
@@ -282,6 +285,9 @@ out:
     rmap_watchdog_end(context.watchdog);
     if (context.comm != MPI_COMM_NULL)
         (void)MPI_Comm_free(&context.comm);
-    (void)MPI_Finalize();
+    /* It would tell Open MPI's thread of events to end and wait for it. A thread that has begun but
+     * not come to its first wait by then never hears that. */
+    if (!stays_alone)
+        (void)MPI_Finalize();
     return (int)st;
 }

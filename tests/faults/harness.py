@@ -50,8 +50,25 @@ def run(*arguments, ranks=0, faults=None, timeout=120):
                    *(f"FAULTS_{name}={value}" for name, value in faults.items())]
         at = command.index(PROGRAM)
         command[at:at] = preload
-    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, timeout=timeout, check=False)
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        try:
+            said = child.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired as late:
+            late.output = waits(child.pid)
+            child.kill()
+            raise
+    return subprocess.CompletedProcess(command, child.returncode, *said)
+
+
+def waits(process):
+    """What each thread of a process is waiting for in the kernel."""
+    tasks = f"/proc/{process}/task"
+    found = []
+    for task in sorted(os.listdir(tasks)):
+        for name in ("wchan", "syscall"):
+            with open(f"{tasks}/{task}/{name}", encoding="ascii", errors="replace") as file:
+                found.append(file.read().strip())
+    return found
 
 
 def info(target):
@@ -214,8 +231,8 @@ class Cases:
             for future in concurrent.futures.as_completed(work):
                 try:
                     complaints = future.result()
-                except subprocess.TimeoutExpired:
-                    complaints = ["it hangs"]
+                except subprocess.TimeoutExpired as late:
+                    complaints = [f"it hangs: {late.output}"]
                 self.n += complaints is not None
                 self.passed_over += complaints is None
                 for complaint in complaints or []:
