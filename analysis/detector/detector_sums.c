@@ -321,10 +321,9 @@ static bool may_count(const void *context, const struct rmap_portion_info *porti
 rmap_column_set rmap_detector_sums_columns(const struct rmap_detector_ask *ask)
 {
     rmap_column_set columns =
-        RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |
-        RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
-        RMAP_COLUMN_BIT(RMAP_RAY_registration_count) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |
-        RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
+        RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+        RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) | rmap_detector_bins_columns(&ask->bins);
     if (ask->centre)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
@@ -489,10 +488,10 @@ static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rm
             segment >= portion->ray.segment_count[ray])
             return rmap_error_set(
                 err, RMAP_FORMAT,
-                "damaged map: ray %" PRIu64
-                " is registered where there is no cell, or on segment %u, which it "
+                "damaged map: a ray of the block from ray %" PRIu64
+                " on is registered where there is no cell, or on segment %u, which it "
                 "has not",
-                portion->ray.id[ray], segment);
+                portion->first_ray, segment);
         if (cell == SIZE_MAX || is_off(sums, (size_t)portion->ray.source[ray]))
             continue;
         const struct rmap_registration_place place = {row, ray, first};

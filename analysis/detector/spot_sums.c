@@ -189,8 +189,9 @@ static enum rmap_status add_ray(struct rmap_spot_sums *self, const struct rmap_m
             continue;
         if ((uint32_t)portion->ray.source[ray] >= self->n_source)
             return rmap_error_set(err, RMAP_FORMAT,
-                                  "damaged map: ray %" PRIu64 " has a source that is none",
-                                  portion->ray.id[ray]);
+                                  "damaged map: a ray of the block from ray %" PRIu64
+                                  " on has a source that is none",
+                                  portion->first_ray);
         if (rmap_detector_bins_cell(&self->ask.bins, portion, row) >= SIZE_MAX - 1)
             continue;
         RMAP_TRY(RMAP_RESERVE(self->point, self->cap_point, n + 1, err));
@@ -259,8 +260,8 @@ static bool may_count(const void *context, const struct rmap_portion_info *porti
 
 rmap_column_set rmap_spot_sums_columns(const struct rmap_spot_ask *ask)
 {
-    return RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |
-           RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+    return RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+           RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
            RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
            RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) |
            RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) | rmap_detector_bins_columns(&ask->bins);

@@ -27,6 +27,8 @@ struct rmap_fold_scanner {
     size_t chosen_cap, open_cap;
     /* Columns of the portion in hand that tell of those which choosing reads; 0: it has these. */
     rmap_column_set bounding;
+    bool narrows;        /* rays that arrive are enough, and their places and paths; */
+    bool is_narrow;      /* the portion in hand is these */
     const uint32_t *row; /* [rays of the portion] which of its rays they are; NULL: all */
     uint8_t *unsure;     /* [unsure_cap] rays with open registrations */
     uint8_t *exact;      /* [exact_cap] of registrations of rays that were traced again: chosen */
@@ -37,6 +39,18 @@ struct rmap_fold_scanner {
 static rmap_column_set columns_of(const struct rmap_fold *fold)
 {
     return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
+}
+
+/* Whether rays that may arrive at a detector are all that matters, and places and paths of these.
+ */
+static bool may_narrow(const struct rmap_fold *fold)
+{
+    static const rmap_column_set told = RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+                                        RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) |
+                                        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
+    const rmap_column_set columns =
+        columns_of(fold) | (fold->criterion ? rmap_criterion_columns(fold->criterion) : 0);
+    return (fold->only_detector > 0 || fold->registered_alone) && !(columns & ~told);
 }
 
 /* What paths tell leaves the receivers out: rays are evaluated by columns. */
@@ -65,6 +79,7 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     self->fold = fold;
     self->which = rmap_which_chooses(fold->which) ? fold->which : NULL;
     self->crossing.detector = fold->only_detector - 1;
+    self->narrows = may_narrow(fold);
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
@@ -185,17 +200,15 @@ out:
 /* Rays that must be traced again, where few of them can add anything: the portion becomes those,
  * with all columns that the kind may ask for. NULL: it would not be of use. */
 static enum rmap_status select_rays(struct rmap_fold_scanner *self, void *state,
-                                    rmap_column_set columns, struct rmap_matched *rays,
-                                    struct rmap_error *err)
+                                    const struct rmap_portion *portion, rmap_column_set columns,
+                                    struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = rays->portion;
     const rmap_column_set all = (self->bounding ? self->bounding : columns_of(self->fold)) |
                                 RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
     struct rmap_cursor *cursor = NULL;
     const uint32_t *row = NULL;
-    rays->portion = NULL;
     if (!rmap_map_selects(self->fold->map, rays->index, columns))
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
@@ -238,27 +251,44 @@ out:
     return st;
 }
 
+/* Takes the rays of a stored portion in hand that may add something, and marks those that match. */
+static enum rmap_status enter_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    self->is_narrow = false;
+    if (!self->marker) {
+        RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err));
+        if (self->narrows)
+            RMAP_TRY(rmap_cursor_narrow(self->cursor, &self->is_narrow, err));
+        rays->n_match = rays->portion->n_row[RMAP_TABLE_RAY];
+        goto out;
+    }
+    RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
+    if (rays->n_match > 0 && self->narrows)
+        RMAP_TRY(rmap_query_marker_narrow(self->marker, &self->is_narrow, &rays->n_match, err));
+    if (rays->n_match > 0)
+        st = mark(self, rays, err);
+out:
+    return st;
+}
+
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, void *state,
                                     struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     rmap_column_set columns =
         self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
-    const struct rmap_portion *portion = NULL;
-    if (self->marker) {
-        RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
-        if (rays->n_match == 0)
-            goto out;
-        RMAP_TRY(mark(self, rays, err));
-    } else {
-        RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &portion, err));
-    }
-    rays->portion = portion;
+    RMAP_TRY(enter_stored(self, rays, err));
+    const struct rmap_portion *portion = rays->portion;
     if (rays->n_match > 0)
         RMAP_TRY(bound(self, rays->index, err));
     columns = self->bounding ? self->bounding : columns;
-    if (rays->n_match > 0)
-        RMAP_TRY(select_rays(self, state, columns, rays, err));
+    if (rays->n_match == 0)
+        goto out;
+    rays->portion = NULL;
+    if (!self->is_narrow)
+        RMAP_TRY(select_rays(self, state, portion, columns, rays, err));
     if (rays->n_match == 0 || rays->portion)
         goto out;
     rays->portion = portion;

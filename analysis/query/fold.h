@@ -98,7 +98,8 @@ struct rmap_fold {
     rmap_column_set columns;                /* that the kind reads */
     rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
     int32_t only_detector;    /* 1 + the detector without rows of which in /registration a ray adds
-                                 nothing;    0: any may add */
+                                 nothing; 0: any may add */
+    bool registered_alone;    /* a ray without rows there adds nothing, either */
     uint64_t *nbytes_ret; /* where rank 0 is told the stored bytes that were read; NULL: nowhere */
     const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
                                            criterion is compiled against its scene. NULL: none */

@@ -182,6 +182,11 @@ void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *c
     self->own = NULL;
 }
 
+void rmap_query_known_narrow(struct rmap_query_known *self, size_t n_ray)
+{
+    self->n_ray = n_ray;
+}
+
 /* Of these, paths tell bounds. */
 static const rmap_column_set bounded_columns =
     RMAP_COLUMN_BIT(RMAP_RAY_path_length) | RMAP_COLUMN_BIT(RMAP_RAY_optical_path);

@@ -27,6 +27,9 @@ void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine *
 void rmap_query_known_enter(struct rmap_query_known *known, struct rmap_cursor *cursor,
                             size_t portion);
 
+/* So many rays of it are left (rmap_cursor_narrow). */
+void rmap_query_known_narrow(struct rmap_query_known *known, size_t n_ray);
+
 /* Outcomes of criterion c: outcome [n_ray], some of which may be open. *is_told_ret: false where
  * paths decide nothing; the outcomes mean nothing then. */
 enum rmap_status rmap_query_known_evaluate(struct rmap_query_known *known, size_t c,

@@ -62,6 +62,15 @@ out:
     return st;
 }
 
+enum rmap_status rmap_query_marker_narrow(struct rmap_query_marker *self, bool *is_narrow_ret,
+                                          size_t *n_ret, struct rmap_error *err)
+{
+    const enum rmap_status st =
+        rmap_query_outcomes_narrow(self->outcomes, is_narrow_ret, &self->n_ray, err);
+    *n_ret = self->n_ray;
+    return st;
+}
+
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t **match_ret,
                                         size_t *n_ret, struct rmap_error *err)
 {

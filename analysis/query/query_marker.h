@@ -23,6 +23,10 @@ void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fin
 enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *marker, size_t portion,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* As rmap_query_outcomes_narrow, right after entering it. */
+enum rmap_status rmap_query_marker_narrow(struct rmap_query_marker *marker, bool *is_narrow_ret,
+                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* Of the portion in hand: (*match_ret)[i] = 1 or 0 for row i of /ray, the marker's until the next
  * call; *n_ret: how many are 1. Without a criterion NULL, and all; NULL and 0 of a portion that was
  * ruled out. RMAP_FORMAT. */

@@ -150,6 +150,16 @@ out:
     return st;
 }
 
+enum rmap_status rmap_query_outcomes_narrow(struct rmap_query_outcomes *self, bool *is_narrow_ret,
+                                            size_t *n_ray_ret, struct rmap_error *err)
+{
+    const enum rmap_status st = rmap_cursor_narrow(self->cursor, is_narrow_ret, err);
+    *n_ray_ret = self->n_ray = self->portion->n_row[RMAP_TABLE_RAY];
+    if (self->known_paths)
+        rmap_query_known_narrow(self->known_paths, self->n_ray);
+    return st;
+}
+
 static enum rmap_status evaluate_columns(struct rmap_query_outcomes *self, size_t c,
                                          uint8_t *outcome, struct rmap_error *err)
 {

@@ -24,6 +24,12 @@ void rmap_query_outcomes_destroy(struct rmap_query_outcomes *outcomes);
 enum rmap_status rmap_query_outcomes_enter(struct rmap_query_outcomes *outcomes, size_t portion,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
+/* Leaves the rays that arrive of the portion in hand, of which nothing was read yet, as
+ * rmap_cursor_narrow: *n_ray_ret of them, or all of its rays. */
+enum rmap_status rmap_query_outcomes_narrow(struct rmap_query_outcomes *outcomes,
+                                            bool *is_narrow_ret, size_t *n_ray_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
 /* Adds the rays that match a criterion to its count, some of them only when it is settled. */
 enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *outcomes, size_t c,
                                          struct rmap_count *count,

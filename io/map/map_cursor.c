@@ -54,6 +54,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     for (int k = 0; k < RMAP_CURSOR_SELECTIONS; k++)
         rmap_free(self->selected[k].ray);
     rmap_free(self->own_sum);
+    rmap_arrivals_fini(&self->arrivals);
     rmap_free(self);
 }
 
@@ -132,7 +133,7 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->passed_over = NULL;
     self->in_hand = portion;
     self->own_columns = 0;
-    self->knows_header = self->add_up = false;
+    self->knows_header = self->add_up = self->is_narrow = false;
     for (int k = 0; k < RMAP_CURSOR_SELECTIONS; k++)
         self->selected[k].columns = 0;
     self->header = (struct rmap_compact_summary){.placed = false};

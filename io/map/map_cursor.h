@@ -72,6 +72,19 @@ enum rmap_status rmap_cursor_traced(struct rmap_cursor *cursor, rmap_column_set 
  * directions, RMAP_COLUMNS_ANGLES with places. After rmap_cursor_traced; nothing is read. */
 rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *cursor, rmap_column_set columns);
 
+/* Takes for the portion in hand those of its rays alone that arrive (src/compact/arrivals.h), all
+ * of its registrations among their rows; nothing of it may have been read yet. Its rows are counted
+ * again; of its columns, places of registrations and what paths say may be fetched, nothing else.
+ * *is_narrow_ret: false where the portion does not tell, or a reader keeps columns: it is as it
+ * was. Errors as of fetch. */
+enum rmap_status rmap_cursor_narrow(struct rmap_cursor *cursor, bool *is_narrow_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one whose paths were summed up: the references of its rays that arrive, as it says itself, or
+ * NULL where it does not. Valid until the portion is narrowed, or while it is in hand. */
+enum rmap_status rmap_cursor_arrivals(struct rmap_cursor *cursor, const uint32_t **path_ret,
+                                      size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
  * false says nothing. Errors as of fetch. */
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,

@@ -2,6 +2,8 @@
  *
  * What a cursor has of portions of compact pieces.
  */
+#include <string.h>
+
 #include "base/alloc.h"
 #include "compact/own_lengths.h"
 #include "compact/paths.h"
@@ -86,12 +88,23 @@ static enum rmap_status take_paths(struct rmap_cursor *self, size_t piece, struc
     return st;
 }
 
+/* What of all rays is not read where those that arrive are taken for all, and what tells of these.
+ */
+static const uint64_t rays_streams =
+    UINT64_C(1) << RMAP_STREAM_ray_path | UINT64_C(1) << RMAP_STREAM_ray_channel;
+static const uint64_t narrow_streams = UINT64_C(1) << RMAP_STREAM_pool16 |
+                                       UINT64_C(1) << RMAP_STREAM_pool64 |
+                                       UINT64_C(1) << RMAP_STREAM_OWN_segment_count |
+                                       UINT64_C(1) << RMAP_STREAM_OWN_registration_count;
+
 enum rmap_status rmap_cursor_enter_rows(struct rmap_cursor *self,
                                         const struct rmap_portion_info *info, uint64_t streams,
                                         struct rmap_cursor_rows *in_hand, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t piece = (size_t)info->piece;
+    if (self->is_narrow)
+        streams &= ~rays_streams;
     in_hand->rows = (struct rmap_rows){.layout = rmap_map_piece_layout(self->map, piece),
                                        .n_channel = self->portion->n_channel,
                                        .add_up = self->add_up};
@@ -101,7 +114,9 @@ enum rmap_status rmap_cursor_enter_rows(struct rmap_cursor *self,
     RMAP_TRY(take_paths(self, piece, err));
     if (!self->streams && !rmap_map_borrow_stream(self->map, self->in_hand, RMAP_STREAM_pool64))
         count_paths(self, info);
-    st = read_rows(self, info, streams, &in_hand->rows, err);
+    RMAP_TRY(read_rows(self, info, streams, &in_hand->rows, err));
+    if (self->is_narrow)
+        rmap_arrivals_narrow(&self->arrivals, &in_hand->rows, in_hand->n_row);
 out:
     return st;
 }
@@ -148,6 +163,56 @@ rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *self, rmap_column
     return known && (columns & RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction))
                ? RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) | RMAP_COLUMNS_ANGLES
                : 0;
+}
+
+enum rmap_status rmap_cursor_narrow(struct rmap_cursor *self, bool *is_narrow_ret,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    struct rmap_cursor_rows in_hand;
+    struct rmap_map_kept kept;
+    rmap_map_kept(self->map, &kept);
+    *is_narrow_ret = false;
+    if (kept.budget > 0 || self->map->held || self->present || self->kept)
+        return RMAP_OK;
+    RMAP_TRY(rmap_cursor_know_header(self, err));
+    if (!self->knows_header || !self->header.arrives ||
+        rmap_map_columns_beside(self->map, (size_t)info->piece))
+        return RMAP_OK;
+    RMAP_TRY(rmap_cursor_enter_rows(self, info, narrow_streams, &in_hand, err));
+    RMAP_TRY(rmap_arrivals_find(&self->arrivals, self->paths, self->portion->timed, &in_hand.rows,
+                                in_hand.n_row, is_narrow_ret, err));
+    if (!*is_narrow_ret)
+        goto out;
+    rmap_arrivals_narrow(&self->arrivals, &in_hand.rows, in_hand.n_row);
+    self->is_narrow = true;
+    self->add_up = false;
+    memcpy(self->shown.n_row, in_hand.n_row, sizeof in_hand.n_row);
+    st = rmap_compact_summarise_header(&in_hand.rows, &self->header, err);
+out:
+    if (st == RMAP_FORMAT)
+        rmap_cursor_say_where(self, info, err);
+    return st;
+}
+
+enum rmap_status rmap_cursor_arrivals(struct rmap_cursor *self, const uint32_t **path_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    struct rmap_cursor_rows in_hand;
+    struct rmap_arrivals *own = &self->arrivals;
+    *path_ret = NULL;
+    *n_ret = self->header.n_arrival;
+    if (!self->header.arrives)
+        return RMAP_OK;
+    RMAP_TRY(rmap_cursor_enter_rows(self, info, narrow_streams, &in_hand, err));
+    RMAP_TRY(RMAP_RESERVE(own->path, own->cap, *n_ret + 1, err));
+    RMAP_TRY(rmap_arrivals_read(&in_hand.rows, &self->header, self->paths, own->path, err));
+    *path_ret = own->path;
+out:
+    return st;
 }
 
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
@@ -235,7 +300,7 @@ enum rmap_status rmap_cursor_path_sums(struct rmap_cursor *self,
     return rmap_map_path_sums(self->map, self->paths_piece, true, sum_ret, err);
 }
 
-/* Weights of rays with path 0, and ids where the paths of all rays are there. */
+/* Weights of rays with path 0, and ids, where the paths of all rays are given. */
 static void fill_own_rays(const uint32_t *path, size_t n_ray, uint64_t first_ray,
                           struct rmap_portion *own)
 {
@@ -269,8 +334,8 @@ enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *self, rmap_column_set
     RMAP_TRY(rmap_compact_decode_own(in_hand.model, self->paths, &in_hand.rows, &self->header,
                                      columns, &self->steps, self->own, err));
     RMAP_TRY(rmap_cursor_check_limits(self, self->own, columns, info, err));
-    fill_own_rays(in_hand.rows.data[RMAP_STREAM_ray_path], in_hand.n_row[RMAP_TABLE_RAY],
-                  info->first_ray, self->own);
+    fill_own_rays(columns & id ? in_hand.rows.data[RMAP_STREAM_ray_path] : NULL,
+                  in_hand.n_row[RMAP_TABLE_RAY], info->first_ray, self->own);
     self->own_columns = columns;
 out:
     *own_ret = self->own;

@@ -5,6 +5,7 @@
 #ifndef RMAP_MAP_CURSOR_INTERNAL_H
 #define RMAP_MAP_CURSOR_INTERNAL_H
 
+#include "compact/arrivals.h"
 #include "compact/compact.h"
 #include "compact/decode_paths.h"
 #include "compact/ray_selection.h"
@@ -47,7 +48,9 @@ struct rmap_cursor {
     rmap_column_set kept;            /* and those that the map's store has */
     uint64_t streams;                /* of a compact one, in `buffer` */
     bool add_up;                     /* its paths and counts were found to fit together */
-    bool knows_header;               /* of a compact one: */
+    bool is_narrow;                  /* the rays that arrive are taken for all of it: */
+    struct rmap_arrivals arrivals;
+    bool knows_header; /* of a compact one: */
     struct rmap_compact_summary header;
     const uint8_t *passed_over;   /* rays of it; NULL: none */
     struct rmap_portion *portion; /* of the space in hand; borrowed from there */

@@ -102,7 +102,7 @@ enum rmap_status rmap_cursor_select(struct rmap_cursor *self, const uint8_t *mar
     const size_t n_ray = self->shown.n_row[RMAP_TABLE_RAY];
     *selected_ret = NULL;
     columns &= rmap_columns_known(self->shown.timed);
-    if (!rmap_map_selects(self->map, self->in_hand, columns) ||
+    if (self->is_narrow || !rmap_map_selects(self->map, self->in_hand, columns) ||
         !(columns & ~self->present & rmap_compact_traced(false)))
         return RMAP_OK;
     rmap_column_set beside;

@@ -37,6 +37,8 @@
 #define RMAP_FEATURE_LENGTHS                                                                       \
     "lengths"                        /* rays with paths of their own say about how long they are */
 #define RMAP_FEATURE_ANGLES "angles" /* registrations say about under which angle */
+#define RMAP_FEATURE_ARRIVALS                                                                      \
+    "arrivals" /* compact portions may say which paths the rays have that arrive at detectors */
 #define RMAP_FEATURE_SCATTER                                                                       \
     "scatter" /* compact portions may leave out colours that follow from scatter models */
 

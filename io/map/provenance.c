@@ -143,7 +143,8 @@ static enum rmap_status put_features(struct rmap_h5 *h5, const struct rmap_run *
                    rmap_scene_has_surfaces(run->scene) ? RMAP_FEATURE_SURFACES " " : "",
                    rmap_scene_has_uv(run->scene) ? RMAP_FEATURE_UV " " : "",
                    RMAP_FEATURE_PLACES " " RMAP_FEATURE_CLASSES " " RMAP_FEATURE_CODES
-                                       " " RMAP_FEATURE_LENGTHS " " RMAP_FEATURE_ANGLES);
+                                       " " RMAP_FEATURE_LENGTHS " " RMAP_FEATURE_ANGLES
+                                       " " RMAP_FEATURE_ARRIVALS);
     return rmap_h5_put_text(h5, "/", "features", text, err);
 }
 
@@ -223,7 +224,7 @@ static enum rmap_status check_features(struct rmap_h5 *h5, struct rmap_error *er
                             " " RMAP_FEATURE_CLASSES " " RMAP_FEATURE_CODES " " RMAP_FEATURE_LENGTHS
                             " " RMAP_FEATURE_SCATTER " " RMAP_FEATURE_METALS " " RMAP_FEATURE_FILMS
                             " " RMAP_FEATURE_TURBID " " RMAP_FEATURE_SURFACES " " RMAP_FEATURE_UV
-                            " " RMAP_FEATURE_ANGLES;
+                            " " RMAP_FEATURE_ANGLES " " RMAP_FEATURE_ARRIVALS;
     char features[FEATURES_NBYTES];
     enum rmap_status st = rmap_h5_get_text(h5, "/", "features", features, sizeof features, err);
     char *rest = features, *name;

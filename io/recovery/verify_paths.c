@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "compact/angles.h"
+#include "compact/arrivals.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
@@ -151,6 +152,38 @@ enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct 
     }
     return beyond || st == RMAP_FORMAT
                ? tell(self, info, "/pool16/value", beyond_bounds, findings, err)
+               : RMAP_OK;
+}
+
+enum rmap_status rmap_verify_arrivals(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                      size_t portion, struct rmap_findings *findings,
+                                      struct rmap_error *err)
+{
+    const struct rmap_portion_info *info = &self->content->portion[portion];
+    const uint32_t *arriving = NULL;
+    struct rmap_path_summary summary;
+    struct rmap_error why = {0};
+    size_t n = 0, k = 0;
+    bool differ = false;
+    enum rmap_status st = rmap_cursor_path_summary(cursor, false, &summary, &why);
+    if (st == RMAP_OK && summary.paths)
+        st = rmap_cursor_arrivals(cursor, &arriving, &n, &why);
+    for (size_t i = 0; arriving && i < info->n_row[RMAP_TABLE_RAY]; i++) {
+        const uint32_t path = summary.path[i];
+        if (!rmap_arrives(path, path > 0 ? summary.paths->ray.registration_count[path - 1] : 0))
+            continue;
+        differ |= k >= n || arriving[k] != path;
+        k++;
+    }
+    differ |= arriving && k != n;
+    if (st != RMAP_OK && st != RMAP_FORMAT) {
+        if (err)
+            *err = why;
+        return st;
+    }
+    return differ || st == RMAP_FORMAT
+               ? tell(self, info, "/pool16/value",
+                      "names other rays that arrive at detectors than there are", findings, err)
                : RMAP_OK;
 }
 

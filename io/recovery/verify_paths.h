@@ -27,6 +27,11 @@ enum rmap_status rmap_verify_own_lengths(struct rmap_verification *self, struct 
                                          struct rmap_findings *findings,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* Which of them it says arrive at detectors. Likewise. */
+enum rmap_status rmap_verify_arrivals(struct rmap_verification *self, struct rmap_cursor *cursor,
+                                      size_t portion, struct rmap_findings *findings,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* What it says of the angles of registrations. rays: with all columns. Likewise. */
 enum rmap_status rmap_verify_angles(struct rmap_verification *self, size_t portion,
                                     const struct rmap_portion *rays, struct rmap_findings *findings,

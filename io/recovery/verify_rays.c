@@ -394,6 +394,8 @@ enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap
     if (st == RMAP_OK)
         st = rmap_verify_own_lengths(self, cursor, portion, rays, findings, err);
     if (st == RMAP_OK)
+        st = rmap_verify_arrivals(self, cursor, portion, findings, err);
+    if (st == RMAP_OK)
         st = rmap_verify_angles(self, portion, rays, findings, err);
     if (st == RMAP_OK)
         st = rmap_verify_columns(self, cursor, portion, findings, err);

@@ -98,6 +98,7 @@ enum rmap_status rmap_registered_run(const struct rmap_context *context, const s
                                    .which = which,
                                    .columns = rmap_energy_columns(&scope),
                                    .deferred = rmap_energy_columns(&scope),
+                                   .registered_alone = true, /* those that match have some */
                                    .nbytes_ret = scope.counts ? &count->nbytes_read : NULL};
     RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
     if (state && scope.counts)

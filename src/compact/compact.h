@@ -96,7 +96,9 @@ struct rmap_compact_summary {
     bool classed;         /* segments of own paths are stored as classes of steps, */
     size_t n_code;        /* which have so many codes; 0: none */
     bool angled;          /* angles of registrations are known, about, */
-    bool measured;        /* and lengths of own paths */
+    bool measured;        /* and lengths of own paths, */
+    bool arrives;         /* and the paths of the rays that arrive (src/compact/arrivals.h), */
+    size_t n_arrival;     /* so many */
     uint64_t first_ray;
 };
 

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "compact/angles.h"
+#include "compact/arrivals.h"
 #include "compact/detect.h"
 #include "compact/encoder.h"
 #include "compact/own_lengths.h"
@@ -319,6 +320,28 @@ static enum rmap_status store_classes(struct rmap_compact_encoder *encoder, size
     return RMAP_OK;
 }
 
+/* Behind the lanes, references of the rays that arrive, unless too many do. */
+static enum rmap_status store_arrivals(struct rmap_compact_encoder *encoder, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_lane_store *store = &encoder->store;
+    const size_t most = encoder->n_ray / RMAP_ARRIVALS_SHARE;
+    size_t n = 0;
+    RMAP_TRY(RMAP_RESERVE(store->pool16, store->cap16, store->n16 + most + 1, err));
+    for (size_t i = 0; i < encoder->n_ray; i++) {
+        const uint32_t path = encoder->path[i];
+        if (!rmap_arrives(path, encoder->word[encoder->begin[i] + RMAP_WORD_REGISTRATIONS]))
+            continue;
+        if (n == most || n == UINT16_MAX || path > UINT16_MAX)
+            goto out;
+        store->pool16[store->n16 + n++] = (uint16_t)path;
+    }
+    store->n16 += n;
+    rmap_lane_header_set_arrivals(store->pool64, (uint16_t)n);
+out:
+    return st;
+}
+
 /* Behind the lanes, lengths of the rays with paths of their own. */
 static enum rmap_status store_lengths(struct rmap_compact_encoder *encoder, struct rmap_error *err)
 {
@@ -361,6 +384,7 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
     hand_out_paths(&encoder->own, RMAP_COMPACT_OWN, RMAP_STREAM_OWN_source, rows);
     if (classed)
         RMAP_TRY(store_classes(encoder, rmap_path_book_classes(book)->n, rows, err));
+    RMAP_TRY(store_arrivals(encoder, err));
     RMAP_TRY(store_lengths(encoder, err));
     hand_out_paths(&encoder->entered, RMAP_COMPACT_PATH, RMAP_STREAM_PATH_source, rows);
     rows->n_row[RMAP_COMPACT_RAY] = encoder->n_ray;

@@ -462,7 +462,8 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     if (n_angle > 0 && store->pool16 && store->pool32)
         header->angles =
             (struct rmap_angle_rows){store->pool32 + taken.n32, store->pool16 + taken.n16};
-    if (taken.n16 + rmap_angle_part_rows(n_angle) + (header->measured ? store->n16_behind : 0) !=
+    if (taken.n16 + rmap_angle_part_rows(n_angle) + header->n_arrival +
+                (header->measured ? store->n16_behind : 0) !=
             store->n16 ||
         taken.n32 + rmap_angle_degree_rows(n_angle) != store->n32 || taken.n64 != store->n64 ||
         taken.n_patch != store->n_patch)

@@ -18,6 +18,8 @@
 #define METALS         UINT64_C(64)
 #define FILMS          UINT64_C(128)
 #define ANGLED         (UINT64_C(1) << 16)
+#define ARRIVES        (UINT64_C(1) << 17)
+#define ARRIVALS       (UINT64_C(0xffff) << ARRIVALS_AT)
 #define CODES          (UINT64_C(255) << CODES_AT)
 #define OLD_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_UNTIMED))
 
@@ -28,7 +30,8 @@ enum {
     ROW_LANES,
     OLD_ROWS = ROW_LANES,
     MODE_BITS = 8,
-    CODES_AT = 8
+    CODES_AT = 8,
+    ARRIVALS_AT = 32
 };
 
 _Static_assert(ROW_LANES + 1 + RMAP_LANE_COUNT == RMAP_LANE_HEADER_ROWS, "rows of a header");
@@ -58,6 +61,11 @@ void rmap_lane_header_set_angled(uint64_t row[RMAP_LANE_HEADER_ROWS])
     row[ROW_FLAGS] |= ANGLED;
 }
 
+void rmap_lane_header_set_arrivals(uint64_t row[RMAP_LANE_HEADER_ROWS], uint16_t n)
+{
+    row[ROW_FLAGS] |= ARRIVES | (uint64_t)n << ARRIVALS_AT;
+}
+
 void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS])
 {
     row[ROW_FLAGS] |= MEASURED;
@@ -71,14 +79,16 @@ static enum rmap_status read_table(const uint64_t *row, size_t n, struct rmap_la
     if (n <= ROW_LANES || n - ROW_LANES - 1 < n_lane)
         return rmap_portion_damaged("its header is cut off", err);
     if ((flags & ~(TABLE | ONE_BY_ONE | PLACED | CLASSED | MEASURED | WEIGHED | TURBID | METALS |
-                   FILMS | CODES | ANGLED)) ||
-        ((flags & CODES) && !(flags & CLASSED)) ||
+                   FILMS | CODES | ANGLED | ARRIVES | ARRIVALS)) ||
+        ((flags & CODES) && !(flags & CLASSED)) || ((flags & ARRIVALS) && !(flags & ARRIVES)) ||
         (n_lane != RMAP_LANE_UNTIMED && n_lane != RMAP_LANE_COUNT))
         return rmap_portion_damaged("its header has unknown lanes", err);
     header->one_by_one = flags & ONE_BY_ONE;
     header->placed = flags & PLACED;
     header->classed = flags & CLASSED;
     header->angled = flags & ANGLED;
+    header->arrives = flags & ARRIVES;
+    header->n_arrival = (uint16_t)((flags & ARRIVALS) >> ARRIVALS_AT);
     header->measured = flags & MEASURED;
     header->predicted.weighed = flags & WEIGHED;
     header->predicted.turbid = flags & TURBID;

@@ -87,8 +87,10 @@ struct rmap_lane_header {
     bool classed;    /* segments of own paths are stored as classes of steps, */
     uint8_t n_code;  /* which have so many codes (src/compact/step_codes.h); 0: none */
     struct rmap_predicted predicted;
-    bool angled;   /* angles of registrations stand behind the lanes (src/compact/angles.h), */
-    bool measured; /* and lengths of own paths behind these (src/compact/own_lengths.h) */
+    bool angled;        /* angles of registrations stand behind the lanes (src/compact/angles.h), */
+    bool arrives;       /* then the paths of rays that arrive (src/compact/arrivals.h), */
+    uint16_t n_arrival; /* of so many, */
+    bool measured;      /* and lengths of own paths behind these (src/compact/own_lengths.h) */
     struct rmap_angle_rows angles; /* decoding: borrowed; NULL: not there */
     int n_lane;                    /* rmap_lane_count; of others, nothing is stored */
     uint8_t mode[RMAP_LANE_COUNT];
@@ -108,8 +110,10 @@ void rmap_lane_header_write(const struct rmap_lane_header *header,
 /* Says afterwards that segments of own paths are stored as classes of steps, with so many codes. */
 void rmap_lane_header_set_classed(uint64_t row[RMAP_LANE_HEADER_ROWS], size_t n_code);
 
-/* Says afterwards that angles, or lengths of own paths, stand behind the lanes. */
+/* Says afterwards that angles, paths of n rays that arrive, or lengths of own paths, stand behind
+ * the lanes. */
 void rmap_lane_header_set_angled(uint64_t row[RMAP_LANE_HEADER_ROWS]);
+void rmap_lane_header_set_arrivals(uint64_t row[RMAP_LANE_HEADER_ROWS], uint16_t n);
 void rmap_lane_header_set_measured(uint64_t row[RMAP_LANE_HEADER_ROWS]);
 
 /* row: [n] the portion's rows of pool64. *n_used_ret: those of the header. RMAP_FORMAT where there

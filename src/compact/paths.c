@@ -368,6 +368,8 @@ enum rmap_status rmap_compact_summarise_header(const struct rmap_rows *rows,
         .classed = header.classed,
         .angled = header.angled,
         .measured = header.measured,
+        .arrives = header.arrives,
+        .n_arrival = header.n_arrival,
         .n_code = header.n_code,
         .first_ray = header.first_ray};
     return RMAP_OK;

@@ -55,7 +55,7 @@ STOPS = ("absorbed", "left", "limit", "error")
 MODES = ("spectral", "rgb")
 PLAIN = 0
 # What of docs/map.md, Versions, a map may ask a reader to know.
-FEATURES = {"curves", "times", "gaps", "places", "classes", "codes", "lengths", "angles", "scatter", "metals", "films", "turbid", "surfaces", "uv"}
+FEATURES = {"curves", "times", "gaps", "places", "classes", "codes", "lengths", "angles", "arrivals", "scatter", "metals", "films", "turbid", "surfaces", "uv"}
 
 
 def event_words(bits):

@@ -95,8 +95,9 @@ def _bits(numbers):
     return np.ascontiguousarray(numbers).view(f"<u{numbers.dtype.itemsize}").astype(np.uint64)
 
 
-TABLE, PLACES, CLASSES, LENGTHS, FILMS, ANGLES = 1 << 63, 2, 4, 8, 128, 1 << 16  # flags
-CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are
+TABLE, PLACES, CLASSES, LENGTHS, FILMS, ANGLES, ARRIVALS = 1 << 63, 2, 4, 8, 128, 1 << 16, 1 << 17  # flags
+CODES_AT, RARE = 8, 255  # and where they say how many codes of classes there are,
+ARRIVALS_AT = 32  # how many rays arrive
 
 
 def read_header(row):
@@ -212,6 +213,12 @@ class Decoder:
         if np.any((low <= 180) & ((angle < low - 1e-9) | (angle > low + 0.25 + 1e-9))):
             raise ValueError("angles of registrations are beyond what the portion says of them")
 
+    def _check_arrivals(self, arriving, path):
+        """What stands behind the lanes of pool16 are the references of the rays that may arrive at a detector, in order."""
+        arrives = np.concatenate([[True], self.paths["path/registration_count"] > 0])
+        if not np.array_equal(arriving, path[arrives[path]]):
+            raise ValueError("other rays arrive than the portion says")
+
     def portion(self, stored_first, stored_rows, n_row, names):
         """The columns of a portion, by name: `names`, and others that need no ray traced again."""
         rows = {}
@@ -253,9 +260,13 @@ class Decoder:
         if flags & TABLE and flags & LENGTHS and again:
             own = np.flatnonzero(rows["ray/path"] == 0)
             self._check_own_lengths(rows["pool16/value"][-(3 + (len(own) + 1) // 2):], own, columns["ray/path_length"])
+        behind = 3 + (np.count_nonzero(rows["ray/path"] == 0) + 1) // 2 if flags & TABLE and flags & LENGTHS else 0
+        if flags & TABLE and flags & ARRIVALS:
+            end, n_arrival = len(rows["pool16/value"]) - behind, flags >> ARRIVALS_AT & 0xffff
+            self._check_arrivals(rows["pool16/value"][end - n_arrival:end], rows["ray/path"])
+            behind += n_arrival
         if flags & TABLE and flags & ANGLES and again:
             n = len(columns["registration/detector"])
-            behind = 3 + (np.count_nonzero(rows["ray/path"] == 0) + 1) // 2 if flags & LENGTHS else 0
             begin = len(rows["pool16/value"]) - behind - (n + 7) // 8
             self._check_angles(rows["pool32/value"][len(rows["pool32/value"]) - (n + 3) // 4:],
                                rows["pool16/value"][begin:begin + (n + 7) // 8], columns)
