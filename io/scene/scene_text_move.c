@@ -7,7 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/unit.h"
 #include "io/scene/scene_text.h"
+#include "io/scene/scene_values.h"
 
 /* What is to be written for a place to be another: a whole list, or those of its items that change,
  * so that the others stay as they are written. */
@@ -15,10 +17,11 @@ struct place {
     const struct rmap_yaml_node *list; /* of `at`, or of `matrix`; NULL: it is not there */
     size_t n, first, step;             /* its numbers, and which are the place's */
     double number[12];
+    const struct rmap_written_unit *unit[12], *scene_unit; /* NULL: of the scene, by `units` */
     bool whole;
 };
 
-/* false: one that counts is no number without a unit. */
+/* false: one that counts is no length. */
 static bool read_numbers(struct place *place, const double way[3])
 {
     bool right =
@@ -26,15 +29,29 @@ static bool read_numbers(struct place *place, const double way[3])
     for (size_t i = 0; place->list && i < place->n && right; i++) {
         const struct rmap_yaml_node *item = place->list->item[i].value;
         const bool moves = i % place->step == place->first && way[i / place->step] != 0.0;
-        char *end = NULL;
+        const char *unit = "";
         if (!place->whole && !moves)
             continue;
-        right = item->kind == RMAP_YAML_SCALAR && item->text[0];
-        if (right)
-            place->number[i] = strtod(item->text, &end);
-        right = right && !*end;
+        right = item->kind == RMAP_YAML_SCALAR &&
+                rmap_reader_parse_quantity(item->text, &place->number[i], &unit);
+        if (right && *unit) {
+            place->unit[i] = rmap_unit_of_scene(unit, RMAP_DIMENSION_LENGTH);
+            right = place->unit[i] != NULL;
+        }
     }
     return right;
+}
+
+/* Number i of the place, moved; in its unit, as a text. */
+static json_t *moved(const struct place *place, size_t i, double by)
+{
+    const struct rmap_written_unit *unit = place->unit[i];
+    char text[64];
+    if (!unit)
+        return json_real(place->number[i] + by);
+    const double number = place->number[i] + by * (place->scene_unit->size / unit->size);
+    (void)snprintf(text, sizeof text, "%.15g %s", number, unit->name);
+    return json_string(text);
 }
 
 /* {"objects.lens.at.3": 5}, or {"objects.lens.at": [0, 0, 5]}; path: "objects.lens.at". */
@@ -45,7 +62,7 @@ static json_t *values_of(const struct place *place, const char *path, const doub
     for (size_t i = 0; i < place->n; i++) {
         const bool counts = i % place->step == place->first;
         const double by = counts ? way[i / place->step] : 0.0;
-        json_t *number = json_real(place->number[i] + by);
+        json_t *number = moved(place, i, by);
         (void)json_array_append(list, number);
         (void)snprintf(item, sizeof item, "%s.%zu", path, i + 1);
         if (!place->whole && by != 0.0)
@@ -139,6 +156,16 @@ static enum rmap_status refuse_name(const struct rmap_yaml_node *root, const cha
     return rmap_error_set(err, RMAP_INPUT, "there is no '%s' in the scene's text", name);
 }
 
+/* That of lengths without one. */
+static const struct rmap_written_unit *unit_of(const struct rmap_yaml_node *root)
+{
+    const struct rmap_yaml_node *node = rmap_yaml_get(root, "units");
+    const struct rmap_written_unit *unit = NULL;
+    if (node && node->kind == RMAP_YAML_SCALAR)
+        unit = rmap_unit_of_scene(node->text, RMAP_DIMENSION_LENGTH);
+    return unit ? unit : rmap_unit_of_scene("mm", RMAP_DIMENSION_LENGTH);
+}
+
 /* From the axes of the world into those of a frame, without what rounding leaves of a turn. */
 static void turn_into(const struct rmap_affine *frame, double way[3])
 {
@@ -182,6 +209,7 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
     place = strcmp(key, "at") == 0 ? (struct place){.n = 3, .step = 1}
                                    : (struct place){.n = 12, .first = 3, .step = 4};
     place.list = rmap_yaml_get(node, key);
+    place.scene_unit = unit_of(from->root);
     if (from_place && strncmp(path, "detectors.", 10) == 0 && !place.list)
         memcpy(place.number, (double[]){from_place->x, from_place->y, from_place->z},
                3 * sizeof *place.number);
@@ -189,9 +217,8 @@ enum rmap_status rmap_scene_text_move(struct rmap_scene_text *from, const char *
     place.whole = !place.list || rmap_yaml_find_shared(from->root, path, &rest, &in);
     if (!read_numbers(&place, way))
         return rmap_error_set(err, RMAP_INPUT,
-                              "the `%s` of '%s' is not %zu numbers without units: change it in the "
-                              "text",
-                              key, name, place.n);
+                              "the `%s` of '%s' is not %zu numbers: change it in the text", key,
+                              name, place.n);
     json_t *values = values_of(&place, path, way);
     st = rmap_scene_text_change(from, NULL, values, scene_ret, err);
     json_decref(values);

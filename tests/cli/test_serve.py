@@ -309,7 +309,7 @@ def check_places_as_written():
                    "{radius: -50, aperture: 5, medium: air}]}}\nobjects:\n"
                    "- {name: stage, rotate: [0, 0, 90], objects: [{name: wall, geometry: wall, matrix: [1.0, 0, 0, 2,\n"
                    "  0, 1.0, 0, 3.0, # mm\n  0, 0, 1.0, 4], surface: black, outside: air}]}\n"
-                   "- {name: lens, geometry: row, at: [0.0, 1 mm, 20], outside: air}\n"
+                   "- {name: lens, geometry: row, at: [0.0, 1 cm, 20], outside: air}\n"
                    "sources: [{name: sun, type: collimated, fills: lens}, {name: lamp, type: point, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -9], medium: air},\n"
                    "  {name: day, type: rays, rays: [{origin: [0, 0, -9], direction: [0, 0, 1]}], medium: air}]\n")
     with raymap.serve.start("placed.yaml") as scene:
@@ -318,10 +318,11 @@ def check_places_as_written():
         assert moved["text"] == before.replace("0, 2,\n", "0, 2.5,\n") and moved["places"]["objects"]
         assert "0, 2.5,\n  0, 1.0, 0, 4, # mm\n  0, 0, 1.0, 3]" in scene.move("wall", 0, 1, -1)["text"]
         assert "1, -8]" in scene.move("lamp", 0, 0, 1)["text"]
-        assert "at: [0.0, 1 mm, 21]" in scene.move("lens", 0, 0, 1)["text"]
-        for name, words in (("lens", "without units"), ("sun", "instead of 'fills'"), ("lens.edge.1", "by 'lens', of which it is a part"), ("day", "no place")):
+        assert "at: [0.0, 1 cm, 21]" in scene.move("lens", 0, 0, 1)["text"]
+        assert "at: [0.0, 0.5 cm, 21]" in scene.move("lens", 0, -5, 0)["text"]
+        for name, words in (("sun", "instead of 'fills'"), ("lens.edge.1", "by 'lens', of which it is a part"), ("day", "no place")):
             assert words in str(refused(scene.move, name, 0, 1, 0, status=3)), name
-        scene.edit(text=before.replace("at: [0.0, 1 mm, 20], ", ""))
+        scene.edit(text=before.replace("at: [0.0, 1 cm, 20], ", ""))
         assert "at: [0, 0, 3]" in scene.move("lens", 0, 0, 3)["text"]
 
 
