@@ -3,19 +3,16 @@
  * raymap query: the rays of a map that match a criterion, counted, listed or exported.
  */
 #include <stdio.h>
-#include <string.h>
 
 #include "analysis/report/ray_table.h"
 #include "base/alloc.h"
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_map_out.h"
 #include "mpi/answer/query_rays_out.h"
+#include "mpi/answer/query_request.h"
 #include "mpi/answer/query_top_out.h"
-#include "mpi/answer/stats_options.h"
-#include "mpi/command/argument_numbers.h"
 #include "mpi/command/asked.h"
 #include "mpi/command/load.h"
-#include "mpi/command/output.h"
 #include "mpi/command/overlay_load.h"
 #include "mpi/command/until.h"
 #include "mpi/parallel/agree.h"
@@ -54,159 +51,6 @@ static const struct rmap_option options[] = {
     {"force", 'f', NULL, "replace OUT", "output"},
     {NULL}};
 
-struct request {
-    const char *map_path, *output_path, *columns, *at;
-    const char *of;                  /* what the greatest values are of, with `top` */
-    uint64_t limit;                  /* UINT64_MAX: all */
-    uint64_t top;                    /* 0: not asked for */
-    struct rmap_sample_order sample; /* most 0: none */
-    enum rmap_deal_kind deal;
-    enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
-    bool map;                    /* the answer is a ray map */
-    bool count, explain, force;
-    bool listed; /* the answer is a list, of one criterion too */
-    enum rmap_stats_by by;
-    struct rmap_until until;
-    struct rmap_asked asked;
-    const char **text; /* criteria as they were given, borrowed */
-};
-
-/* Which and how many rays are listed. */
-static enum rmap_status read_selection(const struct rmap_arguments *given, struct request *request,
-                                       struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const char *limit = rmap_argument(given, "limit"), *sample = rmap_argument(given, "sample");
-    request->sample = (struct rmap_sample_order){.by_hash = true, .seed = 1};
-    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
-    RMAP_TRY(rmap_argument_count(given, "sample", &request->sample.most, err));
-    RMAP_TRY(rmap_argument_count(given, "seed", &request->sample.seed, err));
-    RMAP_TRY(rmap_argument_count(given, "top", &request->top, err));
-    if (rmap_argument(given, "top") && (limit || sample))
-        st = rmap_error_set(err, RMAP_USAGE,
-                            "--top, --limit and --sample each say which rays: give one");
-    else if (rmap_argument(given, "top") && (request->top == 0 || !request->of))
-        st = rmap_error_set(err, RMAP_USAGE,
-                            request->of ? "--top 0 lists nothing; ask for at least one ray"
-                                        : "--top lists the greatest values of a number: name it, "
-                                          "--of path_length");
-    else if (limit && sample)
-        st = rmap_error_set(err, RMAP_USAGE,
-                            "--limit takes the first rays, --sample any of them: give one");
-    else if ((limit && request->limit == 0) || (sample && request->sample.most == 0))
-        st = rmap_error_set(err, RMAP_USAGE, "%s 0 lists nothing; ask for at least one ray",
-                            limit ? "--limit" : "--sample");
-    else if (rmap_argument(given, "seed") && !sample)
-        st = rmap_error_set(err, RMAP_USAGE, "--seed is that of --sample N; give both");
-out:
-    return st;
-}
-
-static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
-                                     struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    *request = (struct request){
-        .map_path = given->operand[0],
-        .output_path = rmap_argument(given, "output"),
-        .columns = rmap_argument(given, "columns"),
-        .at = rmap_argument(given, "at"),
-        .of = rmap_argument(given, "of"),
-        .limit = UINT64_MAX,
-        .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
-        .explain = rmap_argument(given, "explain") != NULL,
-        .force = rmap_argument(given, "force") != NULL,
-    };
-    RMAP_TRY(read_selection(given, request, err));
-    bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0 ||
-                request->top > 0;
-    request->count = rmap_argument(given, "count") || !list;
-    if (list && rmap_argument(given, "count"))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--count adds up all matching rays; it goes with none of --limit, "
-                              "--sample, --top and -o");
-    RMAP_TRY(
-        rmap_stats_by_read(rmap_argument(given, "by"), RMAP_STATS_BY_CRITERION, &request->by, err));
-    if (request->by >= RMAP_STATS_BY_PATH)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--by path: `raymap paths` counts the rays of classes of paths");
-    if (request->by == RMAP_STATS_BY_CRITERION)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--by criterion: several criteria are counted each by itself anyway");
-    if (request->by != RMAP_STATS_TOGETHER && (list || request->explain))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--by is of counts: it goes with none of --limit, --sample, --top, "
-                              "-o and --explain");
-    RMAP_TRY(rmap_until_read(given, &request->until, err));
-    if (request->until.part.relative > 0.0 &&
-        (list || request->explain || rmap_argument(given, "receivers")))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--until is of counts: it goes with none of --limit, --sample, "
-                              "--top, -o, --explain and --receivers");
-    request->map = request->output_path && rmap_map_answer_is(request->output_path);
-    RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
-    if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
-        return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
-    if (request->columns &&
-        (!request->output_path || !rmap_query_rays_are_tables(request->output_path)))
-        return rmap_error_set(err, RMAP_USAGE, "--columns are those of tables: -o OUT.h5");
-    if (request->at && (!request->output_path || !rmap_query_rays_are_files(request->output_path)))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--at is of files of rays: -o OUT.tm25ray or OUT.mcpl");
-    if (rmap_argument(given, "receivers") && request->explain)
-        return rmap_error_set(
-            err, RMAP_USAGE,
-            "--explain tells what the map's own columns and indexes decide; with "
-            "--receivers all segments of portions that may match are read: leave one "
-            "of them out");
-    if (request->output_path && !request->map)
-        RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
-out:
-    return st;
-}
-
-/* Those that stand by themselves, then those of --where. */
-static enum rmap_status list_criteria(const struct rmap_arguments *given, const char ***text_ret,
-                                      size_t *n_ret, struct rmap_error *err)
-{
-    const char **text = rmap_alloc((size_t)given->n_operand + given->n_value, sizeof *text);
-    size_t n = 0;
-    if (!text)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
-    for (int i = 1; i < given->n_operand; i++)
-        text[n++] = given->operand[i];
-    for (size_t i = 0; i < given->n_value; i++)
-        if (strcmp(given->value[i].option->name, "where") == 0)
-            text[n++] = given->value[i].text;
-    *text_ret = text;
-    *n_ret = n;
-    return RMAP_OK;
-}
-
-/* Collective. */
-static enum rmap_status read_criteria(const struct rmap_context *context,
-                                      const struct rmap_arguments *given, struct request *request,
-                                      struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_asked *asked = &request->asked;
-    size_t n = 0;
-    request->listed = rmap_argument(given, "criteria") != NULL;
-    RMAP_TRY(list_criteria(given, &request->text, &n, err));
-    RMAP_TRY(rmap_asked_load(context, given, request->text, n, asked, err));
-    rmap_asked_take_file(asked);
-    if (asked->n == 0)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "a criterion is missing; usage: raymap query MAP CRITERION... (or "
-                              "--criteria FILE); see: raymap query --help");
-    if (!request->count && asked->n > 1)
-        st = rmap_error_set(err, RMAP_USAGE,
-                            "--limit, --sample, --top and -o take one criterion; join several "
-                            "with 'or'");
-out:
-    return st;
-}
-
 struct search {
     struct rmap_map *map;
     struct rmap_overlay *overlay;            /* receivers, or NULL */
@@ -223,8 +67,9 @@ struct search {
     size_t n_top;
 };
 
-static enum rmap_status compile(const struct rmap_context *context, struct request *request,
-                                struct search *search, struct rmap_error *err)
+static enum rmap_status compile(const struct rmap_context *context,
+                                struct rmap_query_request *request, struct search *search,
+                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_scene_with(search->map, search->overlay);
@@ -243,7 +88,7 @@ out:
     return st;
 }
 
-static void release(const struct request *request, struct search *search)
+static void release(const struct rmap_query_request *request, struct search *search)
 {
     for (size_t c = 0; c < request->asked.n; c++) {
         if (search->criterion)
@@ -269,8 +114,8 @@ static void release(const struct request *request, struct search *search)
 
 /* Collective. Criteria that may speak of receivers, one scan for each; the counts are rank 0's. */
 static enum rmap_status count_with_receivers(const struct rmap_context *context,
-                                             const struct request *request, struct search *search,
-                                             struct rmap_error *err)
+                                             const struct rmap_query_request *request,
+                                             struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t c = 0; c < request->asked.n; c++) {
@@ -283,8 +128,9 @@ out:
 }
 
 /* Collective. Criteria that detectors do not count as well, in one scan. */
-static enum rmap_status scan(const struct rmap_context *context, const struct request *request,
-                             struct search *search, struct rmap_error *err)
+static enum rmap_status scan(const struct rmap_context *context,
+                             const struct rmap_query_request *request, struct search *search,
+                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n = request->asked.n;
@@ -314,8 +160,9 @@ out:
 
 /* Collective. */
 static enum rmap_status count_portions(const struct rmap_context *context,
-                                       const struct request *request, struct search *search,
-                                       bool *is_exact_ret, struct rmap_error *err)
+                                       const struct rmap_query_request *request,
+                                       struct search *search, bool *is_exact_ret,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_source = rmap_map_scene(search->map)->n_source;
@@ -338,8 +185,8 @@ out:
 
 /* Collective. And the rays with them where that is the same scan; not of a part of the map. */
 static enum rmap_status count_registered(const struct rmap_context *context,
-                                         const struct request *request, struct search *search,
-                                         struct rmap_error *err)
+                                         const struct rmap_query_request *request,
+                                         struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const bool alone =
@@ -353,8 +200,9 @@ out:
 }
 
 /* Collective. */
-static enum rmap_status count_rays(const struct rmap_context *context, struct request *request,
-                                   struct search *search, struct rmap_error *err)
+static enum rmap_status count_rays(const struct rmap_context *context,
+                                   struct rmap_query_request *request, struct search *search,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
@@ -385,7 +233,7 @@ out:
     return st;
 }
 
-static struct rmap_top_question top_question(const struct request *request,
+static struct rmap_top_question top_question(const struct rmap_query_request *request,
                                              const struct search *search)
 {
     return (struct rmap_top_question){search->map,   search->overlay, search->criterion[0],
@@ -394,8 +242,9 @@ static struct rmap_top_question top_question(const struct request *request,
 
 /* Collective. */
 static enum rmap_status find_top(const struct rmap_context *context,
-                                 const struct rmap_arguments *given, const struct request *request,
-                                 struct search *search, struct rmap_error *err)
+                                 const struct rmap_arguments *given,
+                                 const struct rmap_query_request *request, struct search *search,
+                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (search->of->of_registrations)
@@ -417,7 +266,8 @@ out:
 }
 
 /* Rank 0. */
-static enum rmap_status print_top(const struct rmap_context *context, const struct request *request,
+static enum rmap_status print_top(const struct rmap_context *context,
+                                  const struct rmap_query_request *request,
                                   const struct search *search, struct rmap_error *err)
 {
     const struct rmap_top_question question = top_question(request, search);
@@ -428,9 +278,9 @@ static enum rmap_status print_top(const struct rmap_context *context, const stru
 
 /* Collective. What a sample picks is found first, and the first rays of a map that many write; and
  * all rays where receivers decide. */
-static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
-                               struct search *search, struct rmap_pick *pick,
-                               struct rmap_error *err)
+static enum rmap_status choose(const struct rmap_context *context,
+                               const struct rmap_query_request *request, struct search *search,
+                               struct rmap_pick *pick, struct rmap_error *err)
 {
     struct rmap_sample_order order = request->sample;
     *pick = (struct rmap_pick){.criterion = search->criterion[0]};
@@ -456,8 +306,8 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
 }
 
 /* What of the rays that match is written: "all", "limit 10". */
-static const char *answer_text(const struct request *request, const struct search *search,
-                               char text[80])
+static const char *answer_text(const struct rmap_query_request *request,
+                               const struct search *search, char text[80])
 {
     (void)snprintf(text, 80, "all");
     if (request->top > 0)
@@ -472,8 +322,9 @@ static const char *answer_text(const struct request *request, const struct searc
 }
 
 /* Collective. */
-static enum rmap_status list_rays(const struct rmap_context *context, const struct request *request,
-                                  struct search *search, struct rmap_error *err)
+static enum rmap_status list_rays(const struct rmap_context *context,
+                                  const struct rmap_query_request *request, struct search *search,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_rays_out *out = NULL;
@@ -503,8 +354,9 @@ out:
 }
 
 /* Collective. */
-static enum rmap_status write_map(const struct rmap_context *context, const struct request *request,
-                                  struct search *search, struct rmap_error *err)
+static enum rmap_status write_map(const struct rmap_context *context,
+                                  const struct rmap_query_request *request, struct search *search,
+                                  struct rmap_error *err)
 {
     struct rmap_pick pick;
     char how[80], *spelled = NULL;
@@ -529,8 +381,8 @@ out:
 }
 
 /* Those of the tables that are asked for. */
-static enum rmap_status find_columns(const struct request *request, struct search *search,
-                                     struct rmap_error *err)
+static enum rmap_status find_columns(const struct rmap_query_request *request,
+                                     struct search *search, struct rmap_error *err)
 {
     struct rmap_ray_table *table = NULL;
     if (!request->columns)
@@ -546,11 +398,11 @@ static enum rmap_status find_columns(const struct request *request, struct searc
 static enum rmap_status run_query(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct request request = {0};
+    struct rmap_query_request request = {0};
     struct search search = {0};
-    enum rmap_status st = read_request(given, &request, err);
+    enum rmap_status st = rmap_query_request_read(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(read_criteria(context, given, &request, err));
+    RMAP_TRY(rmap_query_request_criteria(context, given, &request, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
     RMAP_TRY(rmap_overlay_load(context, given, search.map, &search.overlay, err));
     st = compile(context, &request, &search, err);
@@ -578,8 +430,7 @@ static enum rmap_status run_query(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     release(&request, &search);
-    rmap_asked_fini(&request.asked);
-    rmap_free(request.text);
+    rmap_query_request_fini(&request);
     return st;
 }
 
