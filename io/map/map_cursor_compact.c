@@ -88,8 +88,8 @@ static enum rmap_status take_paths(struct rmap_cursor *self, size_t piece, struc
     return st;
 }
 
-/* What of all rays is not read where those that arrive are taken for all, and what tells of these.
- */
+/* Streams with a row for every ray, which a narrowed portion leaves unread; and those that
+ * narrowing reads. */
 static const uint64_t rays_streams =
     UINT64_C(1) << RMAP_STREAM_ray_path | UINT64_C(1) << RMAP_STREAM_ray_channel;
 static const uint64_t narrow_streams = UINT64_C(1) << RMAP_STREAM_pool16 |
@@ -177,22 +177,21 @@ enum rmap_status rmap_cursor_narrow(struct rmap_cursor *self, bool *is_narrow_re
     if (kept.budget > 0 || self->map->held || self->present || self->kept)
         return RMAP_OK;
     RMAP_TRY(rmap_cursor_know_header(self, err));
-    if (!self->knows_header || !self->header.arrives ||
-        rmap_map_columns_beside(self->map, (size_t)info->piece))
+    if (!self->knows_header || !self->header.arrives)
         return RMAP_OK;
     RMAP_TRY(rmap_cursor_enter_rows(self, info, narrow_streams, &in_hand, err));
-    RMAP_TRY(rmap_arrivals_find(&self->arrivals, self->paths, self->portion->timed, &in_hand.rows,
-                                in_hand.n_row, is_narrow_ret, err));
-    if (!*is_narrow_ret)
-        goto out;
-    rmap_arrivals_narrow(&self->arrivals, &in_hand.rows, in_hand.n_row);
-    self->is_narrow = true;
-    self->add_up = false;
-    memcpy(self->shown.n_row, in_hand.n_row, sizeof in_hand.n_row);
-    st = rmap_compact_summarise_header(&in_hand.rows, &self->header, err);
-out:
-    if (st == RMAP_FORMAT)
+    st = rmap_arrivals_find(&self->arrivals, self->paths, self->portion->timed, &in_hand.rows,
+                            in_hand.n_row, is_narrow_ret, err);
+    if (st == RMAP_OK && *is_narrow_ret) {
+        rmap_arrivals_narrow(&self->arrivals, &in_hand.rows, in_hand.n_row);
+        st = rmap_compact_summarise(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row,
+                                    &self->header, err);
+        memcpy(self->shown.n_row, in_hand.n_row, sizeof in_hand.n_row);
+    }
+    if (st != RMAP_OK)
         rmap_cursor_say_where(self, info, err);
+    self->is_narrow = self->add_up = st == RMAP_OK && *is_narrow_ret;
+out:
     return st;
 }
 

@@ -194,7 +194,7 @@ static bool is_alone(void)
  * network cards, some of which measure a clock for 0.2 s, and what only ranks beside each other
  * can use; hwloc would read the whole machine, which nobody places ranks on. All this is a third of
  * a short command's time.
- * Only `bench` needs these, to start a second rank, and TCP between the two: false. */
+ * Only `bench` needs these, to start a second rank, and TCP between the two: false of it. */
 static bool prepare_alone(const char *word)
 {
     static const char *const setting[][2] = {

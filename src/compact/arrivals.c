@@ -37,17 +37,15 @@ enum rmap_status rmap_arrivals_read(const struct rmap_rows *rows,
                : RMAP_OK;
 }
 
-/* Whether places and paths are all that tells of the rays' registrations. */
-static bool stands(const struct rmap_lane_header *header)
+bool rmap_arrivals_suffice(const struct rmap_lane_header *header)
 {
-    return header->arrives && header->placed &&
-           header->mode[RMAP_LANE_REGISTRATION_cell] == RMAP_LANE_PREDICTED &&
+    return header->placed && header->mode[RMAP_LANE_REGISTRATION_cell] == RMAP_LANE_PREDICTED &&
            header->mode[RMAP_LANE_RAY_weight] == RMAP_LANE_PREDICTED &&
            header->mode[RMAP_LANE_RAY_id] == RMAP_LANE_PREDICTED &&
            header->mode[RMAP_LANE_SEGMENT_medium] == RMAP_LANE_PREDICTED;
 }
 
-/* The header of these rays: all else that lanes have is told of others, too. */
+/* Their header: lanes other than places have rows of all rays, and are left out. */
 static void make_header(struct rmap_arrivals *self, struct rmap_lane_header *header)
 {
     memset(header->n_patch, 0, sizeof header->n_patch);
@@ -77,9 +75,11 @@ enum rmap_status rmap_arrivals_find(struct rmap_arrivals *self, const struct rma
         rmap_lanes_init(self->lane);
     RMAP_TRY(rmap_lanes_load(self->lane, &store, 0, RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative),
                              &all, &header, err));
-    if (!stands(&header))
+    if (!header.arrives || !rmap_arrivals_suffice(&header))
         goto out;
     self->n = summary.n_arrival;
+    if (self->n > n_row[RMAP_TABLE_RAY])
+        RMAP_TRY(rmap_portion_damaged("more rays arrive than there are", err));
     RMAP_TRY(RMAP_RESERVE(self->path, self->cap, self->n + 1, err));
     RMAP_TRY(rmap_arrivals_read(rows, &summary, table, self->path, err));
     for (size_t i = 0; i < self->n; i++)
@@ -90,6 +90,7 @@ enum rmap_status rmap_arrivals_find(struct rmap_arrivals *self, const struct rma
         RMAP_TRY(rmap_portion_damaged("rays that arrive have more segments than all", err));
     const struct rmap_lane *place = &self->lane[RMAP_LANE_REGISTRATION_relative];
     self->n_segment = (size_t)n_segment;
+    /* The lane's rows, without its const. */
     self->place = store.pool16 + ((const uint16_t *)place->dense - store.pool16);
     self->n_place = place->n;
     make_header(self, &header);

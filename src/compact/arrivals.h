@@ -24,6 +24,10 @@ static inline bool rmap_arrives(uint32_t path, size_t n_registration)
     return path == 0 || n_registration > 0;
 }
 
+/* Whether paths and places are all that a portion stores of its registrations: else it need not say
+ * which rays arrive, for nobody asks. */
+bool rmap_arrivals_suffice(const struct rmap_lane_header *header);
+
 /* A portion's rays that arrive, as rows of a portion of them alone. */
 struct rmap_arrivals {
     struct rmap_lane lane[RMAP_LANE_COUNT];
@@ -44,7 +48,7 @@ enum rmap_status rmap_arrivals_read(const struct rmap_rows *rows,
 
 /* Finds the rays that arrive. rows: pool16, pool64, counts of own paths, borrowed as long as what
  * is found; n_row: as the index promises. *told_ret: false where the portion does not tell.
- * RMAP_FORMAT as of decoding. */
+ * RMAP_FORMAT as of decoding, but for whether paths add up to the rows of registrations. */
 enum rmap_status rmap_arrivals_find(struct rmap_arrivals *self, const struct rmap_path_table *table,
                                     bool timed, const struct rmap_rows *rows,
                                     const size_t n_row[RMAP_TABLE_COUNT], bool *told_ret,

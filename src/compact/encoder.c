@@ -320,13 +320,18 @@ static enum rmap_status store_classes(struct rmap_compact_encoder *encoder, size
     return RMAP_OK;
 }
 
-/* Behind the lanes, references of the rays that arrive, unless too many do. */
+/* Behind the lanes, references of the rays that arrive, unless too many do, or nobody could use
+ * them. */
 static enum rmap_status store_arrivals(struct rmap_compact_encoder *encoder, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_lane_store *store = &encoder->store;
     const size_t most = encoder->n_ray / RMAP_ARRIVALS_SHARE;
-    size_t n = 0;
+    struct rmap_lane_header header;
+    size_t n = 0, n_used;
+    RMAP_TRY(rmap_lane_header_read(store->pool64, store->n64, &header, &n_used, err));
+    if (!rmap_arrivals_suffice(&header))
+        goto out;
     RMAP_TRY(RMAP_RESERVE(store->pool16, store->cap16, store->n16 + most + 1, err));
     for (size_t i = 0; i < encoder->n_ray; i++) {
         const uint32_t path = encoder->path[i];

@@ -54,7 +54,10 @@ def run(*arguments, ranks=0, faults=None, timeout=120):
         try:
             said = child.communicate(timeout=timeout)
         except subprocess.TimeoutExpired as late:
-            late.output = waits(child.pid)
+            try:
+                late.output = waits(child.pid)
+            except OSError as gone:
+                late.output = gone
             child.kill()
             raise
     return subprocess.CompletedProcess(command, child.returncode, *said)

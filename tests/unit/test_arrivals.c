@@ -8,6 +8,7 @@
 
 #include "base/rng.h"
 #include "compact/arrivals.h"
+#include "compact/own_lengths.h"
 
 enum { RAYS = 4096, FLIPS = 4000 };
 
@@ -132,6 +133,24 @@ static void test_damage(void **state)
         n_refused += st == RMAP_FORMAT;
     }
     assert_true(n_refused > FLIPS / 20);
+
+    /* More than there are rays. */
+    struct rmap_rows rows = without_others(&own);
+    portion->n_row[RMAP_TABLE_RAY] = 10;
+    assert_int_equal(read_arrivals(&rig, table, &rows, portion, &is_told), RMAP_FORMAT);
+    portion->n_row[RMAP_TABLE_RAY] = RAYS;
+
+    /* None, though there are registrations. */
+    uint64_t *flags = own.data[RMAP_STREAM_pool64];
+    uint16_t *end = (uint16_t *)own.data[RMAP_STREAM_pool16] + own.n_row[RMAP_COMPACT_POOL16];
+    const size_t n = *flags >> 32 & 0xffff;
+    const size_t behind = rmap_own_length_rows(own.n_row[RMAP_COMPACT_OWN]);
+    assert_true(n > 0 && own.n_row[RMAP_COMPACT_OWN] > 0);
+    memmove(end - behind - n, end - behind, behind * sizeof *end);
+    rows = without_others(&own);
+    rows.n_row[RMAP_COMPACT_POOL16] -= n;
+    *flags &= ~(UINT64_C(0xffff) << 32);
+    assert_int_equal(read_arrivals(&rig, table, &rows, portion, &is_told), RMAP_FORMAT);
     rmap_path_table_destroy(table);
     rows_free(&own);
     rmap_portion_destroy(portion);
