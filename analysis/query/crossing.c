@@ -7,7 +7,7 @@
 #include "base/alloc.h"
 #include "io/map/map_cursor.h"
 
-void rmap_crossing_fini(struct rmap_crossing *self)
+void rmap_crossing_fini(struct rmap_crossing_filter *self)
 {
     rmap_free(self->crosses);
     rmap_free(self->own);
@@ -25,8 +25,9 @@ static void look(const struct rmap_portion *rays, int32_t detector, uint8_t *cro
 }
 
 /* Once for a piece. */
-static enum rmap_status enter_piece(struct rmap_crossing *self, const struct rmap_portion *paths,
-                                    size_t piece, struct rmap_error *err)
+static enum rmap_status enter_piece(struct rmap_crossing_filter *self,
+                                    const struct rmap_portion *paths, size_t piece,
+                                    struct rmap_error *err)
 {
     if (self->crosses && self->piece == piece)
         return RMAP_OK;
@@ -40,8 +41,9 @@ static enum rmap_status enter_piece(struct rmap_crossing *self, const struct rma
 }
 
 /* By columns. */
-static enum rmap_status keep_rows(struct rmap_crossing *self, const struct rmap_portion *rays,
-                                  uint8_t *match, struct rmap_error *err)
+static enum rmap_status keep_rows(struct rmap_crossing_filter *self,
+                                  const struct rmap_portion *rays, uint8_t *match,
+                                  struct rmap_error *err)
 {
     const size_t n = rays->n_row[RMAP_TABLE_RAY];
     const enum rmap_status st = RMAP_RESERVE(self->own, self->cap_own, n + 1, err);
@@ -53,7 +55,7 @@ static enum rmap_status keep_rows(struct rmap_crossing *self, const struct rmap_
     return RMAP_OK;
 }
 
-enum rmap_status rmap_crossing_keep(struct rmap_crossing *self, struct rmap_cursor *cursor,
+enum rmap_status rmap_crossing_keep(struct rmap_crossing_filter *self, struct rmap_cursor *cursor,
                                     const struct rmap_portion *rays, size_t piece, uint8_t *match,
                                     struct rmap_error *err)
 {

@@ -21,9 +21,9 @@ struct rmap_fold_scanner {
     struct rmap_overlay_view *view;   /* NULL: no receivers */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
-    struct rmap_crossing crossing;  /* of the only detector */
-    const struct rmap_which *which; /* NULL: all registrations count */
-    uint8_t *chosen, *open;         /* [registrations of the portion] as rmap_which_bound */
+    struct rmap_crossing_filter crossing; /* of the only detector */
+    const struct rmap_which *which;       /* NULL: all registrations count */
+    uint8_t *chosen, *open;               /* [registrations of the portion] as rmap_which_bound */
     size_t chosen_cap, open_cap;
     /* Columns of the portion in hand that tell of those which choosing reads; 0: it has these. */
     rmap_column_set bounding;
@@ -41,16 +41,14 @@ static rmap_column_set columns_of(const struct rmap_fold *fold)
     return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
 }
 
-/* Whether rays that may arrive at a detector are all that matters, and places and paths of these.
+/* Whether rays that may arrive at a detector are all that matters, and what is told of these alone.
  */
 static bool may_narrow(const struct rmap_fold *fold)
 {
-    static const rmap_column_set told = RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
-                                        RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) |
-                                        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
     const rmap_column_set columns =
         columns_of(fold) | (fold->criterion ? rmap_criterion_columns(fold->criterion) : 0);
-    return (fold->only_detector > 0 || fold->registered_alone) && !(columns & ~told);
+    return (fold->only_detector > 0 || fold->registered_alone) &&
+           !(columns & ~RMAP_COLUMNS_ARRIVAL);
 }
 
 /* What paths tell leaves the receivers out: rays are evaluated by columns. */
@@ -280,12 +278,11 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, void *state,
     rmap_column_set columns =
         self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
     RMAP_TRY(enter_stored(self, rays, err));
-    const struct rmap_portion *portion = rays->portion;
-    if (rays->n_match > 0)
-        RMAP_TRY(bound(self, rays->index, err));
-    columns = self->bounding ? self->bounding : columns;
     if (rays->n_match == 0)
         goto out;
+    RMAP_TRY(bound(self, rays->index, err));
+    columns = self->bounding ? self->bounding : columns;
+    const struct rmap_portion *portion = rays->portion;
     rays->portion = NULL;
     if (!self->is_narrow)
         RMAP_TRY(select_rays(self, state, portion, columns, rays, err));

@@ -172,19 +172,13 @@ void rmap_query_known_destroy(struct rmap_query_known *self)
 }
 
 void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *cursor,
-                            size_t portion)
+                            size_t portion, size_t n_ray)
 {
-    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     self->cursor = cursor;
-    self->piece = (size_t)info->piece;
-    self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
+    self->piece = (size_t)rmap_map_portion(self->map, portion)->piece;
+    self->n_ray = n_ray;
     self->is_told = false;
     self->own = NULL;
-}
-
-void rmap_query_known_narrow(struct rmap_query_known *self, size_t n_ray)
-{
-    self->n_ray = n_ray;
 }
 
 /* Of these, paths tell bounds. */

@@ -23,12 +23,9 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine */
 
-/* Takes the portion that the cursor has entered in hand. */
+/* Takes the portion that the cursor has entered, or narrowed, in hand, with so many rays. */
 void rmap_query_known_enter(struct rmap_query_known *known, struct rmap_cursor *cursor,
-                            size_t portion);
-
-/* So many rays of it are left (rmap_cursor_narrow). */
-void rmap_query_known_narrow(struct rmap_query_known *known, size_t n_ray);
+                            size_t portion, size_t n_ray);
 
 /* Outcomes of criterion c: outcome [n_ray], some of which may be open. *is_told_ret: false where
  * paths decide nothing; the outcomes mean nothing then. */

@@ -145,7 +145,7 @@ enum rmap_status rmap_query_outcomes_enter(struct rmap_query_outcomes *self, siz
     RMAP_TRY(RMAP_RESERVE(self->open, self->open_cap, self->n_ray, err));
     RMAP_TRY(RMAP_RESERVE(self->marked, self->marked_cap, self->n_ray, err));
     if (self->known_paths)
-        rmap_query_known_enter(self->known_paths, self->cursor, portion);
+        rmap_query_known_enter(self->known_paths, self->cursor, portion, self->n_ray);
 out:
     return st;
 }
@@ -156,7 +156,7 @@ enum rmap_status rmap_query_outcomes_narrow(struct rmap_query_outcomes *self, bo
     const enum rmap_status st = rmap_cursor_narrow(self->cursor, is_narrow_ret, err);
     *n_ray_ret = self->n_ray = self->portion->n_row[RMAP_TABLE_RAY];
     if (self->known_paths)
-        rmap_query_known_narrow(self->known_paths, self->n_ray);
+        rmap_query_known_enter(self->known_paths, self->cursor, self->index, self->n_ray);
     return st;
 }
 

@@ -74,7 +74,7 @@ rmap_column_set rmap_cursor_tells_of(const struct rmap_cursor *cursor, rmap_colu
 
 /* Takes for the portion in hand those of its rays alone that arrive (src/compact/arrivals.h), all
  * of its registrations among their rows; nothing of it may have been read yet. Its rows are counted
- * again; of its columns, places of registrations and what paths say may be fetched, nothing else.
+ * again; of its columns, RMAP_COLUMNS_ARRIVAL may be fetched, nothing else.
  * *is_narrow_ret: false where the portion does not tell, or a reader keeps columns: it is as it
  * was. Errors as of fetch. */
 enum rmap_status rmap_cursor_narrow(struct rmap_cursor *cursor, bool *is_narrow_ret,

@@ -181,7 +181,7 @@ enum rmap_status rmap_cursor_narrow(struct rmap_cursor *self, bool *is_narrow_re
         return RMAP_OK;
     RMAP_TRY(rmap_cursor_enter_rows(self, info, narrow_streams, &in_hand, err));
     st = rmap_arrivals_find(&self->arrivals, self->paths, self->portion->timed, &in_hand.rows,
-                            in_hand.n_row, is_narrow_ret, err);
+                            &self->header, in_hand.n_row, is_narrow_ret, err);
     if (st == RMAP_OK && *is_narrow_ret) {
         rmap_arrivals_narrow(&self->arrivals, &in_hand.rows, in_hand.n_row);
         st = rmap_compact_summarise(in_hand.model, self->paths, &in_hand.rows, in_hand.n_row,

@@ -58,37 +58,36 @@ static void make_header(struct rmap_arrivals *self, struct rmap_lane_header *hea
 
 enum rmap_status rmap_arrivals_find(struct rmap_arrivals *self, const struct rmap_path_table *table,
                                     bool timed, const struct rmap_rows *rows,
+                                    const struct rmap_compact_summary *summary,
                                     const size_t n_row[RMAP_TABLE_COUNT], bool *told_ret,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_lane_store store = rmap_lane_store_of(rows);
     struct rmap_portion all = {.n_channel = rows->n_channel, .timed = timed};
-    struct rmap_compact_summary summary;
+    struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_lane_header header;
     const uint32_t *own = rows->data[RMAP_STREAM_OWN_segment_count];
     uint64_t n_segment = 0;
     *told_ret = false;
     memcpy(all.n_row, n_row, sizeof all.n_row);
-    RMAP_TRY(rmap_compact_summarise_header(rows, &summary, err));
-    if (!self->lane[0].element_nbytes)
-        rmap_lanes_init(self->lane);
-    RMAP_TRY(rmap_lanes_load(self->lane, &store, 0, RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative),
-                             &all, &header, err));
+    rmap_lanes_init(lane);
+    RMAP_TRY(rmap_lanes_load(lane, &store, 0, RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative), &all,
+                             &header, err));
     if (!header.arrives || !rmap_arrivals_suffice(&header))
         goto out;
-    self->n = summary.n_arrival;
+    self->n = header.n_arrival;
     if (self->n > n_row[RMAP_TABLE_RAY])
         RMAP_TRY(rmap_portion_damaged("more rays arrive than there are", err));
     RMAP_TRY(RMAP_RESERVE(self->path, self->cap, self->n + 1, err));
-    RMAP_TRY(rmap_arrivals_read(rows, &summary, table, self->path, err));
+    RMAP_TRY(rmap_arrivals_read(rows, summary, table, self->path, err));
     for (size_t i = 0; i < self->n; i++)
         n_segment += table->count[self->path[i]].n_segment;
     for (size_t k = 0; k < rows->n_row[RMAP_COMPACT_OWN]; k++)
         n_segment += own[k];
     if (n_segment > n_row[RMAP_TABLE_SEGMENT])
         RMAP_TRY(rmap_portion_damaged("rays that arrive have more segments than all", err));
-    const struct rmap_lane *place = &self->lane[RMAP_LANE_REGISTRATION_relative];
+    const struct rmap_lane *place = &lane[RMAP_LANE_REGISTRATION_relative];
     self->n_segment = (size_t)n_segment;
     /* The lane's rows, without its const. */
     self->place = store.pool16 + ((const uint16_t *)place->dense - store.pool16);

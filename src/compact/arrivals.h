@@ -30,7 +30,6 @@ bool rmap_arrivals_suffice(const struct rmap_lane_header *header);
 
 /* A portion's rays that arrive, as rows of a portion of them alone. */
 struct rmap_arrivals {
-    struct rmap_lane lane[RMAP_LANE_COUNT];
     uint32_t *path; /* [cap] references of n rays, which have so many segments */
     size_t cap, n, n_segment;
     uint16_t *place; /* [n_place] rows of pool16: of registrations */
@@ -47,10 +46,12 @@ enum rmap_status rmap_arrivals_read(const struct rmap_rows *rows,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Finds the rays that arrive. rows: pool16, pool64, counts of own paths, borrowed as long as what
- * is found; n_row: as the index promises. *told_ret: false where the portion does not tell.
- * RMAP_FORMAT as of decoding, but for whether paths add up to the rows of registrations. */
+ * is found; summary: of their header; n_row: as the index promises. *told_ret: false where the
+ * portion does not tell. RMAP_FORMAT as of decoding, but for whether paths add up to the rows of
+ * registrations. */
 enum rmap_status rmap_arrivals_find(struct rmap_arrivals *self, const struct rmap_path_table *table,
                                     bool timed, const struct rmap_rows *rows,
+                                    const struct rmap_compact_summary *summary,
                                     const size_t n_row[RMAP_TABLE_COUNT], bool *told_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 

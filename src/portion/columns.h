@@ -141,6 +141,11 @@ static inline rmap_column_set rmap_columns_known(bool timed)
      RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |           \
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
 
+/* What is told of rays that arrive at detectors without the others (src/compact/arrivals.h). */
+#define RMAP_COLUMNS_ARRIVAL                                                                       \
+    (RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |                                    \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell))
+
 struct rmap_column_info {
     enum rmap_table table;
     const char *field;

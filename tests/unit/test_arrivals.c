@@ -12,10 +12,6 @@
 
 enum { RAYS = 4096, FLIPS = 4000 };
 
-static const rmap_column_set told = RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
-                                    RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative) |
-                                    RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
-
 /* What the reader of these alone has: not the references, nor channels. */
 static struct rmap_rows without_others(const struct rmap_rows *own)
 {
@@ -32,15 +28,19 @@ static enum rmap_status read_arrivals(struct rig *rig, const struct rmap_path_ta
                                       bool *told_ret)
 {
     struct rmap_arrivals arrivals = {.cap = 0};
+    struct rmap_compact_summary summary;
     struct rmap_error err = {0};
     size_t n_row[RMAP_TABLE_COUNT];
     memcpy(n_row, like->n_row, sizeof n_row);
-    enum rmap_status st =
-        rmap_arrivals_find(&arrivals, table, like->timed, rows, n_row, told_ret, &err);
+    enum rmap_status st = rmap_compact_summarise_header(rows, &summary, &err);
+    if (st == RMAP_OK)
+        st = rmap_arrivals_find(&arrivals, table, like->timed, rows, &summary, n_row, told_ret,
+                                &err);
     if (st == RMAP_OK && *told_ret)
         rmap_arrivals_narrow(&arrivals, rows, n_row);
     if (st == RMAP_OK && *told_ret)
-        st = rmap_compact_decode(rig->decoder, table, rows, n_row, told, 0, rig->decoded, &err);
+        st = rmap_compact_decode(rig->decoder, table, rows, n_row, RMAP_COLUMNS_ARRIVAL, 0,
+                                 rig->decoded, &err);
     rmap_arrivals_fini(&arrivals);
     return st;
 }
@@ -79,7 +79,7 @@ static void check_arrivals(const char *scene, bool expected)
         if (is_told) {
             assert_true(RMAP_ARRIVALS_SHARE * some->n_row[RMAP_TABLE_RAY] <= RAYS);
             assert_memory_equal(rig.decoded->n_row, some->n_row, sizeof some->n_row);
-            assert_columns_equal(some, rig.decoded, told);
+            assert_columns_equal(some, rig.decoded, RMAP_COLUMNS_ARRIVAL);
         } else {
             assert_memory_equal(&rows, &before, sizeof rows);
         }
