@@ -30,6 +30,15 @@ async function ask(command, words = {}) {
   throw Object.assign(new Error(sentence(error.message)), { told: error });
 }
 
+/* Of questions whose answers stand in one place, each is told whether it is the last: answers come in any order. */
+function inTurn() {
+  let last = 0;
+  return () => {
+    const own = ++last;
+    return () => own === last;
+  };
+}
+
 /* The scene first, at once: of a map of many rays the images take longer. */
 const NO_RAYS = "ray < 0";
 const asked = Promise.all([ask("model", { where: NO_RAYS, limit: 1 }), ask("names"), ask("scene"), ask("status")]);

@@ -3,7 +3,7 @@
 // The histogram of a number of the rays, with the standard error of each bin (d3).
 
 const CHART = { height: 210, left: 52, right: 10, top: 8, bottom: 34 };
-const chart = { told: null };
+const chart = { told: null, turn: inTurn() };
 
 const numbersOf = () => [...firstNames.values,
   ...names().detector.flatMap((name) => ["x", "y", "angle", "optical_path"].map((what) => `${what}(${name})`)),
@@ -53,14 +53,17 @@ function drawChart() {
 async function askHistogram() {
   const of = byId("histogram-of").value.trim(), by = byId("histogram-by").value;
   const refused = !of ? "say of what, such as path_length" : by === "criterion" && !live.criteria.length ? "no criterion is shown: add some above" : null;
-  const list = ofWhat(), any = list.map((text) => `(${text})`).join(" or ");
+  const list = ofWhat(), any = list.map((text) => `(${text})`).join(" or "), isLast = chart.turn();
   try {
     if (refused) throw new Error(refused);
-    chart.told = await ask("stats", { of, ...(by ? { by } : {}), ...(by === "criterion" ? { where: list } : any ? { where: any } : {}) });
-    const { mean, standard_deviation: sd, values, unit } = chart.told;
+    const told = await ask("stats", { of, ...(by ? { by } : {}), ...(by === "criterion" ? { where: list } : any ? { where: any } : {}) });
+    if (!isLast()) return;
+    chart.told = told;
+    const { mean, standard_deviation: sd, values, unit } = told;
     byId("histogram-said").className = "";
     byId("histogram-said").textContent = mean ? `mean ${figure(mean.value, 6)} ± ${figure(mean.standard_error, 2)}, standard deviation ${figure(sd.value, 4)} ${unit || ""}, ${whole(values)} values${live.criteria.length ? " of the criteria shown" : ""}${lit() ? " of sources that are on" : ""}` : "";
   } catch (refused) {
+    if (!isLast()) return;
     chart.told = null;
     byId("histogram-said").className = "wrong";
     byId("histogram-said").textContent = refused.message;

@@ -3,7 +3,7 @@
 // Criteria from events: steps that are put one behind the other by clicks on objects and letters,
 // and the tree of what happened to the light.
 
-const steps_ = { list: [], letter: ".", tree: null };
+const steps_ = { list: [], letter: ".", tree: null, turn: inTurn() };
 
 function stepsText() {
   const { list } = steps_;
@@ -124,14 +124,18 @@ function treeItems(node, before, total) {
 
 async function showTree() {
   if (!byId("steps-box").open) return;
+  const isLast = steps_.turn();
   try {
     const light = lit(), told = await ask("paths", { by: "surface", top: 500, ...(light ? { criterion: light } : {}) }), rest = told.remainder;
+    if (!isLast()) return;
     const text = JSON.stringify(told.classes);
     if (text === steps_.tree) return; // what is unfolded stays so
     steps_.tree = text;
     byId("tree").replaceChildren(...treeItems(treeOf(told.classes), [], told.flux.value));
     if (rest && rest.rays) byId("tree").append(element("li", {}, element("small", { className: "leaf", textContent: `${figure(100 * rest.share, 3)} % in rarer ways` })));
   } catch (refused) {
+    if (!isLast()) return;
+    steps_.tree = null;
     byId("tree").textContent = refused.message;
   }
 }

@@ -198,11 +198,25 @@ async function refusesNonsense(page) {
   await page.unroute("**/api");
   await page.click("#criterion-clear");
   await until(page, "cleared", () => document.querySelectorAll("#where li").length === 0 && raymap.live().criteria.length === 0);
+  let answer = null;
+  const held = new Promise((done) => (answer = done)), isStats = (request) => request.method() === "POST" && request.postDataJSON().command === "stats";
+  await page.route("**/api", async (route) => {
+    if (isStats(route.request())) await held;
+    await route.continue();
+  });
+  const asked = page.waitForRequest(isStats), answered = page.waitForResponse((response) => isStats(response.request()));
   await page.locator("#canvas").focus();
-  await page.keyboard.press("h");
+  await page.keyboard.press("h"); // asks as it opens, and is answered last
+  await asked;
   await page.selectOption("#histogram-by", "criterion");
   await page.click("#histogram button");
-  await until(page, "no criterion to draw by", () => /no criterion is shown/.test(document.getElementById("histogram-said").textContent));
+  const isRefused = () => /no criterion is shown/.test(document.getElementById("histogram-said").textContent);
+  await until(page, "no criterion to draw by", isRefused);
+  answer();
+  await (await answered).finished();
+  await settle(page);
+  check(await page.evaluate(isRefused), "an answer to what was asked before is not shown");
+  await page.unroute("**/api");
   await page.selectOption("#histogram-by", "");
   const words = await page.locator("#numbers option").evaluateAll((all) => all.map((one) => one.value));
   check(words.includes("photon_energy") && words.includes("x(sensor)"), `numbers are offered: ${words}`);
