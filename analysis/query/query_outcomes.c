@@ -232,7 +232,7 @@ static enum rmap_status decide_standing(struct rmap_query_outcomes *self, size_t
     const rmap_column_set standing = (columns & ~traced) | told;
     if (self->more && !((columns | self->more) & traced & ~(told ? direction : 0)))
         more = (self->more & ~traced) | sum_columns; /* whoever asks for them finds them selected */
-    *left_ret = columns & traced ? columns : 0;
+    *left_ret = columns & traced ? columns | more : 0;
     if (*left_ret == 0 || (standing & ~RMAP_COLUMNS_DISCRETE))
         st = decide_open(self, c, standing | more, outcome, err);
 out:
