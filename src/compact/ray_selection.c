@@ -24,8 +24,6 @@ struct rmap_compact_selection {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT]; /* of the whole portion */
     struct rmap_portion *ids;               /* of the whole portion: its ids, and counts of rows */
-    struct rmap_path_count *before;         /* [rays of the portion] */
-    size_t before_cap;
     struct span *span[RMAP_TABLE_HISTORY_COUNT]; /* [rays that are selected] */
     size_t span_cap[RMAP_TABLE_HISTORY_COUNT];
     struct rmap_rows rows; /* data: the selection's, [cap] bytes each */
@@ -75,7 +73,6 @@ void rmap_compact_selection_destroy(struct rmap_compact_selection *self)
         rmap_free(self->span[t]);
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(self->rows.data[s]);
-    rmap_free(self->before);
     rmap_free(self->object);
     rmap_free(self->steps.class);
     rmap_free(self->angle);
@@ -120,9 +117,16 @@ static inline enum rmap_status append(struct rmap_compact_selection *self, int s
     return st;
 }
 
-/* Where the rows of rays with paths of their own begin, and triangles. */
+/* Rows of the portion before a ray: all, those of rays with paths of their own, and triangles. */
 struct place {
-    size_t own, own_segment, own_registration, triangle;
+    size_t segment, registration, own, own_segment, own_registration, triangle;
+};
+
+/* What a selection is of. */
+struct origin {
+    const struct rmap_path_table *table;
+    struct rmap_own_paths own;
+    bool listed; /* triangles are wanted, and the portion lists some */
 };
 
 /* Triangles that are listed of n segments. */
@@ -137,28 +141,59 @@ static size_t count_listed(const struct rmap_path_table *table, const uint32_t *
     return sum;
 }
 
-/* How many of each a ray with a path of its own has in that place; its triangles only where the
- * portion lists any. */
-static enum rmap_status measure_own(struct rmap_compact_selection *self,
-                                    const struct rmap_path_table *table,
-                                    const struct rmap_own_paths *own, bool listed,
-                                    const struct place *at, struct place *n_ret,
-                                    struct rmap_error *err)
+/* The same of own paths [k, end), whose segments begin at row `from`, by their objects. */
+static enum rmap_status add_unclassed(struct rmap_compact_selection *self,
+                                      const struct rmap_own_paths *own, size_t k, size_t end,
+                                      size_t from, size_t *sum, struct rmap_error *err)
 {
-    const size_t n = own->segment_count[at->own];
-    *n_ret = (struct place){
-        .own = 1, .own_segment = n, .own_registration = own->registration_count[at->own]};
-    if (listed && own->classed)
-        n_ret->triangle = count_listed(table, own->object + at->own_segment, n);
-    if (!listed || own->classed)
-        return RMAP_OK;
-    const enum rmap_status st = RMAP_RESERVE(self->object, self->object_cap, n + 1, err);
-    if (st != RMAP_OK)
-        return st;
-    rmap_own_path_unfold(own, at->own, at->own_segment,
-                         &(struct rmap_path_columns){.object = self->object});
-    n_ret->triangle = rmap_primitives_listed(own->model, self->object, n);
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    for (; k < end; from += own->segment_count[k++]) {
+        const size_t n = own->segment_count[k];
+        RMAP_TRY(RMAP_RESERVE(self->object, self->object_cap, n + 1, err));
+        rmap_own_path_unfold(own, k, from, &(struct rmap_path_columns){.object = self->object});
+        *sum += rmap_primitives_listed(own->model, self->object, n);
+    }
+out:
+    return st;
+}
+
+/* On behind n more own paths. */
+static enum rmap_status pass_own(struct rmap_compact_selection *self, const struct origin *of,
+                                 size_t n, struct place *at, struct rmap_error *err)
+{
+    const struct rmap_own_paths *own = &of->own;
+    const size_t k = at->own, from = at->own_segment;
+    size_t n_segment = 0, n_registration = 0;
+    for (size_t j = k; j < k + n; j++) {
+        n_segment += own->segment_count[j];
+        n_registration += own->registration_count[j];
+    }
+    at->own += n;
+    at->own_segment += n_segment;
+    at->own_registration += n_registration;
+    at->segment += n_segment;
+    at->registration += n_registration;
+    if (of->listed && own->classed)
+        at->triangle += count_listed(of->table, own->object + from, n_segment);
+    return of->listed && !own->classed
+               ? add_unclassed(self, own, k, k + n, from, &at->triangle, err)
+               : RMAP_OK;
+}
+
+/* On behind the rays of these paths, those of the table. Returns how many are of their own. */
+static inline size_t pass(const struct origin *of, const uint32_t *path, size_t n, struct place *at)
+{
+    const uint32_t *n_listed = of->table->n_listed;
+    const struct rmap_path_count *count = of->table->count;
+    size_t n_own = 0;
+    for (size_t i = 0; i < n; i++) { /* path 0 has no rows there */
+        at->segment += count[path[i]].n_segment;
+        at->registration += count[path[i]].n_registration;
+        n_own += path[i] == 0;
+    }
+    for (size_t i = 0; of->listed && i < n; i++)
+        at->triangle += n_listed[path[i]];
+    return n_own;
 }
 
 /* Streams of what rays with paths of their own have, as far as they are there. */
@@ -195,12 +230,13 @@ out:
     return st;
 }
 
-/* The rows of a ray that has its path for itself. */
+/* The rows of a ray that has its path for itself, from `at` up to `next`. */
 static void append_own_path(struct rmap_compact_selection *self, const struct own_streams *streams,
-                            const struct place *at, const struct place *n)
+                            const struct place *at, const struct place *next)
 {
     const size_t first[OWN_KINDS] = {at->own, at->own_segment, at->own_registration},
-                 count[OWN_KINDS] = {n->own, n->own_segment, n->own_registration};
+                 count[OWN_KINDS] = {1, next->own_segment - at->own_segment,
+                                     next->own_registration - at->own_registration};
     for (size_t k = 0; k < streams->n; k++) {
         const struct own_stream *its = &streams->of[k];
         const size_t nbytes = count[its->kind] * its->nbytes;
@@ -209,30 +245,8 @@ static void append_own_path(struct rmap_compact_selection *self, const struct ow
             memcpy(to, its->from + first[its->kind] * its->nbytes, nbytes);
         self->n[its->stream] += count[its->kind];
     }
-    self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] += n->own_segment;
-    self->rows.n_row[RMAP_COMPACT_OWN_REGISTRATION] += n->own_registration;
-}
-
-static void go_on(struct place *at, const struct place *n)
-{
-    at->own += n->own;
-    at->own_segment += n->own_segment;
-    at->own_registration += n->own_registration;
-    at->triangle += n->triangle;
-}
-
-/* Rows before each of the rays from i on, up to the first that has its path for itself: which. */
-static size_t add_up(const struct rmap_path_table *table, const uint32_t *path, size_t i, size_t n,
-                     struct rmap_path_count *sum, struct rmap_path_count *before)
-{
-    struct rmap_path_count now = *sum;
-    for (; i < n && path[i] > 0; i++) {
-        before[i] = now;
-        now.n_segment += table->count[path[i]].n_segment;
-        now.n_registration += table->count[path[i]].n_registration;
-    }
-    *sum = now;
-    return i;
+    self->rows.n_row[RMAP_COMPACT_OWN_SEGMENT] += count[1];
+    self->rows.n_row[RMAP_COMPACT_OWN_REGISTRATION] += count[2];
 }
 
 /* The numbers of paths and channels. */
@@ -258,18 +272,6 @@ out:
     return st;
 }
 
-/* The k-th of the rays: where its rows lie. */
-static inline void note(struct rmap_compact_selection *self, size_t k, size_t ray,
-                        struct rmap_path_count at, struct rmap_path_count n,
-                        struct rmap_path_count *sum)
-{
-    self->span[RMAP_TABLE_RAY][k] = (struct span){ray, 1};
-    self->span[RMAP_TABLE_SEGMENT][k] = (struct span){at.n_segment, n.n_segment};
-    self->span[RMAP_TABLE_REGISTRATION][k] = (struct span){at.n_registration, n.n_registration};
-    sum->n_segment += n.n_segment;
-    sum->n_registration += n.n_registration;
-}
-
 /* n of the triangles, from `at` on. */
 static enum rmap_status append_triangles(struct rmap_compact_selection *self,
                                          const struct rmap_rows *rows, size_t at, size_t n,
@@ -281,59 +283,42 @@ static enum rmap_status append_triangles(struct rmap_compact_selection *self,
     return append(self, RMAP_STREAM_triangle, rows->data[RMAP_STREAM_triangle], at, n, err);
 }
 
-/* Paths, channels and triangles of the rays, and where their rows lie: stretches of rays with paths
- * of the table, and between them those with their own. */
-static enum rmap_status select_paths(struct rmap_compact_selection *self,
-                                     const struct rmap_path_table *table,
+/* Paths, channels and triangles of the rays, and where their rows lie. */
+static enum rmap_status select_paths(struct rmap_compact_selection *self, const struct origin *of,
                                      const struct rmap_rows *rows, rmap_column_set used,
-                                     bool classed, const uint32_t *ray, size_t n,
+                                     const uint32_t *ray, size_t n,
                                      size_t selected_row[RMAP_TABLE_COUNT], struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_own_paths own = rmap_own_paths(self->model, table, rows, classed);
-    const bool listed =
-        used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) && rows->n_row[RMAP_COMPACT_TRIANGLE] > 0;
-    const size_t n_ray = (size_t)ray[n - 1] + 1;
-    struct place at = {0}, its;
+    struct place at = {0};
     struct own_streams streams;
-    struct rmap_path_count rows_at = {0}, sum = {0};
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(RMAP_RESERVE(self->span[t], self->span_cap[t], n + 1, err));
-    RMAP_TRY(RMAP_RESERVE(self->before, self->before_cap, n_ray, err));
     RMAP_TRY(open_own(self, rows, &streams, err));
     RMAP_TRY(select_numbers(self, rows, used, ray, n, err));
-    for (size_t i = 0, k = 0; k < n; i++) {
-        const size_t mine = add_up(table, own.path, i, n_ray, &rows_at, self->before);
-        for (; k < n && ray[k] < mine; k++) {
-            const uint32_t path = own.path[ray[k]];
-            note(self, k, ray[k], self->before[ray[k]], table->count[path], &sum);
-            if (!listed)
-                continue;
-            for (; i < ray[k]; i++)
-                at.triangle += table->n_listed[own.path[i]];
-            RMAP_TRY(append_triangles(self, rows, at.triangle, table->n_listed[path], err));
-        }
-        for (; listed && i < mine; i++)
-            at.triangle += table->n_listed[own.path[i]];
-        i = mine;
-        if (k == n)
-            break;
-        RMAP_TRY(measure_own(self, table, &own, listed, &at, &its, err));
-        const struct rmap_path_count n_its = {its.own_segment, its.own_registration};
-        if (ray[k] == mine) {
-            note(self, k++, mine, rows_at, n_its, &sum);
-            append_own_path(self, &streams, &at, &its);
-            if (listed)
-                RMAP_TRY(append_triangles(self, rows, at.triangle, its.triangle, err));
-        }
-        rows_at.n_segment += n_its.n_segment;
-        rows_at.n_registration += n_its.n_registration;
-        go_on(&at, &its);
-    }
     memset(selected_row, 0, RMAP_TABLE_COUNT * sizeof *selected_row);
     selected_row[RMAP_TABLE_RAY] = n;
-    selected_row[RMAP_TABLE_SEGMENT] = sum.n_segment;
-    selected_row[RMAP_TABLE_REGISTRATION] = sum.n_registration;
+    for (size_t k = 0, i = 0; k < n; i = (size_t)ray[k++] + 1) {
+        const size_t n_own = pass(of, of->own.path + i, ray[k] - i, &at);
+        if (n_own > 0)
+            RMAP_TRY(pass_own(self, of, n_own, &at, err));
+        struct place next = at;
+        if (pass(of, of->own.path + ray[k], 1, &next) > 0)
+            RMAP_TRY(pass_own(self, of, 1, &next, err));
+        const struct span its[RMAP_TABLE_HISTORY_COUNT] = {
+            [RMAP_TABLE_RAY] = {ray[k], 1},
+            [RMAP_TABLE_SEGMENT] = {at.segment, next.segment - at.segment},
+            [RMAP_TABLE_REGISTRATION] = {at.registration, next.registration - at.registration}};
+        for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+            self->span[t][k] = its[t];
+        selected_row[RMAP_TABLE_SEGMENT] += its[RMAP_TABLE_SEGMENT].n;
+        selected_row[RMAP_TABLE_REGISTRATION] += its[RMAP_TABLE_REGISTRATION].n;
+        if (next.own > at.own)
+            append_own_path(self, &streams, &at, &next);
+        if (of->listed)
+            RMAP_TRY(append_triangles(self, rows, at.triangle, next.triangle - at.triangle, err));
+        at = next;
+    }
 out:
     return st;
 }
@@ -500,7 +485,11 @@ enum rmap_status rmap_compact_select(struct rmap_compact_selection *self,
     RMAP_TRY(rmap_portion_reserve(self->ids, RMAP_TABLE_RAY, n_row[RMAP_TABLE_RAY],
                                   RMAP_COLUMN_BIT(RMAP_RAY_id), err));
     memcpy(self->ids->n_row, n_row, sizeof self->ids->n_row);
-    RMAP_TRY(select_paths(self, table, rows, used, summary.classed, ray, n, selected_row, err));
+    const struct origin of = {.table = table,
+                              .own = rmap_own_paths(self->model, table, rows, summary.classed),
+                              .listed = used & RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive) &&
+                                        rows->n_row[RMAP_COMPACT_TRIANGLE] > 0};
+    RMAP_TRY(select_paths(self, &of, rows, used, ray, n, selected_row, err));
     RMAP_TRY(select_lanes(self, rows, used, n, err));
     for (int s = 0; s < RMAP_COMPACT_STREAM_COUNT; s++) { /* streams that are not used have none */
         size_t *rows_of = &self->rows.n_row[self->rows.layout->stream[s].table];
