@@ -31,7 +31,8 @@ struct decision {
     size_t n_path;
     uint8_t *outcome; /* [n_criterion][1 + n_path], NULL: not yet evaluated; first NO: of no path */
     size_t *n_open;   /* [n_criterion] paths that it leaves open */
-    uint32_t *rays;   /* [n_criterion][1 + n_path] that have this path, not summed up yet */
+    uint32_t *rays;   /* [n_criterion][1 + n_path] that have this path, not summed up yet: all of
+                         them where the path decides, those that match where it is open */
     uint32_t *segments; /* [n_path] */
     int32_t *source;    /* [n_path] */
 };
@@ -124,7 +125,7 @@ static void sum_up(struct rmap_query_known *self, struct decision *decision)
         const uint8_t *outcome = decision->outcome + c * (n + 1) + 1;
         uint32_t *rays = decision->rays + c * (n + 1) + 1;
         for (size_t k = 0; k < n; k++) {
-            if (rays[k] > 0 && outcome[k] == RMAP_OUTCOME_YES) {
+            if (rays[k] > 0 && outcome[k] != RMAP_OUTCOME_NO) {
                 sum->rays += rays[k];
                 sum->segments += (uint64_t)rays[k] * decision->segments[k];
                 add_source(sum, (size_t)decision->source[k], rays[k]);
@@ -480,25 +481,23 @@ void rmap_query_known_settle(struct rmap_query_known *self, struct rmap_count *c
     }
 }
 
-enum rmap_status rmap_query_known_count(struct rmap_query_known *self, const uint8_t *outcome,
-                                        struct rmap_count *count, struct rmap_error *err)
+enum rmap_status rmap_query_known_count(struct rmap_query_known *self, size_t c,
+                                        const uint8_t *outcome, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_ray_columns *known = &self->summary.paths->ray, *own = known;
-    if (self->summary.n_own > 0) {
-        RMAP_TRY(enter_own(self, err));
-        own = &self->own->ray;
+    const struct decision *decision = &self->decision[self->piece];
+    const uint32_t *path = self->summary.path;
+    uint32_t *rays = decision->rays + c * (decision->n_path + 1);
+    for (size_t i = 0; i < self->n_ray; i++)
+        rays[path[i]] += outcome[i] >> 1;
+    if (self->summary.n_own == 0)
+        goto out;
+    RMAP_TRY(enter_own(self, err));
+    for (size_t i = 0, k = 0; i < self->n_ray; i++) { /* there is room for one more */
+        self->own_outcome[k] = outcome[i];
+        k += path[i] == 0;
     }
-    for (size_t i = 0, k = 0; i < self->n_ray; i++) {
-        const uint32_t path = self->summary.path[i];
-        const struct rmap_ray_columns *ray = path > 0 ? known : own;
-        const size_t row = path > 0 ? path - 1 : k;
-        const uint32_t match = outcome[i] >> 1;
-        k += path == 0;
-        count->rays += match;
-        count->segments += ray->segment_count[row] & (0u - match);
-        add_source(count, (size_t)ray->source[row], match);
-    }
+    count_own(self, &self->sum[c]);
 out:
     return st;
 }

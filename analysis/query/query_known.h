@@ -43,12 +43,12 @@ enum rmap_status rmap_query_known_add(struct rmap_query_known *known, size_t c,
 enum rmap_status rmap_query_known_add_own(struct rmap_query_known *known, size_t c,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-void rmap_query_known_settle(struct rmap_query_known *known, struct rmap_count *count);
-
-/* Adds the rays with outcome YES of a portion that was evaluated so, whatever decided those that
- * were left open. */
-enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *outcome,
-                                        struct rmap_count *count,
+/* The same of a portion that was evaluated so, whatever decided those that were left open: its rays
+ * with outcome YES. */
+enum rmap_status rmap_query_known_count(struct rmap_query_known *known, size_t c,
+                                        const uint8_t *outcome,
                                         struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_query_known_settle(struct rmap_query_known *known, struct rmap_count *count);
 
 #endif

@@ -278,7 +278,7 @@ enum rmap_status rmap_query_outcomes_add(struct rmap_query_outcomes *self, size_
     if (!memchr(outcome, RMAP_OUTCOME_YES, self->n_ray))
         return RMAP_OK;
     if (self->is_by_paths)
-        return rmap_query_known_count(self->known_paths, outcome, count, err);
+        return rmap_query_known_count(self->known_paths, c, outcome, err);
     RMAP_TRY(query_outcomes_fetch(self, sum_columns, err));
     if (!self->is_looked_at)
         RMAP_TRY(rmap_sums_look(self->portion, self->n_source, &self->facts, err));
