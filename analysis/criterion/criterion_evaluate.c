@@ -133,6 +133,8 @@ static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t i
         least = memory->least;
     }
     rmap_compare_counts(least, ev->count, ev->n_ray, &node->interval, outcome);
+    for (size_t i = 0; certainty == BETWEEN && ev->input->counts_exactly && i < ev->n_ray; i++)
+        outcome[i] = least[i] < ev->count[i] ? RMAP_OUTCOME_OPEN : outcome[i];
 out:
     return st;
 }

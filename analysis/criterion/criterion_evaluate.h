@@ -42,6 +42,8 @@ struct rmap_criterion_input {
     bool is_rest; /* discrete columns left the rays of interest open: what only they decide, and is
                      joined to the rest by one `and` or `or`, need not be asked again. Outcomes of
                      other rays mean nothing */
+    bool counts_exactly; /* a ray stays open while one of its rows does, though the others decide
+                            it: who asks which rows count has it traced again anyway */
     const double *flux_per_weight;      /* [n_source]; NULL: `flux` may not be fetched */
     const struct rmap_path_sum *bounds; /* [n_ray] of numbers that may not be fetched; or NULL */
     void *context;

@@ -422,7 +422,7 @@ static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rm
                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set all = (self->bounding & ~RMAP_COLUMNS_ANGLES) | self->which->columns;
+    const rmap_column_set all = columns_of(self->fold);
     const struct rmap_portion *traced = NULL;
     struct rmap_cursor *cursor;
     const uint32_t *ray;

@@ -187,6 +187,8 @@ static rmap_column_set rest_columns(const struct rmap_criterion *criterion)
     return columns;
 }
 
+static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
+
 /* Decides rays that are open by these columns, which some may stay open by: those rays alone are
  * decoded, where they are few. */
 static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
@@ -205,6 +207,7 @@ static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
     const struct rmap_criterion_input input = {.portion = few ? few : self->portion,
                                                .columns = columns,
                                                .is_rest = true,
+                                               .counts_exactly = (self->more & direction) != 0,
                                                .flux_per_weight =
                                                    rmap_map_flux_per_weight(self->map)};
     RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->open, err));
@@ -224,7 +227,6 @@ static enum rmap_status decide_standing(struct rmap_query_outcomes *self, size_t
                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
     const rmap_column_set columns = rest_columns(self->criterion[c]);
     rmap_column_set traced, more = 0;
     RMAP_TRY(rmap_cursor_traced(self->cursor, &traced, err));
