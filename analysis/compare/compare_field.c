@@ -11,6 +11,7 @@
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "portion/weight.h"
 
 /* 32 Mi numbers: a quarter of a GiB for each thread. */
 static const size_t VALUE_MAX = (size_t)32 << 20;
@@ -196,7 +197,8 @@ static void add_ray(struct rmap_compare_field *self, size_t source, size_t n_met
         count[a] += self->own[a];
         for (size_t j = 0; j < n_met; j++)
             if (self->met[j] <= a)
-                product[a * (a + 1) / 2 + self->met[j]] += self->own[a] * self->own[self->met[j]];
+                product[a * (a + 1) / 2 + self->met[j]] +=
+                    rmap_weight_product(self->own[a], self->own[self->met[j]]);
     }
     for (size_t i = 0; i < n_met; i++)
         self->own[self->met[i]] = 0.0;

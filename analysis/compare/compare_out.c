@@ -14,6 +14,7 @@
 #include "base/alloc.h"
 #include "io/export/json_number.h"
 #include "io/map/map_json.h"
+#include "portion/weight.h"
 
 static const char *flux_unit(const struct rmap_comparison *self)
 {
@@ -343,7 +344,8 @@ static void add_products(struct rmap_compare_products *self, size_t source, size
         sum[a] += self->own[a];
         for (size_t j = 0; j < n_met; j++)
             if (self->met[j] <= a)
-                product[a * (a + 1) / 2 + self->met[j]] += self->own[a] * self->own[self->met[j]];
+                product[a * (a + 1) / 2 + self->met[j]] +=
+                    rmap_weight_product(self->own[a], self->own[self->met[j]]);
     }
     for (size_t i = 0; i < n_met; i++)
         self->own[self->met[i]] = 0.0;

@@ -11,6 +11,7 @@
 
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "portion/weight.h"
 
 /* 64 Mi numbers: half a GiB for each thread. */
 static const size_t VALUE_MAX = (size_t)64 << 20;
@@ -113,7 +114,7 @@ static void add_scalar(struct rmap_compare_sums *self, size_t source, size_t sca
 {
     size_t at = source * self->layout->n_scalar + scalar;
     self->sum[at] += q;
-    self->square[at] += q * q;
+    self->square[at] += rmap_weight_squared(q);
     self->rays[at] += 1.0;
 }
 

@@ -15,6 +15,7 @@
 #include "base/unit.h"
 #include "io/map/map_dim.h"
 #include "optics/spectrum.h"
+#include "portion/weight.h"
 #include "trace/tally.h"
 
 static enum rmap_status detector_sums_add(void *sums, const struct rmap_matched *rays,
@@ -431,7 +432,7 @@ static void add_hits(struct rmap_detector_sums *sums, const struct rmap_portion 
         const double q = weight * (double)(last - first);
         double *sum = sums->weight + source * sums->n_cell + hit[first].cell;
         sum[0] += q;
-        sum[sums->n_source * sums->n_cell] += q * q;
+        sum[sums->n_source * sums->n_cell] += rmap_weight_squared(q);
         if (sums->n_channel)
             add_shares(sums, portion, hit + first, last - first, source, hit[first].cell, weight);
         for (size_t k = first; k < last && sums->n_colour; k++)
@@ -441,7 +442,7 @@ static void add_hits(struct rmap_detector_sums *sums, const struct rmap_portion 
                            : flux);
     }
     sums->total[source] += all;
-    sums->total[sums->n_source + source] += all * all;
+    sums->total[sums->n_source + source] += rmap_weight_squared(all);
     if (sums->n_channel)
         add_shares(sums, portion, hit, n_hit, source, sums->n_cell, weight);
 }

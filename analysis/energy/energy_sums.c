@@ -11,6 +11,7 @@
 #include "analysis/paths/path_shares.h"
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "portion/weight.h"
 
 /* A state of 1 GiB: beyond that the tally of the map would not have fitted either. */
 #define VALUE_MAX ((size_t)1 << 27)
@@ -138,7 +139,8 @@ static inline void add_registrations(struct rmap_energy_sums *sums, const struct
     if (n == 1) { /* as most have: nothing to sum up */
         const double q = rays->counts[first] ? rays->weight : 0.0;
         sums->caught[base + (size_t)rows->detector[first]] += rays->times * q;
-        sums->caught_squared[base + (size_t)rows->detector[first]] += rays->times * (q * q);
+        sums->caught_squared[base + (size_t)rows->detector[first]] +=
+            rays->times * rmap_weight_squared(q);
         return;
     }
     for (size_t i = first; i < first + n; i++)
@@ -147,7 +149,8 @@ static inline void add_registrations(struct rmap_energy_sums *sums, const struct
     for (size_t i = first; i < first + n; i++) {
         double *q = &sums->pending[rows->detector[i]];
         sums->caught[base + (size_t)rows->detector[i]] += rays->times * *q;
-        sums->caught_squared[base + (size_t)rows->detector[i]] += rays->times * (*q * *q);
+        sums->caught_squared[base + (size_t)rows->detector[i]] +=
+            rays->times * rmap_weight_squared(*q);
         *q = 0.0;
     }
 }
@@ -160,7 +163,7 @@ static void add_end(struct rmap_energy_sums *sums, const struct alike *rays, siz
         source * sums->n_end + end_of(sums->scope->scene, rays->portion, rays->ray, last);
     sums->rays[source] += rays->times;
     sums->ended[at] += rays->times * rays->weight;
-    sums->ended_squared[at] += rays->times * (rays->weight * rays->weight);
+    sums->ended_squared[at] += rays->times * rmap_weight_squared(rays->weight);
 }
 
 static inline void add_count(struct rmap_energy_sums *sums, const struct alike *rays)
@@ -169,7 +172,7 @@ static inline void add_count(struct rmap_energy_sums *sums, const struct alike *
     sums->rays[source] += rays->times;
     sums->segments[source] += rays->times * rays->portion->ray.segment_count[rays->ray];
     sums->weight[source] += rays->times * rays->weight;
-    sums->weight_squared[source] += rays->times * (rays->weight * rays->weight);
+    sums->weight_squared[source] += rays->times * rmap_weight_squared(rays->weight);
 }
 
 /* Light that was absorbed by no object: its medium tells where. */

@@ -7,6 +7,7 @@
 
 #include "analysis/paths/path_count.h"
 #include "base/alloc.h"
+#include "portion/weight.h"
 
 static enum rmap_status path_counts_add_summary(struct rmap_path_counts *counts,
                                                 const struct rmap_matched *rays,
@@ -206,7 +207,7 @@ static enum rmap_status add_cell(struct rmap_path_counts *self, struct rmap_key 
     sum->number[LAST_RAY] = ray;
     sum->number[LAST_COUNT] = k;
     sum->weight += weight;
-    sum->weight_squared += (2.0 * (double)k - 1.0) * weight * weight;
+    sum->weight_squared += (2.0 * (double)k - 1.0) * rmap_weight_squared(weight);
 out:
     return st;
 }
@@ -269,7 +270,7 @@ static enum rmap_status add_path(struct rmap_path_counts *self, const struct rma
         goto out;
     struct rmap_key_sum one = {key,
                                weight,
-                               (2.0 * (double)before + 1.0) * weight * weight,
+                               (2.0 * (double)before + 1.0) * rmap_weight_squared(weight),
                                {before == 0, ray->id[place->ray], before == 0 ? n_segment : 0, 0}};
     if (self->context->timed)
         set_time(self, portion, place, &one);
@@ -287,7 +288,7 @@ static void add_total(struct rmap_path_counts *self, const struct rmap_portion *
     self->total.rays++;
     self->total.segments += portion->ray.segment_count[ray];
     self->total.source_weight[source] += weight;
-    self->total.source_weight_squared[source] += weight * weight;
+    self->total.source_weight_squared[source] += rmap_weight_squared(weight);
     self->most_weight = weight > self->most_weight ? weight : self->most_weight;
 }
 

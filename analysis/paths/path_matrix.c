@@ -11,6 +11,7 @@
 
 #include "analysis/paths/path_report.h"
 #include "base/alloc.h"
+#include "portion/weight.h"
 
 enum { PART_SHIFT = 56, SOURCE_SHIFT = 32 };
 
@@ -88,7 +89,7 @@ static enum rmap_status add_sum(struct rmap_path_matrix_sums *self, const struct
     sum->number[LAST_COUNT] = k;
     sum->number[RAYS] += !again;
     sum->weight += hit->weight;
-    sum->weight_squared += (2.0 * (double)k - 1.0) * hit->weight * hit->weight;
+    sum->weight_squared += (2.0 * (double)k - 1.0) * rmap_weight_squared(hit->weight);
 out:
     return st;
 }

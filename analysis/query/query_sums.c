@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "base/wide.h"
+#include "portion/weight.h"
 
 static void add_source(struct rmap_count *count, size_t source, double rays)
 {
@@ -134,6 +135,6 @@ void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *por
     for (size_t i = 0; i < n_ray; i++) {
         double weight = outcome[i] >> 1 ? ray->weight[i] : 0.0;
         count->source_weight[ray->source[i]] += weight;
-        count->source_weight_squared[ray->source[i]] += weight * weight;
+        count->source_weight_squared[ray->source[i]] += rmap_weight_squared(weight);
     }
 }

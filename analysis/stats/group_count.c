@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "portion/weight.h"
 
 struct rmap_group_counting rmap_group_counting(const struct rmap_scene *scene,
                                                enum rmap_stats_by by,
@@ -85,7 +86,7 @@ static void count_ray(struct rmap_group_counts *self, size_t group, const struct
     value[0] += 1.0;
     value[1] += rays->ray.segment_count[i];
     value[2 + source] += weight;
-    value[2 + self->of->scene->n_source + source] += weight * weight;
+    value[2 + self->of->scene->n_source + source] += rmap_weight_squared(weight);
 }
 
 /* Once in the group of each detector that registered it in rows [first, end). */

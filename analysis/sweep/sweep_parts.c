@@ -11,6 +11,7 @@
 #include "analysis/query/quantity_read.h"
 #include "base/alloc.h"
 #include "base/exact_sum.h"
+#include "portion/weight.h"
 
 enum { SUMS = 5 };
 
@@ -109,7 +110,7 @@ static void add_ray(struct parts *self, const struct rmap_matched *rays, size_t 
     const size_t source = (size_t)portion->ray.source[ray];
     self->count->rays++;
     self->count->source_weight[source] += weight;
-    self->count->source_weight_squared[source] += weight * weight;
+    self->count->source_weight_squared[source] += rmap_weight_squared(weight);
     sums_of(self, portion->ray.id[ray])[0] +=
         self->ask.answer->kind == RMAP_SWEEP_RAYS ? 1.0 : flux_of(self, portion, ray);
 }

@@ -7,6 +7,7 @@
 
 #include "base/search.h"
 #include "formula/emit.h"
+#include "portion/weight.h"
 
 /* The photons of the spectrum below the wavelength absorbed are left out: of its own channel half.
  */

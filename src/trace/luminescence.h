@@ -23,15 +23,7 @@ bool rmap_reemit(const struct rmap_medium *medium, int n_channel, const struct r
 /* All directions alike. */
 struct rmap_vec3 rmap_reemit_direction(const struct rmap_draw *draw);
 
-/* The nearest multiple of 2^-21 from 0 to 1024: sums of such are exact, in whatever order 2^21 rays
- * of the greatest weight, or 2^31 of about 1, come. */
-static inline double rmap_weight_round(double weight)
-{
-    const double unit = 1 << 21;
-    return weight < 1024.0 ? (double)(int64_t)(weight * unit + 0.5) / unit : 1024.0;
-}
-
-/* Weight, so rounded, of light that was emitted on one channel and is on another now. */
+/* Weight (portion/weight.h) of light that was emitted on one channel and is on another now. */
 double rmap_weight_after(const struct rmap_scene *scene, int first, int now);
 
 #endif

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "portion/event.h"
+#include "portion/weight.h"
 #include "trace/luminescence.h"
 #include "trace/tally.h"
 

@@ -66,5 +66,40 @@ expect 0 '' "$RAYMAP" query more.raymap "$criterion and ray < 3000" -o more.json
 cmp reference.json more.json >/dev/null && { echo "FAILED: flux per ray must change with the number of rays"; failures=1; }
 expect 0 '' "$RAYMAP" trace scene.yaml -o other.raymap -n $rays --seed 2 --quiet
 [ "$(digest other.raymap)" != "$want" ] || { echo "FAILED: another seed, the same rays"; failures=1; }
+
+# Weights that are parts (energy that fluorescence leaves), which no order of adding may show.
+cat >dye.yaml <<'END'
+raymap: 1
+units: mm
+spectrum: {wavelengths: [450, 540, 600]}
+media:
+  air: {index: 1}
+  dye: {index: 1.5, absorption: 0.1, accounting: energy, species: {d: {absorption: {wavelength: [450, 500], value: [5 /cm, 0]}, emission: {led: {peak: 560, width: 60}}, yield: 0.9}}}
+surfaces: {black: {type: absorber}}
+geometries: {slab: {type: box, size: [20, 20, 6]}, wall: {type: rectangle, size: [50, 50]}}
+objects:
+  - {name: slab, geometry: slab, at: [0, 0, 20], surface: fresnel, inside: dye, outside: air}
+  - {name: end, geometry: wall, at: [0, 0, 40], surface: black, outside: air}
+sources: [{name: uv, type: point, at: [0, 0, 0], distribution: {cone: 40}, spectrum: {lines: {450: 1, 540: 0.2}}, flux: 1 W}]
+detectors: [{name: screen, type: plane, on: end, cells: [5, 5]}]
+END
+for seed in 1 2; do
+    expect 0 '' "$RAYMAP" trace dye.yaml -o dye$seed.raymap -n $rays --seed $seed --quiet
+done
+weighed() { # RANKS THREADS: sums of weights
+    by_ranks "$1"
+    for words in 'query dye1.raymap all registered(screen) --count' 'detector dye1.raymap screen' 'report dye1.raymap --energy' \
+        'paths dye1.raymap --detector screen' 'stats dye1.raymap --of x(screen) --by source' 'compare dye1.raymap dye2.raymap'; do
+        # shellcheck disable=SC2086 # words
+        "${start[@]}" "$RAYMAP" $words --json --threads "$2" --quiet | grep -Ev '"(seconds|bytes_read)"'
+    done
+}
+weighed 1 1 >alone.txt
+[ "$(grep -c standard_error alone.txt)" -gt 20 ] || { echo "FAILED: no sums: $(cat alone.txt)"; failures=1; }
+for run in '1 4' '1 3' '2 2'; do
+    # shellcheck disable=SC2086 # ranks and threads
+    weighed $run >others.txt
+    diff alone.txt others.txt || { echo "FAILED: sums of weights differ ($run)"; failures=1; }
+done
 rm -rf ./*.raymap
 finish
