@@ -2,6 +2,7 @@
  *
  * A detector's image in physical units, and what people ask of it: total, mean, peak, errors.
  */
+#include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
@@ -12,6 +13,7 @@
 #include "base/alloc.h"
 #include "io/export/json_number.h"
 #include "optics/spectrum.h"
+#include "portion/weight.h"
 
 static void name_units(struct rmap_detector_image *image, const struct rmap_detector_ask *ask)
 {
@@ -394,7 +396,7 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
     rmap_which_print(image->which, out);
     if (image->dimmed[0])
         fprintf(out, "%-14s %s\n", "dimmed", image->dimmed);
-    fprintf(out, "%-14s %.17g\n", "registrations", image->registrations);
+    fprintf(out, "%-14s %" PRIu64 "\n", "registrations", rmap_weight_whole(image->registrations));
     print_sum("flux", image->flux, image->flux_error, image->flux_unit, out);
     fprintf(out, "%-14s %s\n", "quantity", image->quantity);
     print_sum("mean", image->mean, image->mean_error, image->unit, out);
@@ -436,7 +438,7 @@ enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_im
     for (size_t s = 0; s < image->scene->n_source; s++) {
         const struct rmap_detector_share *of = &image->source[s];
         rmap_text_table_add(&table, "%s", image->scene->source[s].name);
-        rmap_text_table_add(&table, "%.10g", of->registrations);
+        rmap_text_table_add(&table, "%" PRIu64, rmap_weight_whole(of->registrations));
         rmap_text_table_add(&table, "%.6g %s", of->flux, image->flux_unit);
         rmap_text_table_add(&table, "%.2g", of->flux_error);
         rmap_text_table_add(&table, "%.4g %%",
@@ -512,8 +514,8 @@ static void describe_sources(const struct rmap_detector_image *image, json_t *do
         const struct rmap_detector_share *share = &image->source[s];
         (void)json_array_append_new(
             sources, json_pack("{s:s, s:I, s:o, s:o}", "source", image->scene->source[s].name,
-                               "registrations", (json_int_t)llround(share->registrations), "flux",
-                               rmap_json_number(share->flux), "standard_error",
+                               "registrations", (json_int_t)rmap_weight_whole(share->registrations),
+                               "flux", rmap_json_number(share->flux), "standard_error",
                                rmap_json_number(share->flux_error)));
     }
     (void)json_object_set_new(document, "sources", sources);
@@ -541,10 +543,11 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
                            : "intensity",
         "cells", (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
         "which", rmap_which_json(image->which), "registrations",
-        (json_int_t)llround(image->registrations), "flux", "total", rmap_json_number(image->flux),
-        "standard_error", rmap_json_number(image->flux_error), "unit", image->flux_unit, "quantity",
-        image->quantity, "unit", image->unit, "mean", "value", rmap_json_number(image->mean),
-        "standard_error", rmap_json_number(image->mean_error), "peak", peak);
+        (json_int_t)rmap_weight_whole(image->registrations), "flux", "total",
+        rmap_json_number(image->flux), "standard_error", rmap_json_number(image->flux_error),
+        "unit", image->flux_unit, "quantity", image->quantity, "unit", image->unit, "mean", "value",
+        rmap_json_number(image->mean), "standard_error", rmap_json_number(image->mean_error),
+        "peak", peak);
     if (!document)
         return NULL;
     if (image->world)

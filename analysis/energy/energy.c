@@ -13,6 +13,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/export/json_number.h"
+#include "portion/weight.h"
 
 /* Sources [first, last) of the map and the sums that a table is made of. */
 struct making {
@@ -254,11 +255,6 @@ const char *rmap_energy_end_text(enum rmap_energy_end end)
     return text[end];
 }
 
-uint64_t rmap_energy_whole(double rays)
-{
-    return rays > 0.0 ? (uint64_t)fmin(rays, 9e15) : 0;
-}
-
 static void add_number(struct rmap_text_table *table, double value, int digits)
 {
     if (isfinite(value))
@@ -294,7 +290,7 @@ static void add_row(struct rmap_text_table *table, const char *what,
     char rays[RMAP_GROUPED_LEN];
     rmap_text_table_add(table, "  %s", what);
     rmap_text_table_add(table, "%s", row->name);
-    rmap_text_table_add(table, "%s", rmap_grouped(rmap_energy_whole(row->rays), rays));
+    rmap_text_table_add(table, "%s", rmap_grouped(rmap_weight_whole(row->rays), rays));
     add_number(table, row->flux, 6);
     add_number(table, row->flux_error, 2);
     add_share(table, row->share);
@@ -337,7 +333,7 @@ static enum rmap_status print_table(const struct rmap_energy *energy,
     fprintf(out,
             from->exact ? "  these add up to the %s emitted, exactly\n"
                         : "  these do NOT add up to the %s emitted\n",
-            rmap_counted(rmap_energy_whole(from->rays), "ray").text);
+            rmap_counted(rmap_weight_whole(from->rays), "ray").text);
     if (from->n_detector == 0)
         return RMAP_OK;
     fprintf(out, "\n  beside that, light that detectors registered on its way:\n");
@@ -359,8 +355,8 @@ enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
     if (energy->criterion) {
         fprintf(out, "  of the rays that match: %s\n", energy->criterion);
         fprintf(out, "  %s of %s, %.6g of %.6g %s\n",
-                rmap_grouped(rmap_energy_whole(energy->table[0].rays), rays),
-                rmap_counted(rmap_energy_whole(energy->map_rays), "ray").text,
+                rmap_grouped(rmap_weight_whole(energy->table[0].rays), rays),
+                rmap_counted(rmap_weight_whole(energy->map_rays), "ray").text,
                 energy->table[0].flux, energy->map_flux, energy->unit);
     }
     if (rmap_which_chooses(energy->which))
@@ -413,7 +409,7 @@ static json_t *row_json(const struct rmap_energy_row *row)
     if (*row->name)
         (void)json_object_set_new(object, "name", json_string(row->name));
     (void)json_object_set_new(object, row->end == RMAP_ENERGY_DETECTOR ? "registrations" : "rays",
-                              json_integer((json_int_t)rmap_energy_whole(row->rays)));
+                              json_integer((json_int_t)rmap_weight_whole(row->rays)));
     (void)json_object_set_new(object, "flux", rmap_json_number(row->flux));
     (void)json_object_set_new(object, "standard_error", rmap_json_number(row->flux_error));
     (void)json_object_set_new(object, "share", rmap_json_number(row->share));
@@ -435,7 +431,7 @@ static json_t *table_json(const struct rmap_energy *energy, const struct rmap_en
     }
     return json_pack("{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o*, s:o}",
                      "source", table->source ? json_string(table->source) : json_null(), "emitted",
-                     (json_int_t)rmap_energy_whole(table->rays), "flux", "value",
+                     (json_int_t)rmap_weight_whole(table->rays), "flux", "value",
                      rmap_json_number(table->flux), "standard_error",
                      rmap_json_number(table->flux_error), "unit", energy->unit, "exact",
                      (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
@@ -452,8 +448,8 @@ json_t *rmap_energy_json(const struct rmap_energy *energy)
     return json_pack("{s:s, s:s, s:o, s:{s:I, s:I}, s:{s:o, s:o, s:o, s:s}, s:o, s:o}", "map",
                      energy->map, "criterion", energy->criterion ? energy->criterion : "all",
                      "which", rmap_which_json(energy->which), "rays", "total",
-                     (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
-                     (json_int_t)rmap_energy_whole(energy->table[0].rays), "flux", "total",
+                     (json_int_t)rmap_weight_whole(energy->map_rays), "matched",
+                     (json_int_t)rmap_weight_whole(energy->table[0].rays), "flux", "total",
                      rmap_json_number(energy->map_flux), "matched",
                      rmap_json_number(energy->table[0].flux), "standard_error",
                      rmap_json_number(energy->table[0].flux_error), "unit", energy->unit, "total",

@@ -65,9 +65,6 @@ enum rmap_status rmap_energy_create(const struct rmap_map *map, const char *map_
                                     struct rmap_error *err) RMAP_MUST_USE;
 void rmap_energy_destroy(struct rmap_energy *energy); /* NULL is fine */
 
-/* A sum of weights as a number of rays; what no traced map holds (NaN, less than 0) is 0. */
-uint64_t rmap_energy_whole(double rays);
-
 /* "absorbed by", "left", ... */
 const char *rmap_energy_end_text(enum rmap_energy_end end);
 

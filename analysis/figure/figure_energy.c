@@ -12,6 +12,7 @@
 #include "analysis/table/figure_axes.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "portion/weight.h"
 
 enum { MARGIN = 16, TOP = 92, WIDTH = 1040, FLOW_HEIGHT = 380, LOWEST = 60 };
 enum { BAR_ROW = 22, BAR_NAME = 190, BAR_LENGTH = 340, DETECTOR_MAX = 12 };
@@ -22,10 +23,10 @@ static void draw_captions(const struct rmap_energy *energy, struct rmap_svg *svg
     char title[1024], asked[1024], line[1024], rays[RMAP_GROUPED_LEN];
     (void)snprintf(title, sizeof title, "%s: where the light went", energy->map);
     rmap_which_caption(energy->which, energy->criterion, asked, sizeof asked);
-    int at = snprintf(line, sizeof line, "%s", rmap_grouped(rmap_energy_whole(table->rays), rays));
+    int at = snprintf(line, sizeof line, "%s", rmap_grouped(rmap_weight_whole(table->rays), rays));
     if (at > 0 && energy->criterion)
         (void)snprintf(line + at, sizeof line - (size_t)at, " of %s rays match, %.6g of %.6g %s",
-                       rmap_grouped(rmap_energy_whole(energy->map_rays), rays), table->flux,
+                       rmap_grouped(rmap_weight_whole(energy->map_rays), rays), table->flux,
                        energy->map_flux, energy->unit);
     else if (at > 0)
         (void)snprintf(line + at, sizeof line - (size_t)at, " ray%s emitted, %.6g %s%s",

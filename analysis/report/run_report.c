@@ -15,6 +15,7 @@
 #include "analysis/report/run_report_facts.h"
 #include "analysis/table/html.h"
 #include "base/grouped.h"
+#include "portion/weight.h"
 
 static void begin_section(const char *id, const char *title, FILE *out)
 {
@@ -40,7 +41,7 @@ static void put_detector_sums(const struct rmap_detector_image *image, FILE *out
     fprintf(out, "%s</th><th></th><th class=\"n\">mean, %s</th><th></th><th class=\"n\">peak, %s",
             image->flux_unit, image->unit, image->unit);
     fprintf(out, "</th><th></th><th>peak at</th></tr>\n<tr><td>%s</td>",
-            rmap_grouped(rmap_energy_whole(image->registrations), count));
+            rmap_grouped(rmap_weight_whole(image->registrations), count));
     rmap_run_report_measured(out, image->flux, image->flux_error);
     rmap_run_report_measured(out, image->mean, image->mean_error);
     rmap_run_report_measured(
@@ -123,7 +124,7 @@ static enum rmap_status put_scene(const struct rmap_run_report *report, int *num
     const struct rmap_figure_draw options = {.title = report->name,
                                              .criterion = report->energy->criterion,
                                              .n_matched =
-                                                 rmap_energy_whole(report->energy->table[0].rays),
+                                                 rmap_weight_whole(report->energy->table[0].rays),
                                              .map = report->map};
     begin_section("scene", "Scene", out);
     enum rmap_status st =

@@ -10,6 +10,7 @@
 #include "base/grouped.h"
 #include "compact/layout.h"
 #include "io/map/selection.h"
+#include "portion/weight.h"
 #include "trace/tally.h"
 
 /* The tables of a run's page: energy and paths. */
@@ -44,7 +45,7 @@ static void run_report_name(FILE *out, const char *text)
 static void put_numbers(const struct rmap_energy_row *row, double most, FILE *out)
 {
     char rays[RMAP_GROUPED_LEN];
-    fprintf(out, "<td class=\"n\">%s</td>", rmap_grouped(rmap_energy_whole(row->rays), rays));
+    fprintf(out, "<td class=\"n\">%s</td>", rmap_grouped(rmap_weight_whole(row->rays), rays));
     rmap_run_report_measured(out, row->flux, row->flux_error);
     if (isfinite(row->share))
         fprintf(out, "<td class=\"n\">%.4f</td>", 100.0 * row->share);
@@ -94,7 +95,7 @@ static void put_table(const struct rmap_energy *energy, const struct rmap_energy
         put_row(&shown.row[i], most, out);
     fputs("</table></div>\n", out);
     fprintf(out, "<p>These add up to the %s emitted%s.</p>\n",
-            rmap_counted(rmap_energy_whole(table->rays), "ray").text,
+            rmap_counted(rmap_weight_whole(table->rays), "ray").text,
             table->exact ? ", exactly" : ": NO, they do not");
     if (table->n_detector == 0)
         return;
@@ -248,7 +249,7 @@ static void warn_of_ends(const struct rmap_run_report *report, FILE *out)
         if ((row->end != RMAP_ENERGY_LIMIT && row->end != RMAP_ENERGY_ERROR) || !(row->rays > 0.0))
             continue;
         int n = snprintf(text, sizeof text, "%s ray%s (%.3g %% of the flux) %s %s.",
-                         rmap_grouped(rmap_energy_whole(row->rays), rays),
+                         rmap_grouped(rmap_weight_whole(row->rays), rays),
                          row->rays > 1.0 ? "s" : "", 100.0 * row->share,
                          row->rays > 1.0 ? "were" : "was", rmap_energy_end_text(row->end));
         if (row->end == RMAP_ENERGY_ERROR && first != UINT64_MAX && n > 0)

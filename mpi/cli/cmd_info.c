@@ -23,11 +23,12 @@
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
+#include "portion/weight.h"
 
 static const struct rmap_option options[] = {{NULL}};
 
 /* Sum of the registrations that a detector's image holds. */
-static double registered(const struct rmap_map *map, size_t detector)
+static uint64_t registered(const struct rmap_map *map, size_t detector)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     const uint32_t *cells = scene->detector[detector].cells;
@@ -37,7 +38,7 @@ static double registered(const struct rmap_map *map, size_t detector)
         for (size_t i = 0; i < (size_t)cells[0] * cells[1]; i++)
             total += image[i];
     }
-    return total;
+    return rmap_weight_whole(total);
 }
 
 static const char *detector_type(const struct rmap_detector *detector)
@@ -211,7 +212,7 @@ static void print_detectors(const struct rmap_map *map, FILE *out)
         fprintf(out, "  detector %s: %s, %u x %u cells, %s\n", detector->name,
                 detector_type(detector), (unsigned)cells_of(detector)[0],
                 (unsigned)cells_of(detector)[1],
-                rmap_counted((uint64_t)registered(map, d), "registration").text);
+                rmap_counted(registered(map, d), "registration").text);
     }
 }
 

@@ -13,6 +13,7 @@
 #include "base/grouped.h"
 #include "io/export/json_number.h"
 #include "mpi/parallel/progress.h"
+#include "portion/weight.h"
 
 enum { SHOWN_MAX = 10 };
 
@@ -56,8 +57,8 @@ static double converted(const struct rmap_tally *tally, size_t s)
 static void print_share(FILE *out, const char *what, const char *name, double n, double emitted)
 {
     char count[RMAP_GROUPED_LEN];
-    fprintf(out, "    %-12s %-24s %15s  %7.3f %%\n", what, name, rmap_grouped((uint64_t)n, count),
-            100.0 * n / emitted);
+    fprintf(out, "    %-12s %-24s %15s  %7.3f %%\n", what, name,
+            rmap_grouped(rmap_weight_whole(n), count), 100.0 * n / emitted);
 }
 
 struct entry {
@@ -138,7 +139,8 @@ static json_t *named_counts(const double *value, size_t n, const struct rmap_sce
     json_t *counts = json_object();
     for (size_t i = 0; i < n; i++)
         if (value[i] > 0)
-            (void)json_object_set_new(counts, name(scene, i), json_integer((json_int_t)value[i]));
+            (void)json_object_set_new(counts, name(scene, i),
+                                      json_integer((json_int_t)rmap_weight_whole(value[i])));
     return counts;
 }
 
@@ -161,12 +163,13 @@ json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
                                        scene->n_object, scene, object_name);
         json_t *media = named_counts(tally->absorbed_medium + s * scene->n_medium, scene->n_medium,
                                      scene, medium_name);
-        json_t *one =
-            json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
-                      scene->source[s].name, "emitted", (json_int_t)tally->emitted[s], "flux",
-                      flux_of(tally, flux, s), "unit", rmap_flux_unit_name(scene), "absorbed",
-                      "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
-                      "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]);
+        json_t *one = json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
+                                scene->source[s].name, "emitted", (json_int_t)tally->emitted[s],
+                                "flux", flux_of(tally, flux, s), "unit", rmap_flux_unit_name(scene),
+                                "absorbed", "objects", objects, "media", media, "left",
+                                (json_int_t)rmap_weight_whole(tally->left[s]), "limit",
+                                (json_int_t)rmap_weight_whole(tally->limit[s]), "error",
+                                (json_int_t)rmap_weight_whole(tally->error[s]));
         if (rmap_scene_changes_weights(scene))
             (void)json_object_set_new(one, "heat", rmap_json_number(converted(tally, s)));
         (void)json_array_append_new(list, one);
@@ -211,7 +214,7 @@ void rmap_balance_print_detectors(const struct rmap_tally *tally, FILE *out)
     for (size_t d = 0; d < scene->n_detector; d++) {
         const struct caught caught = caught_by(tally, d);
         fprintf(out, "  %-24s %15s registrations  %.6g", scene->detector[d].name,
-                rmap_grouped((uint64_t)caught.registrations, count), caught.flux);
+                rmap_grouped(rmap_weight_whole(caught.registrations), count), caught.flux);
         if (isfinite(caught.error))
             fprintf(out, " +- %.2g", caught.error);
         fprintf(out, " %s\n", rmap_flux_unit_name(scene));
@@ -226,8 +229,8 @@ json_t *rmap_balance_detectors_json(const struct rmap_tally *tally)
         const struct caught caught = caught_by(tally, d);
         (void)json_array_append_new(
             list, json_pack("{s:s, s:I, s:{s:o, s:o, s:s}}", "name", scene->detector[d].name,
-                            "registrations", (json_int_t)caught.registrations, "flux", "total",
-                            rmap_json_number(caught.flux), "standard_error",
+                            "registrations", (json_int_t)rmap_weight_whole(caught.registrations),
+                            "flux", "total", rmap_json_number(caught.flux), "standard_error",
                             rmap_json_number(caught.error), "unit", rmap_flux_unit_name(scene)));
     }
     return list;

@@ -5,6 +5,7 @@
  */
 #include "mpi/scan/registered.h"
 
+#include <inttypes.h>
 #include <math.h>
 
 #include "analysis/energy/energy_sums.h"
@@ -13,6 +14,7 @@
 #include "mpi/command/balance.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/fold_run.h"
+#include "portion/weight.h"
 
 /* One detector's sums as those of rays. */
 static enum rmap_status read_sums(const struct rmap_map *map, const struct rmap_energy_sums *sums,
@@ -134,7 +136,7 @@ json_t *rmap_registered_json(const struct rmap_registered_list *list)
         (void)json_array_append_new(
             array, json_pack("{s:s, s:o, s:I, s:o, s:o}", "detector", item->detector, "which",
                              rmap_which_json(item->which), "registrations",
-                             (json_int_t)llround(item->registrations), "flux",
+                             (json_int_t)rmap_weight_whole(item->registrations), "flux",
                              rmap_json_number(item->flux), "standard_error",
                              rmap_json_number(item->standard_error)));
     }
@@ -145,8 +147,9 @@ void rmap_registered_print(const struct rmap_registered_list *list, FILE *out)
 {
     for (size_t i = 0; i < list->n; i++) {
         const struct rmap_registered *item = &list->item[i];
-        fprintf(out, "  on %s, %s: %.17g registration%s, %.6g", item->detector, item->which->text,
-                item->registrations, item->registrations == 1.0 ? "" : "s", item->flux);
+        const uint64_t n = rmap_weight_whole(item->registrations);
+        fprintf(out, "  on %s, %s: %" PRIu64 " registration%s, %.6g", item->detector,
+                item->which->text, n, n == 1 ? "" : "s", item->flux);
         if (isfinite(item->standard_error))
             fprintf(out, " +- %.2g", item->standard_error);
         fprintf(out, " %s\n", list->unit);

@@ -29,4 +29,11 @@ static inline double rmap_weight_squared(double weight)
     return rmap_weight_product(weight, weight);
 }
 
+/* A sum of weights as a number of rays, or of registrations: the nearest; what no traced map holds
+ * (NaN, less than 0) is 0. */
+static inline uint64_t rmap_weight_whole(double sum)
+{
+    return sum > 0.0 ? (uint64_t)(fmin(sum, 9e15) + 0.5) : 0;
+}
+
 #endif
