@@ -26,6 +26,7 @@ struct rmap_parser {
     size_t taken_end;                      /* byte behind the last one taken */
     struct rmap_token word;                /* that began the test in hand */
     const struct rmap_index_set *detector; /* of the `where` in hand; NULL outside */
+    const struct rmap_index_set *given;    /* detector of numbers that name none; or NULL */
     bool of_step; /* numbers are those of a step, in a `where` of its own */
     int depth;
     const struct rmap_criteria *criteria;   /* what @names stand for, or NULL */

@@ -115,26 +115,28 @@ static enum rmap_status parse_its_number(struct rmap_parser *parser, struct rmap
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_word *word = number_word(parser, &parser->token);
-    const struct rmap_scene *scene = parser->criterion->scene;
-    if (!word || (parser->detector && !word->of_registration))
-        return rmap_parser_expected(parser, parser->detector
-                                                ? "a number of a registration such as x"
+    const struct rmap_index_set *its = parser->detector;
+    if (!word || (its && !word->of_registration))
+        return rmap_parser_expected(parser, its ? "a number of a registration such as x"
                                                 : "a number such as x(NAME) or path_length");
     term->ray_number = word->ray_number;
     *dimension = word->dimension;
     RMAP_TRY(rmap_parser_advance(parser));
-    if (parser->detector) {
-        term->of_registration = true;
-        *dimension = rmap_its_number_dimension(scene, word->its_number, parser->detector);
+    if (!its && parser->token.kind != RMAP_TOKEN_OPEN && word->of_registration)
+        its = parser->given;
+    if (its) {
+        term->detector = *its;
     } else if (word->of_registration && (!word->of_ray || parser->token.kind == RMAP_TOKEN_OPEN)) {
-        term->of_registration = true;
         RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'(' and the name of a detector"));
         RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &term->detector));
         RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
-        *dimension = rmap_its_number_dimension(scene, word->its_number, &term->detector);
+    } else {
+        return RMAP_OK;
     }
-    if (term->of_registration)
-        term->its_number = rmap_time_in(scene, word->its_number);
+    term->of_registration = true;
+    term->its_number = rmap_time_in(parser->criterion->scene, word->its_number);
+    *dimension =
+        rmap_its_number_dimension(parser->criterion->scene, term->its_number, &term->detector);
 out:
     return st;
 }
@@ -392,20 +394,13 @@ double rmap_sum_of_ray(const struct rmap_scene *scene, const struct rmap_sum *su
     return is_one ? range.low : (double)NAN;
 }
 
-double rmap_sum_of_registration(const struct rmap_scene *scene, const struct rmap_sum *sum,
-                                const struct rmap_portion *portion, size_t row)
-{
-    double value = sum->constant;
-    for (size_t k = 0; k < sum->n; k++)
-        value += sum->term[k].factor *
-                 rmap_registration_number(scene, portion, row, sum->term[k].its_number);
-    return value;
-}
-
 bool rmap_sum_holds_for_registration(const struct rmap_criterion *criterion,
                                      const struct rmap_criterion_node *node,
                                      const struct rmap_portion *portion, size_t row)
 {
-    return rmap_interval_holds(
-        &node->interval, rmap_sum_of_registration(criterion->scene, &node->sum, portion, row));
+    double value = node->sum.constant;
+    for (size_t k = 0; k < node->sum.n; k++)
+        value += node->sum.term[k].factor * rmap_registration_number(criterion->scene, portion, row,
+                                                                     node->sum.term[k].its_number);
+    return rmap_interval_holds(&node->interval, value);
 }

@@ -48,12 +48,10 @@ static inline void rmap_number_bound(enum rmap_ray_number number, const struct r
 bool rmap_sum_is_bounded(const struct rmap_sum *sum);
 void rmap_sum_bound(const struct rmap_sum *sum, const struct rmap_path_sum *of, double bound[2]);
 
-/* The value of a sum alone. Of a ray NaN, too, where registrations of a number differ in it. */
+/* The value of a sum alone. NaN, too, where registrations of a number in the rows differ in it. */
 double rmap_sum_of_ray(const struct rmap_scene *scene, const struct rmap_sum *sum,
                        const struct rmap_portion *portion, const double *flux_per_weight, size_t i,
                        size_t first, size_t n);
-double rmap_sum_of_registration(const struct rmap_scene *scene, const struct rmap_sum *sum,
-                                const struct rmap_portion *portion, size_t row);
 
 /* The comparison for one registration, in row `row`. */
 bool rmap_sum_holds_for_registration(const struct rmap_criterion *criterion,

@@ -144,15 +144,19 @@ static bool is_called(const struct rmap_parser *parser)
     return behind[strspn(behind, " \t\r\n")] == '(';
 }
 
-/* With --detector its numbers are of registrations there, else of the ray. */
+/* With --detector it is of registrations there, else of the ray. */
 static enum rmap_status parse_sum(struct making *making, struct rmap_quantity *quantity)
 {
     struct rmap_parser *parser = &making->parser;
+    const struct rmap_token first = parser->token;
     quantity->kind = RMAP_QUANTITY_SUM;
     quantity->of_registration = making->is_given;
-    parser->detector = making->is_given ? &making->self->detector : NULL;
+    parser->given = making->is_given ? &making->self->detector : NULL;
     enum rmap_status st = rmap_parse_sum_alone(parser, &quantity->sum, &quantity->dimension);
-    parser->detector = NULL;
+    for (size_t k = 0; making->is_given && st == RMAP_OK && k < quantity->sum.n; k++)
+        if (quantity->sum.term[k].of_registration &&
+            !same_set(making->self, &quantity->sum.term[k].detector))
+            st = RMAP_PARSER_FAIL(parser, &first, "all numbers must be of the same detector");
     return st;
 }
 
@@ -179,7 +183,7 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         quantity->ray_number = RMAP_RAY_NUMBER_EVENT;
         quantity->is_whole = true;
         st = rmap_parser_advance(parser);
-    } else if (word && word->of_ray && !(is_its && is_called(parser))) {
+    } else if (word && word->of_ray && !(is_its && (is_called(parser) || making->is_given))) {
         quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
         quantity->ray_number = word->ray_number;
         quantity->dimension = word->dimension;

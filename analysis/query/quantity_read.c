@@ -228,15 +228,12 @@ static void read_sums(const struct rmap_quantities *self, const struct rmap_quan
     const uint32_t *n_row = portion->ray.registration_count;
     size_t ray = 0, first = 0;
     for (size_t k = 0; k < readings->n; k++) {
-        if (quantity->of_registration) {
-            value[k] =
-                rmap_sum_of_registration(self->scene, &quantity->sum, portion, readings->place[k]);
-            continue;
-        }
         for (; ray < readings->ray[k]; ray++)
             first += n_row ? n_row[ray] : 0;
-        value[k] = rmap_sum_of_ray(self->scene, &quantity->sum, portion, flux_per_weight, ray,
-                                   first, n_row ? n_row[ray] : 0);
+        const size_t row = quantity->of_registration ? readings->place[k] : first;
+        const size_t n = quantity->of_registration ? 1 : n_row ? n_row[ray] : 0;
+        value[k] =
+            rmap_sum_of_ray(self->scene, &quantity->sum, portion, flux_per_weight, ray, row, n);
     }
 }
 

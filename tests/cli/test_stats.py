@@ -286,6 +286,10 @@ def check_sums(m, path):
     on = m.registered(0)
     x, y = ((m.registration["relative"][on] / 65535.0 - 0.5) * 40).T
     compare(stats(path, "--of", "x - y", "--detector", "sensor"), m, m.of_registration[on], x - y, np.ones(on.sum()), "x - y", 1e-7)
+    own = m.of_registration[on]
+    for text, value in (("optical_path", m.registration["optical_path"][on]), ("1 * optical_path(sensor)", m.registration["optical_path"][on]),
+                        ("path_length - 2 * y", m.ray["path_length"][own] - 2 * y), ("2 * path_length", 2 * m.ray["path_length"][own])):
+        compare(stats(path, "--of", text, "--detector", "sensor"), m, own, value, np.ones(on.sum()), text + " --detector", 1e-7)
     top = json.loads(run("query", path, "all", "--top", "3", "--of", "optical_path - path_length", "--json").stdout)
     greatest = np.argsort(m.ray["path_length"] - m.ray["optical_path"], kind="stable")[:3]
     check([ray["ray"] for ray in top["top"]] == m.ray["id"][greatest].tolist(), f"the greatest: {top}")
@@ -601,7 +605,8 @@ def check_refusals(path):
         ("--of", "path_length - wavelength"): (3, "in another unit"),
         ("--of", "path_length - 2 deg"): (3, "no unit here"),
         ("--of", "x(sensor) - "): (3, "a number such as x(NAME) or path_length, found the end"),
-        ("--of", "x - path_length", "--detector", "sensor"): (3, "a number of a registration such as x"),
+        ("--of", "x - path_length(air)", "--detector", "sensor"): (3, "expected the end, found '('"),
+        ("--of", "x - y(top)", "--detector", "sensor"): (3, "same detector"),
         (): (2, "--of is missing"),
         ("--of", "ray", "--of", "ray", "--of", "ray"): (2, "once, or twice"),
         ("--of", "path_length", "--bins", "1000000000"): (2, "1000000000 bins"),
