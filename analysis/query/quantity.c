@@ -226,15 +226,22 @@ static enum rmap_status begin(struct making *making, const char *text, struct rm
     return st == RMAP_OK ? rmap_parser_advance(&making->parser) : st;
 }
 
+/* A detector's name as it is, blanks and all, or as the language has names. */
 static enum rmap_status parse_detector(struct making *making, const char *text,
                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = making->self->scene;
+    making->has_detector = making->is_given = true;
+    for (size_t d = 0; d < scene->n_detector; d++)
+        if (strcmp(scene->detector[d].name, text) == 0) {
+            making->self->detector = (struct rmap_index_set){.low = (int32_t)d, .span = 1};
+            return RMAP_OK;
+        }
     RMAP_TRY(begin(making, text, err));
     RMAP_TRY(rmap_parse_set(&making->parser, RMAP_WANTED_DETECTOR, &making->self->detector));
     if (making->parser.token.kind != RMAP_TOKEN_END)
         st = rmap_parser_expected(&making->parser, "the end");
-    making->has_detector = making->is_given = true;
 out:
     if (st != RMAP_OK)
         rmap_criterion_relabel("--detector", err);

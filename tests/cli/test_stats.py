@@ -385,12 +385,15 @@ def check_files(path):
 def check_receivers(m, path):
     """A receiver that lies where a detector is has its values."""
     with open("again.yaml", "w", encoding="utf8") as file:
-        file.write("detectors:\n  - {name: again, type: plane, on: low, size: [40, 40], "
-                   "cells: [20, 20], at: [0, 0, 0], direction: [0, 0, 1]}\n")
+        file.write("detectors:\n")
+        for name in ("again", "once more"):
+            file.write(f"  - {{name: {name}, type: plane, on: low, size: [40, 40], cells: [20, 20], at: [0, 0, 0], direction: [0, 0, 1]}}\n")
     both = [stats(path, "--of", f"optical_path({name})", "--receivers", "again.yaml", "--bins", 9,
                   "--range", "0..900") for name in ("sensor", "again")]
     check(both[0]["values"] == both[1]["values"] == int(m.registered(0).sum()), "values laid over")
     near(both[1]["mean"]["value"], both[0]["mean"]["value"], "mean laid over", 1e-5)
+    for name in ("once more", "'once more'"):
+        check(stats(path, "--of", "optical_path", "--detector", name, "--receivers", "again.yaml")["mean"] == both[1]["mean"], f"a name with a blank: {name}")
     asked = ("--receivers", "again.yaml", "-w", "registered(again)", "-w", "registered(sensor where scatter_order == 0)")
     for group, text in zip(stats(path, "--of", "optical_path(again)", *asked)["groups"], asked[3::2]):
         alone = stats(path, "--of", "optical_path(again)", *asked[:2], "-w", text)
