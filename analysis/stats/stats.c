@@ -4,6 +4,7 @@
  * skewness, kurtosis, quantiles and a histogram, weighted by flux, each with its standard error.
  */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/stats/stats.h"
@@ -140,12 +141,20 @@ static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
 {
     const size_t n = stats->plan->n_cell + RMAP_STATS_BEYOND;
     struct rmap_stats_group *group = &stats->group[g];
+    const char *criterion = rmap_stats_setup_criterion(stats->setup, g);
     group->name = rmap_stats_setup_name(stats->setup, g);
+    if (criterion) {
+        const size_t nbytes = strlen(group->name) + strlen(criterion) + sizeof " of ";
+        group->named = rmap_alloc(nbytes, 1);
+        if (group->named)
+            (void)snprintf(group->named, nbytes, "%s of %s", group->name, criterion);
+        group->name = group->named;
+    }
     group->n_reading = range->n_reading;
     group->n_ray = range->n_cluster;
     group->cell = rmap_alloc(n, sizeof *group->cell);
     group->cell_rays = rmap_alloc(n, sizeof *group->cell_rays);
-    bool short_of_memory = !group->cell || !group->cell_rays;
+    bool short_of_memory = !group->cell || !group->cell_rays || (criterion && !group->named);
     for (size_t i = 0; i < stats->setup->quantities->n; i++) {
         struct rmap_stats_summary *of = &group->of[i];
         of->least = group->n_reading > 0 ? range[i].low : (double)NAN;
@@ -198,6 +207,7 @@ void rmap_stats_destroy(struct rmap_stats *stats)
     if (!stats)
         return;
     for (size_t g = 0; stats->group && g < stats->n_group; g++) {
+        rmap_free(stats->group[g].named);
         rmap_free(stats->group[g].cell);
         rmap_free(stats->group[g].cell_rays);
         for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)

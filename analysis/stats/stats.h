@@ -54,6 +54,7 @@ struct rmap_stats_summary {
 
 struct rmap_stats_group {
     const char *name;          /* as stats_groups.h has it; NULL: all together. Borrowed */
+    char *named;               /* name, where it is "lamp of CRITERION"; else NULL */
     uint64_t n_ray, n_reading; /* rays with readings, and these */
     struct rmap_stats_estimate flux;
     struct rmap_stats_summary of[RMAP_QUANTITIES_MAX];

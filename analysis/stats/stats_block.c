@@ -27,7 +27,7 @@ void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
                                const struct rmap_stats_criteria *criteria)
 {
     setup->criteria = criteria;
-    set_groups(setup, criteria->n);
+    set_groups(setup, criteria->n * setup->n_group);
 }
 
 void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_stats_paths *paths)
@@ -38,9 +38,18 @@ void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_st
 
 const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t group)
 {
-    return setup->criteria ? rmap_stats_criterion_name(setup->criteria, group)
-           : setup->paths  ? rmap_stats_path_name(setup->paths, group)
-                           : rmap_stats_group_name(setup->by, setup->quantities, group);
+    return setup->by == RMAP_STATS_BY_CRITERION ? rmap_stats_criterion_name(setup->criteria, group)
+           : setup->paths                       ? rmap_stats_path_name(setup->paths, group)
+                          : rmap_stats_group_name(setup->by, setup->quantities,
+                                                  rmap_stats_setup_own(setup, group));
+}
+
+const char *rmap_stats_setup_criterion(const struct rmap_stats_setup *setup, size_t group)
+{
+    return setup->criteria && setup->by != RMAP_STATS_BY_CRITERION
+               ? rmap_stats_criterion_name(setup->criteria,
+                                           group / (setup->n_group / setup->criteria->n))
+               : NULL;
 }
 
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
@@ -63,10 +72,9 @@ static void swap(double *a, double *b)
 }
 
 /* Sorts the readings [first, end) of one ray by class; equal ones keep their order. */
-static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, size_t first,
-                          size_t end)
+static void sort_by_class(struct rmap_stats_reader *reader, double *const *value, size_t n_quantity,
+                          size_t first, size_t end)
 {
-    struct rmap_readings *readings = &reader->readings;
     for (size_t k = first + 1; k < end; k++)
         for (size_t j = k; j > first && reader->tag[j - 1] > reader->tag[j]; j--) {
             uint32_t tag = reader->tag[j];
@@ -74,7 +82,7 @@ static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, s
             reader->tag[j - 1] = tag;
             swap(&reader->weight[j], &reader->weight[j - 1]);
             for (size_t i = 0; i < n_quantity; i++)
-                swap(&readings->value[i][j], &readings->value[i][j - 1]);
+                swap(&value[i][j], &value[i][j - 1]);
         }
 }
 
@@ -85,20 +93,27 @@ static bool are_of_registrations(const struct rmap_stats_setup *setup)
                         : rmap_stats_group_of_registration(setup->by, setup->quantities);
 }
 
-/* The readings [first, end) of one ray: their classes, and where clusters begin. its: groups are
- * of registrations. */
-static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                    bool its, const struct rmap_portion *portion, size_t first, size_t end)
+/* Tells readings apart by their rays, or (its) registrations; by criteria alone it does not. */
+static bool is_marked(enum rmap_stats_by by)
 {
-    const struct rmap_readings *readings = &reader->readings;
-    const size_t source = (size_t)portion->ray.source[readings->ray[first]];
-    const uint32_t *group = setup->by == RMAP_STATS_TOGETHER ? NULL : reader->marks.group;
-    for (size_t k = first; k < end; k++) {
-        const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
-        reader->tag[k] = (uint32_t)(own * setup->n_source + source);
-    }
+    return by != RMAP_STATS_TOGETHER && by != RMAP_STATS_BY_CRITERION;
+}
+
+/* Class of a reading of a ray from the source. group: that of each row; NULL: one. */
+static uint32_t class_of(const struct rmap_stats_setup *setup, const uint32_t *group, bool its,
+                         const struct rmap_readings *readings, size_t source, size_t k)
+{
+    const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
+    return (uint32_t)(own * setup->n_source + source);
+}
+
+/* Of the readings [first, end) of one ray, whose classes are known: where clusters begin. */
+static inline void begin_clusters(struct rmap_stats_reader *reader,
+                                  const struct rmap_stats_setup *setup, bool its,
+                                  double *const *value, size_t first, size_t end)
+{
     if (its)
-        sort_by_class(reader, setup->quantities->n, first, end);
+        sort_by_class(reader, value, setup->quantities->n, first, end);
     uint32_t before = UINT32_MAX;
     for (size_t k = first; k < end; k++) {
         const uint32_t own = reader->tag[k];
@@ -138,13 +153,15 @@ static size_t ray_end(const struct rmap_readings *readings, size_t first)
 /* Readings once for each criterion that picks them, ray by ray: a cluster for each. */
 static enum rmap_status repeat(struct rmap_stats_reader *reader,
                                const struct rmap_stats_setup *setup,
-                               const struct rmap_matched *rays, bool are_one,
+                               const struct rmap_matched *rays, bool its, bool are_one,
                                struct rmap_stats_block *block, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_readings *readings = &reader->readings;
     const double *weight_of_ray = are_one ? NULL : rays->portion->ray.weight;
     const size_t n_quantity = setup->quantities->n;
+    const size_t n_class = setup->n_class / setup->criteria->n;
+    const uint32_t *group = is_marked(setup->by) ? reader->marks.group : NULL;
     size_t n = 0, to = 0;
     bool all_one = true;
     RMAP_TRY(rmap_stats_criteria_hold(setup->criteria, rays->portion, readings,
@@ -156,8 +173,8 @@ static enum rmap_status repeat(struct rmap_stats_reader *reader,
     for (size_t first = 0, end = 0; first < readings->n; first = end) {
         end = ray_end(readings, first);
         const size_t source = (size_t)rays->portion->ray.source[readings->ray[first]];
-        for (size_t g = 0; g < setup->n_group; g++) {
-            uint32_t is_first = RMAP_STATS_FIRST;
+        for (size_t g = 0; g < setup->criteria->n; g++) {
+            const size_t from = to;
             for (size_t r = first; r < end; r++) {
                 if (!(reader->held.held[r] >> g & 1))
                     continue;
@@ -165,9 +182,10 @@ static enum rmap_status repeat(struct rmap_stats_reader *reader,
                     reader->value[i][to] = readings->value[i][r];
                 reader->weight[to] = weigh_one(readings, weight_of_ray, r);
                 all_one = all_one && reader->weight[to] == 1.0;
-                reader->tag[to++] = (uint32_t)(g * setup->n_source + source) | is_first;
-                is_first = 0;
+                reader->tag[to++] =
+                    (uint32_t)(g * n_class) + class_of(setup, group, its, readings, source, r);
             }
+            begin_clusters(reader, setup, its, reader->value, from, to);
         }
     }
     *block = (struct rmap_stats_block){.n = n,
@@ -192,21 +210,25 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (!are_one)
         RMAP_TRY(rmap_fold_fetch(rays, setup->quantities->deferred, err));
+    if (setup->paths)
+        RMAP_TRY(rmap_stats_paths_mark(setup->paths, rays, &reader->marks, err));
+    else if (is_marked(setup->by))
+        RMAP_TRY(rmap_stats_group_mark(setup->by, setup->quantities, rays->portion, &reader->marks,
+                                       err));
     if (setup->criteria) {
         RMAP_TRY(rmap_fold_fetch(rays, rmap_stats_criteria_columns(setup->criteria), err));
-        return repeat(reader, setup, rays, are_one, block, err);
+        return repeat(reader, setup, rays, its, are_one, block, err);
     }
     RMAP_TRY(RMAP_RESERVE(reader->tag, reader->tag_cap, readings->n + 1, err));
     RMAP_TRY(RMAP_RESERVE(reader->weight, reader->weight_cap, readings->n + 1, err));
-    if (setup->paths)
-        RMAP_TRY(rmap_stats_paths_mark(setup->paths, rays, &reader->marks, err));
-    else if (setup->by != RMAP_STATS_TOGETHER)
-        RMAP_TRY(rmap_stats_group_mark(setup->by, setup->quantities, rays->portion, &reader->marks,
-                                       err));
     are_one = weigh(reader, are_one ? NULL : rays->portion->ray.weight);
+    const uint32_t *group = is_marked(setup->by) ? reader->marks.group : NULL;
     for (size_t first = 0, end = 0; first < readings->n; first = end) {
         end = ray_end(readings, first);
-        tag_ray(reader, setup, its, rays->portion, first, end);
+        const size_t source = (size_t)rays->portion->ray.source[readings->ray[first]];
+        for (size_t k = first; k < end; k++)
+            reader->tag[k] = class_of(setup, group, its, readings, source, k);
+        begin_clusters(reader, setup, its, readings->value, first, end);
     }
     *block = (struct rmap_stats_block){.n = readings->n,
                                        .value = {readings->value[0], readings->value[1]},

@@ -27,13 +27,20 @@ struct rmap_stats_setup {
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes);
 
-/* Tells readings apart by criteria, or by classes of paths; both are borrowed. */
+/* Tells readings apart by criteria too, or by classes of paths; both are borrowed. */
 void rmap_stats_setup_criteria(struct rmap_stats_setup *setup,
                                const struct rmap_stats_criteria *criteria);
 void rmap_stats_setup_paths(struct rmap_stats_setup *setup, const struct rmap_stats_paths *paths);
 
 /* NULL: of the one of TOGETHER. */
 const char *rmap_stats_setup_name(const struct rmap_stats_setup *setup, size_t group);
+/* Of groups of several criteria, its own; NULL: the name says it, or there is one. */
+const char *rmap_stats_setup_criterion(const struct rmap_stats_setup *setup, size_t group);
+/* What it is among the groups of its criterion. */
+static inline size_t rmap_stats_setup_own(const struct rmap_stats_setup *setup, size_t group)
+{
+    return setup->criteria ? group % (setup->n_group / setup->criteria->n) : group;
+}
 
 /* Readings of a portion. Borrowed arrays. */
 struct rmap_stats_block {

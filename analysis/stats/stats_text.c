@@ -181,7 +181,9 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
         for (size_t g = 0; g < stats->n_group; g++) {
             if (!rmap_stats_shows(stats, g))
                 continue;
-            json_t *own = json_pack("{s:s}", "name", stats->group[g].name);
+            json_t *own =
+                json_pack("{s:s*, s:s}", "criterion", rmap_stats_setup_criterion(stats->setup, g),
+                          "name", rmap_stats_setup_name(stats->setup, g));
             if (own)
                 set_group(own, stats, &stats->group[g], &failed);
             append(groups, own, &failed);
@@ -209,8 +211,9 @@ bool rmap_stats_shows(const struct rmap_stats *stats, size_t group)
 {
     const struct rmap_stats_setup *setup = stats->setup;
     if (setup->by == RMAP_STATS_BY_DETECTOR)
-        return rmap_index_set_has(&setup->quantities->detector, (int32_t)group);
-    return setup->by <= RMAP_STATS_BY_SOURCE || setup->criteria ||
+        return rmap_index_set_has(&setup->quantities->detector,
+                                  (int32_t)rmap_stats_setup_own(setup, group));
+    return setup->by <= RMAP_STATS_BY_SOURCE || setup->by == RMAP_STATS_BY_CRITERION ||
            (setup->paths && group < setup->paths->n) || stats->group[group].n_reading > 0;
 }
 

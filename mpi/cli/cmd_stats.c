@@ -90,7 +90,7 @@ static enum rmap_status ask(const struct rmap_context *context,
         rmap_asked_take_file(asked);
     if (asked->n > 1 && given->by == RMAP_STATS_TOGETHER)
         given->by = RMAP_STATS_BY_CRITERION;
-    if (asked->n > 1 && given->by != RMAP_STATS_BY_CRITERION)
+    if (asked->n > 1 && given->by >= RMAP_STATS_BY_PATH)
         return rmap_error_set(err, RMAP_USAGE,
                               "--by %s takes one criterion: join several with 'or', or leave --by "
                               "out to tell them apart",
@@ -181,7 +181,7 @@ tell_apart(const struct rmap_context *context, const struct rmap_stats_options *
            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    if (given->by == RMAP_STATS_BY_CRITERION) {
+    if (given->by == RMAP_STATS_BY_CRITERION || criteria->n > 1) {
         quantities->columns |= rmap_stats_criteria_columns(criteria);
         rmap_stats_setup_criteria(setup, criteria);
     }

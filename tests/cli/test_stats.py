@@ -509,16 +509,26 @@ def check_criteria(path):
                     else:
                         near(one[key]["value"], other[key]["value"], f"{key} of {words} {text}", 1e-8)
                 check("--memory" in words or one["quantiles"] == other["quantiles"], f"quantiles of {words} {text}")
+    for words in (("--of", "path_length", "--by", "source"), ("--of", "angle", "--detector", "*", "--by", "detector"),
+                  ("--of", "angle(sensor)", "--by", "object"), ("--of", "optical_path(sensor)", "--by", "scatter_order", "--which", "angle < 50 deg")):
+        words = (*words, "--bins", "6", "--range", "0..90")
+        got = stats(path, *words, *(x for text in asked for x in ("-w", text)))["groups"]
+        alone = [(text, g) for text in asked for g in stats(path, *words, "-w", text)["groups"]]
+        check([g["criterion"] for g in got] == [text for text, _ in alone] and len(alone) > 7, f"criteria of {words}: {len(alone)}")
+        for group, (text, own) in zip(got, alone):
+            for key in ("name", "values", "values_of_rays", "flux", "histogram", "quantiles"):
+                check(group[key] == own[key], f"{words} {text}: {key} {group[key]}, not {own[key]}")
     named = stats(path, "--of", "angle(sensor)", "--criteria", "named.criteria", "--by", "criterion")
     check([g["name"] for g in named["groups"]] == ["bounced", "seen"], "a file's names")
     check(named["groups"][1]["values"] == stats(path, "--of", "angle(sensor)", "--criteria", "named.criteria", "-w", "@seen")["values"], "@seen")
+    check("\nsource lamp of hit(low)\n" in run("stats", path, "--of", "path_length", "--by", "source", "-w", "all", "-w", "hit(low)").stdout, "both are said")
     run("stats", path, "--of", "path_length", "-w", asked[0], "-w", asked[1], "-o", "two.svg", "-o", "two.csv", "--force")
     with open("two.svg", encoding="utf8") as drawn, open("two.csv", encoding="utf8") as listed:
         check(all(text.replace("<", "&lt;") in drawn.read() for text in asked[:1]) and "\nhit(low)," in listed.read(), "a line for each")
     for words, text in ((("--by", "criterion"), "anyway"), (("--by", "source", "--limit", "2"), "is of counts"), (("--by", "sorce"), "did you mean 'source'")):
         check(text in run("query", path, "all", *words, status=2).stderr, text)
     check("raymap paths" in run("query", path, "all", "--by", "path", status=2).stderr, "paths counts them")
-    for words, text in ((("--by", "criterion"), "--criteria FILE"), (("--by", "source", "-w", "all", "-w", "all"), "join several"),
+    for words, text in ((("--by", "criterion"), "--criteria FILE"), (("--by", "path", "-w", "all", "-w", "all"), "join several"),
                         (("--zemax", "H1", "-w", "all"), "not both"), (65 * ("-w", "all"), "64 criteria"),
                         (("--of", "segments", "-w", "all", "-w", "all", "-o", "no.png"), "one criterion")):
         said = run("stats", path, "--of", "path_length", *words, status=2).stderr if "-o" in words else refused(2, "--of", "path_length", *words)
