@@ -143,6 +143,31 @@ out:
     return st;
 }
 
+/* Rank 0 says where a criterion chooses registrations that a sum of rays does not heed. */
+static enum rmap_status tell_sums(const struct rmap_context *context,
+                                  const struct rmap_quantity *quantity,
+                                  const struct rmap_scene *scene,
+                                  const struct rmap_criterion *criterion, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool told = quantity->kind != RMAP_QUANTITY_SUM || quantity->of_registration || !criterion;
+    for (size_t k = 0; !told && k < quantity->sum.n; k++) {
+        struct rmap_which *which = NULL;
+        if (quantity->sum.term[k].of_registration)
+            RMAP_TRY(rmap_which_create(scene, &quantity->sum.term[k].detector, NULL, NULL,
+                                       criterion, &which, err));
+        told = rmap_which_chooses(which);
+        if (told && context->rank == 0 && !context->quiet)
+            fprintf(stderr,
+                    "raymap: %s takes all registrations of a ray (undefined where they differ): "
+                    "'%s' chooses rays alone\n",
+                    quantity->name, which->text);
+        rmap_which_destroy(which);
+    }
+out:
+    return st;
+}
+
 /* Which registrations count, where numbers are of registrations. */
 static enum rmap_status choose(const struct rmap_context *context,
                                const struct rmap_arguments *arguments, struct rmap_asked *asked,
@@ -154,6 +179,10 @@ static enum rmap_status choose(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     const char *which = rmap_argument(arguments, "which");
     rmap_asked_tell_time(context, asked, rmap_quantities_of_phase_time(quantities));
+    for (size_t i = 0; i < quantities->n; i++)
+        for (size_t k = 0; k < criteria->n; k++)
+            RMAP_TRY(
+                tell_sums(context, &quantities->of[i], quantities->scene, criteria->of[k], err));
     if (quantities->of_registrations && (criteria->n < 2 || which))
         return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
                                 criterion, which_ret, err);

@@ -290,6 +290,9 @@ def check_sums(m, path):
     for text, value in (("optical_path", m.registration["optical_path"][on]), ("1 * optical_path(sensor)", m.registration["optical_path"][on]),
                         ("path_length - 2 * y", m.ray["path_length"][own] - 2 * y), ("2 * path_length", 2 * m.ray["path_length"][own])):
         compare(stats(path, "--of", text, "--detector", "sensor"), m, own, value, np.ones(on.sum()), text + " --detector", 1e-7)
+    for where, told in (("registered(top where angle < 40)", 1), ("registered(top)", 0)):
+        said = run("stats", path, "--of", "time(top) - time(sensor)", "-w", where).stderr
+        check(said.count("'where angle < 40' chooses rays alone") == told, f"{where}: {said}")
     top = json.loads(run("query", path, "all", "--top", "3", "--of", "optical_path - path_length", "--json").stdout)
     greatest = np.argsort(m.ray["path_length"] - m.ray["optical_path"], kind="stable")[:3]
     check([ray["ray"] for ray in top["top"]] == m.ray["id"][greatest].tolist(), f"the greatest: {top}")
