@@ -53,6 +53,8 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                        .its_number =
                                            rmap_time_in(parser->criterion->scene, row->its_number)};
     size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
+    if (parser->text[parser->token.begin] == '*')
+        return RMAP_PARSER_FAIL(parser, &parser->token, RMAP_FACTOR_HINT);
     if (!rmap_parser_at_comparison(parser))
         return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",
                                 row->word, (int)(written < 48 ? written : 48),

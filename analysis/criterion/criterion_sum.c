@@ -109,6 +109,13 @@ static enum rmap_status add_term(struct rmap_parser *parser, struct making *maki
     return RMAP_OK;
 }
 
+static enum rmap_status fail_alone(const struct rmap_parser *parser, const struct rmap_token *word,
+                                   const char *name)
+{
+    return RMAP_PARSER_FAIL(parser, word, "%.*s%s is compared with values alone, not in sums",
+                            (int)(word->end - word->begin), parser->text + word->begin, name);
+}
+
 /* A number of the ray, of its registrations on a detector, or of the registration in hand. */
 static enum rmap_status parse_its_number(struct rmap_parser *parser, struct rmap_sum_term *term,
                                          enum rmap_dimension *dimension)
@@ -116,12 +123,18 @@ static enum rmap_status parse_its_number(struct rmap_parser *parser, struct rmap
     enum rmap_status st = RMAP_OK;
     const struct rmap_word *word = number_word(parser, &parser->token);
     const struct rmap_index_set *its = parser->detector;
+    const struct rmap_token token = parser->token;
+    const struct rmap_word *alone = rmap_word_at(parser, &token);
+    if (alone && !word && (alone->is_number || rmap_parser_at_word(parser, "event")))
+        return fail_alone(parser, &token, "");
     if (!word || (its && !word->of_registration))
         return rmap_parser_expected(parser, its ? "a number of a registration such as x"
                                                 : "a number such as x(NAME) or path_length");
     term->ray_number = word->ray_number;
     *dimension = word->dimension;
     RMAP_TRY(rmap_parser_advance(parser));
+    if (!word->of_registration && parser->token.kind == RMAP_TOKEN_OPEN)
+        return fail_alone(parser, &token, "(NAME)");
     if (!its && parser->token.kind != RMAP_TOKEN_OPEN && word->of_registration)
         its = parser->given;
     if (its) {

@@ -82,6 +82,8 @@ static enum rmap_status parse_unit(struct rmap_parser *parser, enum rmap_dimensi
         *factor = factor_of(unit->size, own);
         return rmap_parser_advance(parser);
     }
+    if (parser->text[parser->token.begin] == '*')
+        return RMAP_PARSER_FAIL(parser, &parser->token, RMAP_FACTOR_HINT);
     rmap_unit_list(dimension, scene, units);
     return RMAP_PARSER_FAIL(parser, &parser->token, "'%.*s' is no unit here (%s)",
                             (int)(parser->token.end - parser->token.begin < 32

@@ -369,6 +369,8 @@ enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct r
 {
     const char *candidate[N_WORD];
     size_t n = 0;
+    if (memchr(parser->text + token->begin, '*', token->end - token->begin))
+        return RMAP_PARSER_FAIL(parser, token, RMAP_FACTOR_HINT);
     for (size_t i = 0; i < N_WORD; i++) {
         const struct rmap_word *word = &word_table[i];
         int place = list == RMAP_WORDS_OF_WHERE   ? word->in_where
@@ -390,6 +392,10 @@ RMAP_OWN_FRAME static enum rmap_status fail_unknown(const struct rmap_parser *pa
     if (rmap_parser_at_word(parser, "let"))
         return RMAP_PARSER_FAIL(parser, token,
                                 "'let' defines names in a file that --criteria names");
+    if (token->kind == RMAP_TOKEN_NUMBER)
+        return RMAP_PARSER_FAIL(parser, token,
+                                "what is compared stands first, a factor before it, with blanks "
+                                "around the *: hit(lens) > 2, 2 * x(NAME) > 3");
     if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
     const char *small = rmap_parser_small(parser);

@@ -621,7 +621,7 @@ def check_refusals(path):
         ("--of", "path_length - wavelength"): (3, "in another unit"),
         ("--of", "path_length - 2 deg"): (3, "no unit here"),
         ("--of", "x(sensor) - "): (3, "a number such as x(NAME) or path_length, found the end"),
-        ("--of", "x - path_length(air)", "--detector", "sensor"): (3, "expected the end, found '('"),
+        ("--of", "x - path_length(air)", "--detector", "sensor"): (3, "not in sums"),
         ("--of", "x - y(top)", "--detector", "sensor"): (3, "same detector"),
         (): (2, "--of is missing"),
         ("--of", "ray", "--of", "ray", "--of", "ray"): (2, "once, or twice"),

@@ -17,6 +17,13 @@
 #include "base/rng.h"
 #include "tests/criterion_scene.h"
 
+#define FACTORS                                                                                    \
+    "a factor stands before a number that sums may have, with blanks around the *: 2 * "           \
+    "path_length"
+#define VALUE_FIRST                                                                                \
+    "what is compared stands first, a factor before it, with blanks around the *: hit(lens) > 2, " \
+    "2 * x(NAME) > 3"
+
 /* The message of a one-line criterion: place, text, then the line and the caret under columns
  * [column, column + width). */
 static const struct {
@@ -77,6 +84,19 @@ static const struct {
      "expected <, <=, > or >= (numbers are compared with each other by these), found '=='"},
     {"hit(tube where 3 < x)", 16, 1,
      "expected a number of a step such as angle, x or length, found '3'"},
+    {"path_length > 2 * path_length(air)", 19, 11,
+     "path_length(NAME) is compared with values alone, not in sums"},
+    {"path_length(air) - 1 > 3", 1, 11,
+     "path_length(NAME) is compared with values alone, not in sums"},
+    {"segments > 2 * bounces", 16, 7, "bounces is compared with values alone, not in sums"},
+    {"2 * event > 3", 5, 5, "event is compared with values alone, not in sums"},
+    {"bounces > 2 * segments", 13, 1, FACTORS},
+    {"path_length > 2*optical_path", 16, 13, FACTORS},
+    {"path_length*2 > 3", 1, 13, FACTORS},
+    {"x(sensor)*2 > 3", 10, 2, FACTORS},
+    {"registered(sensor where x*2 > 3)", 25, 3, FACTORS},
+    {"3 mm > x(sensor)", 1, 1, VALUE_FIRST},
+    {"2*x(sensor) > 3", 1, 1, VALUE_FIRST},
     {"hit(tube where length * 2 > x)", 23, 1, "the factor stands before: '2 * length'"},
     {"path_length - > 1", 15, 1, "expected a number such as x(NAME) or path_length, found '>'"},
     {"path_length < 2 * 3", 19, 1, "expected a number such as x(NAME) or path_length, found '3'"},
@@ -133,7 +153,7 @@ static const struct {
     {"x(far) < 2 mm", 12, 2, "'mm' is no unit here (deg rad mrad)"},
     {"time(sensor) < 2 minutes", 18, 7, "'minutes' is no unit here (s ms us ns ps fs)"},
     {"hit(tube) = 2", 11, 1, "unexpected '=' (equality is written '==')"},
-    {"2 < hit(tube)", 1, 1, "expected a test such as hit(name) or all, found '2'"},
+    {"2 < hit(tube)", 1, 1, VALUE_FIRST},
     {"(hit(tube) or all) >= 2", 20, 2, "only a single test can be counted, not an expression"},
     {"hit(tube) hit(lens)", 11, 3, "expected 'and', 'or' or the end, found 'hit'"},
     {"hit(tube) >= 2 hit(lens)", 16, 3, "expected 'and', 'or' or the end, found 'hit'"},
