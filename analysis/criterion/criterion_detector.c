@@ -59,9 +59,10 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
         return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",
                                 row->word, (int)(written < 48 ? written : 48),
                                 parser->text + word->begin);
-    RMAP_TRY(rmap_parse_interval(
-        parser, rmap_its_number_dimension(parser->criterion->scene, row->its_number, detector),
-        &node.interval));
+    const enum rmap_dimension dimension =
+        rmap_its_number_dimension(parser->criterion->scene, row->its_number, detector);
+    parser->criterion->is_mixed |= dimension == RMAP_DIMENSION_MIXED;
+    RMAP_TRY(rmap_parse_interval(parser, dimension, &node.interval));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
 out:

@@ -58,7 +58,8 @@ enum rmap_status rmap_parser_take(struct rmap_parser *parser, enum rmap_token_ki
     rmap_criterion_fail((parser)->text, (token)->begin, (token)->end, (parser)->err, __VA_ARGS__)
 
 #define RMAP_FACTOR_HINT                                                                           \
-    "a factor stands before a number that sums may have, with blanks around the *: 2 * path_length"
+    "a factor stands before a number that sums may have, with blanks around the *: 2 * "           \
+    "path_length"
 
 /* or-expression: the whole language, or the inside of a `where`. */
 enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;

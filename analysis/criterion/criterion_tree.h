@@ -247,6 +247,7 @@ struct rmap_criterion {
     int32_t root;
     int n_mask; /* intermediate results that evaluation holds at once */
     rmap_column_set columns;
+    bool is_mixed; /* compares numbers that are lengths on some detectors, angles on others */
 };
 
 /* Parentheses nest no deeper than this: the parser and the evaluator recurse. */

@@ -179,10 +179,13 @@ static enum rmap_status choose(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     const char *which = rmap_argument(arguments, "which");
     rmap_asked_tell_time(context, asked, rmap_quantities_of_phase_time(quantities));
-    for (size_t i = 0; i < quantities->n; i++)
+    for (size_t i = 0; i < quantities->n; i++) {
+        const struct rmap_quantity *one = &quantities->of[i];
+        rmap_asked_tell_mixed(context, quantities->scene, one->name,
+                              one->dimension == RMAP_DIMENSION_MIXED);
         for (size_t k = 0; k < criteria->n; k++)
-            RMAP_TRY(
-                tell_sums(context, &quantities->of[i], quantities->scene, criteria->of[k], err));
+            RMAP_TRY(tell_sums(context, one, quantities->scene, criteria->of[k], err));
+    }
     if (quantities->of_registrations && (criteria->n < 2 || which))
         return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
                                 criterion, which_ret, err);

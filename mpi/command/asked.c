@@ -93,6 +93,16 @@ void rmap_asked_tell_time(const struct rmap_context *context, struct rmap_asked 
     asked->told_time |= of;
 }
 
+void rmap_asked_tell_mixed(const struct rmap_context *context, const struct rmap_scene *scene,
+                           const char *text, bool of)
+{
+    if (of && context->rank == 0 && !context->quiet)
+        fprintf(stderr,
+                "raymap: %s: x and y of far fields are in degrees, those of the other detectors in "
+                "%s\n",
+                text, scene->unit);
+}
+
 enum rmap_status rmap_asked_compile(const struct rmap_context *context, struct rmap_asked *asked,
                                     size_t index, const struct rmap_scene *scene,
                                     struct rmap_criterion **criterion_ret, struct rmap_error *err)
@@ -103,8 +113,10 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context, struct r
         asked->whole_file ? rmap_criteria_reference(asked->criteria, index) : asked->text[index];
     enum rmap_status st =
         rmap_criterion_compile_with(text, asked->criteria, scene, criterion_ret, err);
-    if (st == RMAP_OK)
+    if (st == RMAP_OK) {
         rmap_asked_tell_time(context, asked, rmap_criterion_of_phase_time(*criterion_ret));
+        rmap_asked_tell_mixed(context, scene, text, (*criterion_ret)->is_mixed);
+    }
     return st;
 }
 

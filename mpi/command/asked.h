@@ -62,6 +62,11 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context, struct r
 /* Rank 0 says once what `time` is in maps without times, where it is asked for (`of`). */
 void rmap_asked_tell_time(const struct rmap_context *context, struct rmap_asked *asked, bool of);
 
+/* Rank 0 says that x and y of some detectors are lengths and of others angles, where they are mixed
+ * (`of`) in the text. */
+void rmap_asked_tell_mixed(const struct rmap_context *context, const struct rmap_scene *scene,
+                           const char *text, bool of);
+
 /* Rank 0 says of a map of rays that a query picked that all registrations of those rays count,
  * where they do. */
 void rmap_asked_tell_picked(const struct rmap_context *context, const struct rmap_map *map,

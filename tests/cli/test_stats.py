@@ -397,6 +397,12 @@ def check_receivers(m, path):
     near(both[1]["mean"]["value"], both[0]["mean"]["value"], "mean laid over", 1e-5)
     for name in ("once more", "'once more'"):
         check(stats(path, "--of", "optical_path", "--detector", name, "--receivers", "again.yaml")["mean"] == both[1]["mean"], f"a name with a blank: {name}")
+    with open("sky.yaml", "w", encoding="utf8") as file:
+        file.write("detectors:\n  - {name: sky, type: intensity, cells: [4, 4]}\n")
+    for words, n in ((("query", path, "x(*) > 3"), 1), (("stats", path, "--of", "x(*)"), 1), (("query", path, "registered(* where y < 3)"), 1),
+                     (("query", path, "world_x(*) > 3"), 0), (("query", path, "x(sky) > 3"), 0)):
+        said = run(*words, "--receivers", "sky.yaml").stderr
+        check(said.count("far fields are in degrees") == n, f"{words}: {said}")
     asked = ("--receivers", "again.yaml", "-w", "registered(again)", "-w", "registered(sensor where scatter_order == 0)")
     for group, text in zip(stats(path, "--of", "optical_path(again)", *asked)["groups"], asked[3::2]):
         alone = stats(path, "--of", "optical_path(again)", *asked[:2], "-w", text)
