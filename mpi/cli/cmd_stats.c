@@ -22,11 +22,12 @@
 
 static const struct rmap_option options[] = {
     {"of", 0, "NUMBER",
-     "what: wavelength flux path_length optical_path group_path segments bounces ray registrations "
-     "ghost_order scatter_order, a test that counts such as 'hit(lens.*, reflect)', or of each "
-     "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) group_path(NAME) "
-     "cell(NAME); given "
-     "twice: a histogram over both"},
+     "what: wavelength photon_energy flux path_length path_length(MEDIUM) optical_path group_path "
+     "start_x start_y start_z segments bounces ray event registrations ghost_order scatter_order, "
+     "a test that counts such as 'hit(lens.*, reflect)', or of each registration, with (NAME) "
+     "behind it: x y world_x world_y world_z angle time optical_path group_path ghost_order "
+     "scatter_order cell cell_i cell_j; a sum such as 'time(far) - 2 * time(near)'; given twice: a "
+     "histogram over both"},
     {"where", 'w', "CRITERION" RMAP_ARGUMENT_AGAIN,
      "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'; given again: of those of "
      "each by themselves"},
