@@ -263,6 +263,8 @@ int rmap_program(const struct rmap_command *const *command, size_t n_command, in
     else
         wanted = MPI_THREAD_MULTIPLE; /* of the watchdog */
     leave_out_unused();
+    /* Who waits in a collective would use up its time on a core that the others may need. */
+    (void)setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);
     rmap_json_memory_watch();
     if (MPI_Init_thread(&argc, &argv, wanted, &provided) != MPI_SUCCESS) {
         fputs("raymap: MPI cannot be started\n", stderr);

@@ -5,6 +5,7 @@
 #include "mpi/trace/render_pass.h"
 
 #include <stdatomic.h>
+#include <time.h>
 
 #include "base/alloc.h"
 #include "base/workers.h"
@@ -22,7 +23,7 @@ struct run {
     struct rmap_blocks *tiles;
     struct rmap_workers *threads;
     struct rmap_render_counts *counts; /* [n_thread] */
-    _Atomic uint64_t n_tile;           /* done by this rank */
+    _Atomic uint64_t n_tile, busy_ns;  /* of this rank */
     double stop_by;                    /* by the clock; 0: nobody said stop */
     atomic_bool stop;                  /* at the next pixel */
 };
@@ -32,12 +33,16 @@ static void work(void *context, int thread)
     struct run *run = context;
     struct rmap_render_counts *counts = &run->counts[thread];
     struct rmap_work_item item;
+    struct timespec busy;
     while (rmap_block_queue_pop(&run->queue, &item)) {
         if (rmap_film_render_tile(run->pass->film, run->pass->renderer,
                                   run->pass->first_tile + item.number, run->pass->first,
                                   run->pass->n, &run->stop, counts))
             atomic_fetch_add(&run->n_tile, 1);
     }
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &busy) == 0) /* it lives for this pass */
+        atomic_fetch_add(&run->busy_ns,
+                         (uint64_t)busy.tv_sec * 1000000000 + (uint64_t)busy.tv_nsec);
     rmap_block_queue_knock(&run->queue);
 }
 
@@ -139,6 +144,7 @@ static void sum_up(struct run *run)
     for (int i = 0; i < pass->context->n_thread; i++)
         rmap_render_counts_add(&pass->counts, &run->counts[i]);
     pass->n_tile = atomic_load(&run->n_tile);
+    pass->busy_ns = atomic_load(&run->busy_ns);
 }
 
 enum rmap_status rmap_render_pass_run(struct rmap_render_pass *pass, struct rmap_error *err)
@@ -146,7 +152,7 @@ enum rmap_status rmap_render_pass_run(struct rmap_render_pass *pass, struct rmap
     struct run run = {.pass = pass};
     struct rmap_error wait_error = {0};
     pass->counts = (struct rmap_render_counts){0};
-    pass->n_tile = 0;
+    pass->n_tile = pass->busy_ns = 0;
     enum rmap_status st =
         rmap_blocks_create(pass->context, pass->end_tile - pass->first_tile, &run.tiles, err);
     if (st == RMAP_OK && (st = start(&run, err)) == RMAP_OK) {

@@ -17,7 +17,8 @@ struct rmap_render_pass {
     double deadline;                /* on rmap_clock_seconds; 0: none */
     struct rmap_film *film;         /* cleared; this rank's tiles */
     struct rmap_render_counts counts;
-    uint64_t n_tile; /* done by this rank */
+    uint64_t n_tile;  /* done by this rank */
+    uint64_t busy_ns; /* of its threads, by the processor: others may have the cores */
 };
 
 /* Collective. Of those tiles, with no others' counts. Ends early, with fewer tiles, at the deadline

@@ -34,8 +34,9 @@ out:
 }
 
 struct tidings {
-    bool dropped; /* nobody wants the picture any longer */
-    bool whole;   /* all tiles that were begun are done */
+    bool dropped;  /* nobody wants the picture any longer */
+    bool whole;    /* all tiles that were begun are done */
+    double busy_s; /* of all threads */
 };
 
 /* Collective. Sums and outcomes that every rank needs alike. */
@@ -46,16 +47,18 @@ static enum rmap_status tell(struct rmap_render_run *run, struct tidings *tiding
     const struct rmap_render_pass *pass = &run->pass;
     const struct rmap_render_counts *c = &pass->counts;
     MPI_Comm comm = run->context->comm;
-    uint64_t sum[6] = {c->n_path, c->n_segment, c->n_look, c->n_limit, c->n_error, pass->n_tile};
+    uint64_t sum[7] = {c->n_path,  c->n_segment, c->n_look,    c->n_limit,
+                       c->n_error, pass->n_tile, pass->busy_ns};
     int stop[3] = {rmap_interrupt_caught(),
                    run->context->rank == 0 && run->end > 0.0 && rmap_clock_seconds() > run->end,
                    rmap_interrupt_stops_question()};
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 6, MPI_UINT64_T, MPI_SUM, comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 7, MPI_UINT64_T, MPI_SUM, comm)));
     RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, stop, 3, MPI_INT, MPI_MAX, comm)));
     rmap_render_counts_add(&run->pass_counts,
                            &(struct rmap_render_counts){sum[0], sum[1], sum[2], sum[3], sum[4]});
     tidings->dropped = stop[2] != 0;
     tidings->whole = sum[5] == pass->end_tile - pass->first_tile;
+    tidings->busy_s = 1e-9 * (double)sum[6];
     run->interrupt = stop[0];
     const bool has_pass = run->n_done > 0 || pass->end_tile == rmap_film_n_tile(pass->film);
     run->is_over =
@@ -65,7 +68,8 @@ out:
 }
 
 /* Collective. How many tiles are next; 0: the step is over. Rank 0 says, by its clock: of half of
- * the time that is left, since one tile is not as long as another. */
+ * the time that is left, since one tile is not as long as another. The pace is that of free cores:
+ * where others have them, few tiles would not be done much sooner than many. */
 static enum rmap_status next_tiles(const struct rmap_render_run *run, double until, double seconds,
                                    uint64_t *n_ret, struct rmap_error *err)
 {
@@ -108,9 +112,8 @@ static enum rmap_status render_tiles(struct rmap_render_run *run, uint64_t n_til
     RMAP_TRY(tell(run, &tidings, err));
     if (tidings.dropped)
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "stopped"));
-    const double passed = rmap_clock_seconds() - begun;
-    run->seconds += passed;
-    const double pace = (double)(n_tile * pass->n) / fmax(passed, 1e-6);
+    run->seconds += rmap_clock_seconds() - begun;
+    const double pace = (double)(n_tile * pass->n) * run->n_thread / fmax(tidings.busy_s, 1e-6);
     run->pace = run->pace > 0.0 ? fmin(pace, 1.25 * run->pace) : pace; /* slow ones come again */
     *whole_ret = tidings.whole;
 out:

@@ -28,7 +28,7 @@ struct rmap_render_run {
     struct rmap_render_counts pass_counts; /* of its tiles so far */
     double end;                            /* on rmap_clock_seconds; 0: no time limit */
     uint64_t n_done;                       /* samples, of passes that are over */
-    double pace;                           /* samples of tiles a second, of late; 0: unknown */
+    double pace;                           /* samples of tiles a second of free cores; 0: unknown */
     bool is_over;
 
     struct rmap_film *film; /* on rank 0: of all passes that are over */

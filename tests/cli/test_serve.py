@@ -829,6 +829,17 @@ def ranks_of(mpirun):
     return ranks.stdout.split()
 
 
+def check_one_core():
+    """Ranks that wait leave a core that they share to the one that works: fifty times as much without."""
+    core = str(min(os.sched_getaffinity(0)))
+    with raymap.serve.start("plain.yaml", before=["mpirun", "--oversubscribe", "-np", "2", "taskset", "-c", core]) as server:
+        ranks = ranks_of(server._process)
+        before = sum(processor_seconds(ranks))
+        server.render(samples=4, size="80x60")
+        spent = sum(processor_seconds(ranks)) - before
+        assert spent < 1, spent
+
+
 def check_lost_rank():
     """One that is killed ends the server; who asked is told so, and does not wait."""
     server = subprocess.Popen(["mpirun", "--oversubscribe", "-np", "2", RAYMAP, "serve", "scene.yaml", "--stdin"],
@@ -871,7 +882,7 @@ def main():
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
     for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_first_items, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
-                  check_lost_rank, check_notebook):
+                  check_one_core, check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
         print(f"{check.__name__}: {time.monotonic() - begun:.1f} s", flush=True)
