@@ -36,7 +36,7 @@ static const char *from_folder(const char *folder, const char *path)
 static enum rmap_status descend(const char *folder, const char *path, int *at_ret,
                                 const char **last, struct rmap_error *err)
 {
-    const char *rest = from_folder(folder, path), *slash;
+    const char *rest = from_folder(folder, path), *slash = NULL;
     char part[PART_LEN];
     if (!rest)
         return outside(path, "it is elsewhere", err);
@@ -58,6 +58,9 @@ static enum rmap_status descend(const char *folder, const char *path, int *at_re
         errno = code;
         at = next;
     }
+    if (at < 0 && slash && errno == ENOENT)
+        return rmap_error_set(err, RMAP_INPUT, "%s: the folder %.*s is not there", path,
+                              (int)(slash - path), path);
     if (at < 0)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
     *at_ret = at;

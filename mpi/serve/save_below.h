@@ -11,7 +11,7 @@
 
 /* A text into a file at a path below the folder, whole or not at all. The path is relative to the
  * folder, or begins with it; ".." and links are refused, in any part of it. force: a file that
- * stands there is replaced. RMAP_USAGE, RMAP_SYSTEM. */
+ * stands there is replaced. RMAP_USAGE, RMAP_INPUT: a folder is not there, RMAP_SYSTEM. */
 enum rmap_status rmap_save_below(const char *folder, const char *path, const char *text, bool force,
                                  struct rmap_error *err) RMAP_MUST_USE;
 

@@ -121,8 +121,9 @@ static enum rmap_status save_files(const struct rmap_serve *self, const char *pa
                                 "%s stands outside of the scene's folder, and would have to be "
                                 "another file for %s: save the scene in its own folder",
                                 file, path);
-        else
-            st = rmap_save_below(self->folder, file, text, force, err);
+        else if ((st = rmap_save_below(self->folder, file, text, force, err)) != RMAP_OK)
+            rmap_error_context(err, "%.*s, which the scene includes, is saved with it",
+                               (int)part.n_name, part.name);
         rmap_free(file);
         rmap_free(text);
     }

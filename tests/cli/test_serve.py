@@ -459,6 +459,7 @@ def check_saving():
                      here + "/../x.yaml", here + "x/y.yaml", "loop/x.yaml", "x.txt", "nowhere/x.yaml", ".yaml/",
                      "a" * 300 + ".yaml"):
             refused(lens.save, path)
+        assert "the folder below/none is not there" in str(refused(lens.save, "below/none/x/y.yaml", status=3))
         assert not os.listdir("../outside")
         refused(lens.save, "scene.yaml/", status=2)
         lens.move("mount", 0, 0, 1)
@@ -504,6 +505,11 @@ def check_saving_elsewhere():
                    "  other: {type: mesh, file: '../parts/other.stl'}\nobjects:\n"
                    "- {name: a, geometry: body, surface: black, outside: air}\n- {name: b, geometry: third, at: [3, 0, 0], surface: black, outside: air}\n"
                    "- {name: c, geometry: other, at: [6, 0, 0], surface: black, outside: air}\n")
+    with open("around.yaml", "w") as around, open("parts/water.yaml", "w") as part:
+        around.write(PLAIN + "include: [parts/water.yaml]\n")
+        part.write("media: {water: {index: 1.33}}\n")
+    with raymap.serve.start("around.yaml") as scene:
+        assert "parts/water.yaml, which the scene includes" in str(refused(scene.save, "deep/around.yaml", status=3))
     with open("plain_part.yaml", "w") as file:
         file.write("sources: [{name: lamp, type: point, at: [0.1, 0.1, -9], medium: air, cone: 40}]\n")
     with raymap.serve.start("parts/named.yaml") as scene:
