@@ -40,7 +40,7 @@ static const struct {
     {"save", rmap_serve_save, "file:s force:b"},
     {"scene", rmap_serve_scene, "brief:b"},
     {"names", rmap_serve_names, ""},
-    {"trace", rmap_serve_trace, "rays:n seed:n action:s wait:b"},
+    {"trace", rmap_serve_trace, "rays:p seed:n action:s wait:b"},
     {"render", rmap_serve_render, NULL},
 };
 

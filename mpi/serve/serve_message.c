@@ -73,6 +73,9 @@ static const char *wanted(char kind, const json_t *value)
         return json_is_integer(value) && json_integer_value(value) >= 0
                    ? NULL
                    : "a whole number from 0 on";
+    case 'p':
+        return json_is_integer(value) && json_integer_value(value) > 0 ? NULL
+                                                                       : "a whole number from 1 on";
     case 'o':
         return json_is_object(value) ? NULL : "an object";
     case 'l':

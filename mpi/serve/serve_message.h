@@ -16,8 +16,8 @@
 json_t *rmap_serve_parse(const char *line, size_t nbytes, json_t **refusal_ret);
 
 /* Whether a command's own keys are those, and what they are to be: "file:s force:b". s: a text, b:
- * true or false, n: a whole number from 0 on, o: an object, l: a list, x: anything. `null` is as
- * good as none. RMAP_USAGE. */
+ * true or false, n: a whole number from 0 on, p: from 1 on, o: an object, l: a list, x: anything.
+ * `null` is as good as none. RMAP_USAGE. */
 enum rmap_status rmap_serve_check_keys(const json_t *message, const char *keys,
                                        struct rmap_error *err) RMAP_MUST_USE;
 

@@ -135,7 +135,7 @@ static enum rmap_status push_text(struct rmap_serve *self, struct rmap_scene_tex
     if (st != RMAP_OK)
         return st;
     drop_texts_from(self, self->n_text > 0 ? self->now + 1 : 0);
-    if (self->n_text >= UNDO_MAX) {
+    if (self->n_text > UNDO_MAX) { /* the scene itself, and its changes */
         rmap_scene_text_fini(&self->text[0]);
         memmove(self->text, self->text + 1, (self->n_text - 1) * sizeof *self->text);
         self->n_text--;
@@ -189,7 +189,8 @@ static enum rmap_status build(struct rmap_serve *self, uint64_t seed, struct ope
     }
 out:
     if (st != RMAP_OK && self->context.rank == 0 && found.n > 0)
-        self->details = json_pack("{s:o}", "diagnostics", rmap_json_diagnostics(&found));
+        self->details = json_pack("{s:o, s:s}", "diagnostics", rmap_json_diagnostics(&found),
+                                  "file", self->at_hand.path);
     rmap_diagnostics_fini(&found);
     rmap_scene_destroy(scene);
     return st;

@@ -69,10 +69,9 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
 {
     enum rmap_status st = RMAP_OK;
     const json_t *rays = json_object_get(message, "rays"), *seed = json_object_get(message, "seed");
-    const json_int_t wanted = json_integer_value(rays);
     const uint64_t now = json_is_integer(seed) ? (uint64_t)json_integer_value(seed) : 1;
-    if (wanted <= 0)
-        return rmap_error_set(err, RMAP_USAGE, "trace wants a whole number of 'rays'");
+    if (!json_is_integer(rays))
+        return rmap_error_set(err, RMAP_USAGE, "trace wants how many in 'rays'");
     if (rmap_map_scene(self->map)->n_source == 0)
         return rmap_error_set(err, RMAP_INPUT, "the scene has no sources");
     if (!rmap_map_is_held(self->map) || n_traced(self) > 0 || now != self->seed)
@@ -87,7 +86,7 @@ static enum rmap_status start(struct rmap_serve *self, const json_t *message,
     rmap_reuse_fini(&self->reuse);
     RMAP_TRY(rmap_agree(&self->context, look_back(self, err), err));
     self->n_begun++;
-    self->n_ray = (uint64_t)wanted;
+    self->n_ray = (uint64_t)json_integer_value(rays);
     self->state = RMAP_SERVE_RUNNING;
     self->pace = self->seconds = 0.0;
     self->n_reused = 0;

@@ -158,7 +158,8 @@ def check_edits():
         check_taken_over(lens)
         assert "places" not in lens.edit(set={"limits.steps": 400}) and "places" not in lens.undo()
         wrong = refused(lens.edit, text="raymap: 1\nobjects: 5\n", status=3)
-        assert wrong.details["diagnostics"][0]["line"] == 2 and "2:10: error: 'objects' must be a list" in str(wrong)
+        assert wrong.details["diagnostics"][0]["line"] == 2 and "\nscene.yaml:2:10: error: 'objects' must be a list" in str(wrong)
+        assert "\nscene.yaml: error: no sources" in str(wrong)
         refused(lens.edit, text="{")
         refused(lens.edit, set={"objects.nobody.at": [0, 0, 0]}, status=3)
         for path in ("objects.", ".objects", "objects..lens", "objects.lens."):
@@ -390,6 +391,9 @@ def check_same():
             assert all(after[key] == before[key] for key in after), (same, after)
         refused(scene.edit, set={"limits.steps": 400}, amend=before["revision"], status=3)
         assert scene.status()["trace"]["rays"] == 4096
+        for steps in range(1000, 2001):
+            changed = scene.edit(set={"limits.steps": steps}, brief=True)
+        assert changed["undo"] == 1000, changed
 
 
 def check_keys(lens):
@@ -397,7 +401,7 @@ def check_keys(lens):
     for command, keys, words in (("save", {"file": 5}, "'file' of 'save' is a text"), ("save", {"force": "yes"}, "'force'"),
                                  ("watch", {"on": "x"}, "'on'"), ("trace", {"rays": 9, "wait": "yes"}, "'wait'"), ("check", {"text": 5}, "'text'"),
                                  ("status", {"x": 1}, "no 'x'"), ("undo", {"n": 3}, "it takes: brief"), ("query", {"criterion": "all", "text": "x"}, "no 'text'"),
-                                 ("trace", {"rays": 9, "seed": -1}, "'seed'"), ("cancel", {"of": 1, "all": True}, "no 'all'"),
+                                 ("trace", {"rays": 9, "seed": -1}, "'seed'"), ("trace", {"rays": 0}, "from 1 on"), ("trace", {"rays": -1}, "from 1 on"), ("cancel", {"of": 1, "all": True}, "no 'all'"),
                                  ("edit", {"set": {}, "text": "x"}, "one of these"), ("edit", {"move": "mount", "by": [0, 0, 1], "set": {}}, "one of these")):
         assert words in str(refused(lens.ask, command, **keys, status=2)), (command, keys)
     for value, error in ((math.nan, ValueError), (object(), TypeError)):

@@ -32,7 +32,8 @@ class ServerError(RaymapError):
     """A request was refused: `status` and words as those of the program, `details` all of it."""
 
     def __init__(self, error: "dict[str, Any]", command: str):
-        found = ["{}:{line}:{column}: {severity}: {text}".format(mistake.get("file", ""), **mistake)
+        found = ["{}{}: {severity}: {text}".format(mistake.get("file", error.get("file", "scene")),
+                                                  ":{line}:{column}".format(**mistake) if mistake["line"] else "", **mistake)
                  for mistake in error.get("diagnostics", [])]
         super().__init__(error.get("status", 1), "\n".join([error.get("message", ""), *found]), [command])
         self.details = error
