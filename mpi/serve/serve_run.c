@@ -210,6 +210,8 @@ enum rmap_status rmap_serve_run(const struct rmap_context *context, const char *
     self.at_hand.context = &self;
     RMAP_TRY(rmap_common_isa(context, &self.isa_level, err));
     RMAP_TRY(rmap_serve_open(&self, path, err));
+    if (rmap_serve_remark(&self) && context->rank == 0 && !context->quiet)
+        fprintf(stderr, "raymap: %s: %s\n", path, rmap_serve_remark(&self));
     RMAP_TRY(rmap_serve_cancel_start(context, &self.cancel, err));
     if (context->rank == 0)
         st = open_doors(&self, ways, &doors, err);

@@ -14,6 +14,7 @@
 #include "base/alloc.h"
 #include "io/map/map_content.h"
 #include "io/map/map_held.h"
+#include "io/map/map_space.h"
 #include "io/mesh/bundle_pack.h"
 #include "io/scene/scene_text.h"
 #include "mpi/command/json_out.h"
@@ -29,6 +30,11 @@ enum { UNDO_MAX = 1000 };
 const char *rmap_serve_file(const struct rmap_serve *self)
 {
     return self->saved_as ? self->saved_as : self->at_hand.path;
+}
+
+const char *rmap_serve_remark(const struct rmap_serve *self)
+{
+    return self->is_mixed ? "the map has several colour spaces: new rays are in its first" : NULL;
 }
 
 void rmap_serve_forget_last(struct rmap_serve *self)
@@ -247,13 +253,19 @@ static enum rmap_status open_map(const struct rmap_serve *self, struct opening *
                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_bundle *first = NULL;
     RMAP_TRY(rmap_load_map(&self->context, opened->path, &opened->map, err));
-    const struct rmap_bundle *bundle = rmap_map_bundle(opened->map);
-    st = rmap_bundle_share(bundle, bundle->text, NULL, &opened->bundle, err);
-    if (st == RMAP_OK && !(opened->text.text = rmap_strdup(bundle->text)))
+    struct rmap_bundle bundle = *rmap_map_bundle(opened->map); /* its options: the last trace's */
+    st = rmap_map_options_of(opened->map, 0, &first, err);
+    if (st == RMAP_OK) {
+        bundle.options = first->options;
+        st = rmap_bundle_share(&bundle, bundle.text, NULL, &opened->bundle, err);
+    }
+    if (st == RMAP_OK && !(opened->text.text = rmap_strdup(bundle.text)))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
     st = rmap_agree(&self->context, st, err);
 out:
+    rmap_bundle_destroy(first);
     return st;
 }
 
@@ -292,6 +304,7 @@ enum rmap_status rmap_serve_open(struct rmap_serve *self, const char *path, stru
     drop_texts_from(self, 0);
     st = rmap_agree(&self->context, push_text(self, &opened.text, err), err);
     RMAP_TRY(st);
+    self->is_mixed = rmap_map_n_space(opened.map) > 1;
     take_map(self, opened.map);
     opened.map = NULL;
     rmap_serve_forget_last(self);
@@ -326,11 +339,12 @@ static void tell_change(struct rmap_serve *self)
 static json_t *state_of(const struct rmap_serve *self, const json_t *message, json_t *places)
 {
     const bool brief = json_is_true(json_object_get(message, "brief"));
-    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*, s:o*}", "revision",
+    return json_pack("{s:I, s:I, s:I, s:b, s:s, s:s*, s:o*, s:s*}", "revision",
                      (json_int_t)self->revision, "undo", (json_int_t)self->now, "redo",
                      (json_int_t)(self->n_text - self->now - 1), "saved",
                      (int)(self->now == self->saved), "file", rmap_serve_file(self), "text",
-                     brief ? NULL : self->text[self->now].text, "places", places);
+                     brief ? NULL : self->text[self->now].text, "places", places, "remark",
+                     rmap_serve_remark(self));
 }
 
 enum rmap_status rmap_serve_load(struct rmap_serve *self, const json_t *message, json_t **result,

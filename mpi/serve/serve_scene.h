@@ -21,6 +21,9 @@ void rmap_serve_forget_last(struct rmap_serve *self);
 /* The file of the scene: that was opened, or that the scene of a map was saved to first. */
 const char *rmap_serve_file(const struct rmap_serve *self);
 
+/* Of a map that was opened: what its rays had that new ones have not; NULL: nothing. */
+const char *rmap_serve_remark(const struct rmap_serve *self);
+
 /* Collective. The scene of the text that is now, without rays. */
 enum rmap_status rmap_serve_anew(struct rmap_serve *self, uint64_t seed,
                                  struct rmap_error *err) RMAP_MUST_USE;

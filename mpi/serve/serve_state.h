@@ -49,6 +49,7 @@ struct rmap_serve {
 
     struct rmap_scene_text *text; /* [n_text] of the scene, oldest first; `now` is its number */
     size_t n_text, cap_text, now, saved;
+    bool is_mixed;     /* the map that was opened has several colour spaces */
     char *saved_as;    /* of a map: the file of its scene; NULL: none yet */
     uint64_t revision; /* goes up with every change */
     uint64_t edited;   /* that the last edit led to */

@@ -28,10 +28,10 @@ json_t *rmap_serve_trace_json(const struct rmap_serve *self)
 {
     const uint64_t n = n_traced(self);
     json_t *told =
-        json_pack("{s:s, s:I, s:I, s:I, s:f, s:I}", "state", state_name[self->state], "rays",
+        json_pack("{s:s, s:I, s:I, s:I, s:f, s:I, s:s*}", "state", state_name[self->state], "rays",
                   (json_int_t)n, "of", (json_int_t)(rmap_map_is_held(self->map) ? self->n_ray : n),
                   "seed", (json_int_t)self->seed, "seconds", self->seconds, "rays_taken_over",
-                  (json_int_t)self->n_reused);
+                  (json_int_t)self->n_reused, "remark", rmap_serve_remark(self));
     if (told && self->state == RMAP_SERVE_FAILED)
         (void)json_object_set_new(told, "message", json_string(self->why));
     return told;

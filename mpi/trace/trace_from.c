@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/grouped.h"
 #include "io/file/directory.h"
 #include "io/map/map_rays.h"
 #include "mpi/parallel/agree.h"
@@ -113,6 +114,20 @@ static int32_t space_of(const struct rmap_map *map, const struct rmap_channels *
     return 0;
 }
 
+/* Rank 0. Rays of other spaces are no rays of the new map. */
+static void tell_other_spaces(const struct rmap_context *context, struct rmap_trace_from *from,
+                              int32_t space)
+{
+    for (size_t i = 0; i < rmap_map_n_portion(from->map); i++)
+        if (rmap_map_portion(from->map, i)->space != space)
+            from->n_other += rmap_map_portion(from->map, i)->n_row[RMAP_TABLE_RAY];
+    if (from->n_other > 0 && !context->quiet)
+        fprintf(stderr,
+                "raymap: --from: %s of the map in another colour space than the scene's, in which "
+                "the new map has all of its own\n",
+                rmap_counted(from->n_other, "ray").text);
+}
+
 /* Rank 0. */
 static enum rmap_status look(struct rmap_trace_from *from, struct rmap_error *err)
 {
@@ -134,6 +149,8 @@ enum rmap_status rmap_trace_from_decide(const struct rmap_context *context,
     if (!from->map)
         return RMAP_OK;
     const int32_t space = space_of(from->map, &scene->channels);
+    if (context->rank == 0)
+        tell_other_spaces(context, from, space);
     if (strcmp(isa, from->summary.isa) != 0)
         (void)snprintf(from->all, sizeof from->all, "they were traced with %s, which is not here",
                        from->summary.isa);

@@ -55,10 +55,10 @@ static void print_text(const struct summary *summary, FILE *out)
 static json_t *from_json(const struct rmap_trace_report *report)
 {
     const struct rmap_trace_from *from = report->from;
-    return json_pack("{s:s, s:s, s:I, s:I, s:s?}", "map", report->from_path, "digest", from->digest,
-                     "reused", (json_int_t)report->outcome->n_reused, "traced",
+    return json_pack("{s:s, s:s, s:I, s:I, s:s?, s:I}", "map", report->from_path, "digest",
+                     from->digest, "reused", (json_int_t)report->outcome->n_reused, "traced",
                      (json_int_t)(report->outcome->n_ray - report->outcome->n_reused), "all_anew",
-                     from->all[0] ? from->all : NULL);
+                     from->all[0] ? from->all : NULL, "other_spaces", (json_int_t)from->n_other);
 }
 
 static json_t *to_json(const struct summary *summary)

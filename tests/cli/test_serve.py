@@ -122,6 +122,19 @@ def check_taken_over(lens):
     assert lens.trace(RAYS)["rays_taken_over"] > 0 and lens.status()["digest"] == before
 
 
+def check_mixed():
+    """Of a map in two colour spaces new rays are in the first one, as those of `trace --from` are in the scene's; both say so."""
+    run("trace", "scene.yaml", "-n", "4096", "-o", "mixed.raymap", "--quiet")
+    run("trace", "scene.yaml", "-n", "2048", "-o", "mixed.raymap", "--append", "--color", "rgb", "--quiet")
+    with raymap.serve.start("mixed.raymap") as lens:
+        lens.move("mount", 0, 0, 1)
+        traced = lens.trace(4096)
+        assert traced["rays_taken_over"] > 0 and "colour spaces" in traced["remark"], traced
+        lens.save("mixed.yaml")
+        made = run("trace", "mixed.yaml", "-n", "4096", "-o", "made.raymap", "--from", "mixed.raymap", "--json")
+        assert made["digest"] == lens.status()["digest"] and made["from"]["other_spaces"] == 2048, made
+
+
 def check_places(lens, answer):
     """A move and its undo tell where what moved is, as the model has it, and nothing of what did not."""
     now, places = lens.model(parts="scene")["scene"], answer["places"]
@@ -891,7 +904,7 @@ def main():
     os.makedirs("served/start")
     os.chdir("served/start")
     shutil.copy(os.path.join(SOURCE, "examples/double-gauss/scene.yaml"), "scene.yaml")
-    for check in (check_answers, check_edits, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_first_items, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
+    for check in (check_answers, check_edits, check_mixed, check_included, check_meshes, check_bodies_of_maps, check_axes, check_places_as_written, check_first_items, check_shared, check_same, check_set_as_command_line, check_saving, check_saving_elsewhere, check_clients, check_render, check_http, check_ranks,
                   check_one_core, check_lost_rank, check_notebook):
         begun = time.monotonic()
         check()
