@@ -65,7 +65,8 @@ static enum state try_once(const char *path, int *fd_ret)
 }
 
 /* What the holder wrote is a stranger's data, of which one line is shown. */
-static enum rmap_status busy(const char *map_path, int fd, enum state state, struct rmap_error *err)
+static enum rmap_status busy(const char *folder, const char *path, bool is_map, int fd,
+                             enum state state, struct rmap_error *err)
 {
     char text[256] = "";
     ssize_t n = pread(fd, text, sizeof text - 1, 0);
@@ -76,12 +77,12 @@ static enum rmap_status busy(const char *map_path, int fd, enum state state, str
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is being written to by another raymap (%s): stop that first, or "
                               "wait for its end",
-                              map_path, shown);
+                              folder, shown);
     return rmap_error_set(err, RMAP_USAGE,
                           "%s is or was being written to by another raymap (%s), and its file "
-                          "system keeps no locks: if that has ended, raymap repair %s "
-                          "--break-lock",
-                          map_path, shown, map_path);
+                          "system keeps no locks: if that has ended, %s %s%s",
+                          folder, shown, is_map ? "raymap repair" : "remove",
+                          is_map ? folder : path, is_map ? " --break-lock" : "");
 }
 
 static void introduce(int fd, const char *command)
@@ -95,34 +96,34 @@ static void introduce(int fd, const char *command)
 }
 
 /* Nothing stands there, or nothing that this user can write to. */
-static bool needs_no_lock(const char *map_path, int reason)
+static bool needs_no_lock(const char *folder, int reason)
 {
     if (reason == ENOENT || reason == ENOTDIR)
         return true;
     return (reason == EACCES || reason == EROFS || reason == EPERM) &&
-           faccessat(AT_FDCWD, map_path, W_OK, AT_EACCESS) != 0;
+           faccessat(AT_FDCWD, folder, W_OK, AT_EACCESS) != 0;
 }
 
-static enum rmap_status refuse(const char *map_path, const char *path, int fd, enum state state,
-                               struct rmap_error *err)
+static enum rmap_status refuse(const char *folder, const char *path, bool is_map, int fd,
+                               enum state state, struct rmap_error *err)
 {
+    const char *what = is_map ? "map" : "folder";
     int reason = errno;
     if (state == STATE_BUSY || state == STATE_NO_LOCKS)
-        return busy(map_path, fd, state, err);
-    if (state == STATE_FAILED && needs_no_lock(map_path, reason))
+        return busy(folder, path, is_map, fd, state, err);
+    if (state == STATE_FAILED && needs_no_lock(folder, reason))
         return RMAP_OK;
     if (state == STATE_NO_FILE)
-        return rmap_error_set(
-            err, RMAP_SYSTEM,
-            "%s is no regular file, and no raymap made it, so that the map cannot "
-            "be locked for writing: remove it",
-            path);
-    return rmap_error_set(err, RMAP_SYSTEM, "%s: the map cannot be locked for writing: %s", path,
-                          strerror(state == STATE_GONE ? EBUSY : reason));
+        return rmap_error_set(err, RMAP_SYSTEM,
+                              "%s is no regular file, and no raymap made it, so that the %s cannot "
+                              "be locked for writing: remove it",
+                              path, what);
+    return rmap_error_set(err, RMAP_SYSTEM, "%s: the %s cannot be locked for writing: %s", path,
+                          what, strerror(state == STATE_GONE ? EBUSY : reason));
 }
 
-enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
-                                    struct rmap_map_lock *self, struct rmap_error *err)
+static enum rmap_status take(const char *folder, bool is_map, const char *command,
+                             struct rmap_map_lock *self, struct rmap_error *err)
 {
     const struct timespec nap = {.tv_nsec = 100000000};
     const int naps_max = 20; /* launchers give ranks that they end two seconds */
@@ -130,7 +131,7 @@ enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
     int fd = -1;
     if (!self || self->path)
         return RMAP_OK;
-    char *path = rmap_path_format("%s/%s", map_path, RMAP_MAP_LOCK_NAME);
+    char *path = rmap_path_format("%s/%s", folder, RMAP_MAP_LOCK_NAME);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     for (int naps = 0; naps <= naps_max; naps++) {
@@ -146,11 +147,23 @@ enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
         *self = (struct rmap_map_lock){fd, path};
         return RMAP_OK;
     }
-    enum rmap_status st = refuse(map_path, path, fd, state, err);
+    enum rmap_status st = refuse(folder, path, is_map, fd, state, err);
     if (fd >= 0)
         (void)close(fd);
     rmap_free(path);
     return st;
+}
+
+enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
+                                    struct rmap_map_lock *self, struct rmap_error *err)
+{
+    return take(map_path, true, command, self, err);
+}
+
+enum rmap_status rmap_folder_lock_take(const char *folder, const char *command,
+                                       struct rmap_map_lock *self, struct rmap_error *err)
+{
+    return take(folder, false, command, self, err);
 }
 
 enum rmap_status rmap_map_lock_break(const char *map_path, struct rmap_error *err)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * The right to write to a map: one command at a time has it, from before its first look at the map
- * until its end. It goes with the process, however it ends. Readers ask nobody.
+ * The right to write to a map, or to a folder of other results: one command at a time has it, from
+ * before its first look at it until its end. It goes with the process, however it ends. Readers ask
+ * nobody.
  */
 #ifndef RMAP_MAP_LOCK_H
 #define RMAP_MAP_LOCK_H
@@ -25,6 +26,10 @@ struct rmap_map_lock { /* zeroed: not held */
 enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
                                     struct rmap_map_lock *self,
                                     struct rmap_error *err) RMAP_MUST_USE;
+/* The same of a folder of other results, of which `raymap repair` knows nothing. */
+enum rmap_status rmap_folder_lock_take(const char *folder, const char *command,
+                                       struct rmap_map_lock *self,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 /* Removes what a writer left where the file system keeps no locks, so that the next one can begin.
  * Only for one that has ended, which nobody but the user can know; a lock that is held is left. */
 enum rmap_status rmap_map_lock_break(const char *map_path, struct rmap_error *err) RMAP_MUST_USE;

@@ -194,6 +194,7 @@ static enum rmap_status run_sweep(const struct rmap_context *context,
         st = show(&run, plot, err);
     st = rmap_agree(context, st, err);
 out:
+    rmap_map_lock_release(&run.lock);
     rmap_sweep_table_fini(&run.table);
     rmap_bundle_destroy(run.bundle);
     rmap_sweep_destroy(run.sweep);

@@ -6,10 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/file/directory.h"
+#include "io/file/file_lock.h"
 #include "io/file/publish.h"
 #include "io/file/text_file.h"
 #include "io/file/whole_file.h"
@@ -85,16 +87,13 @@ static enum rmap_status remove_result(void *context, int directory, const char *
 
 static enum rmap_status clear(const char *folder, struct rmap_error *err)
 {
-    struct stat info;
     struct cleared cleared = {folder};
-    const enum rmap_status st = rmap_path_look(folder, &info, err);
-    if (st != RMAP_OK || info.st_mode == 0)
-        return st;
     return rmap_directory_visit(folder, remove_result, &cleared, err);
 }
 
 struct rows {
-    bool any;
+    const char *folder;
+    bool any, grow;
 };
 
 /* Without them there is nothing to lose, as where the first variant had a mistake. */
@@ -103,28 +102,52 @@ static enum rmap_status look_for_rows(void *context, int directory, const char *
 {
     struct rows *rows = context;
     struct stat info;
-    (void)err;
-    rows->any = rows->any || (rmap_directory_number(name, "rows-", ".jsonl") >= 0 &&
-                              fstatat(directory, name, &info, 0) == 0 && info.st_size > 0);
+    if (rmap_directory_number(name, "rows-", ".jsonl") < 0)
+        return RMAP_OK;
+    char *path = rmap_path_format("%s/%s", rows->folder, name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a path");
+    rows->any |= fstatat(directory, name, &info, 0) == 0 && info.st_size > 0;
+    rows->grow |= rmap_file_is_locked(path);
+    rmap_free(path);
     return RMAP_OK;
 }
 
-enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run, struct rmap_error *err)
+/* Ranks that are being killed may outlive the one that had the folder's lock. */
+static enum rmap_status await_rows(struct rows *rows, struct rmap_error *err)
+{
+    const struct timespec nap = {.tv_nsec = 100000000};
+    enum rmap_status st = rmap_directory_visit(rows->folder, look_for_rows, rows, err);
+    for (int naps = 0; st == RMAP_OK && rows->grow && naps < 20; naps++) {
+        (void)nanosleep(&nap, NULL);
+        rows->grow = false;
+        st = rmap_directory_visit(rows->folder, look_for_rows, rows, err);
+    }
+    if (st == RMAP_OK && rows->grow)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "%s is being written to by ranks of another raymap: stop them first, "
+                            "or wait for their end",
+                            rows->folder);
+    return st;
+}
+
+enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     char *state = state_of(run), *path = rmap_path_format("%s/sweep.txt", run->folder);
     char *before = NULL;
     size_t nbytes = 0;
     struct stat info;
-    struct rows rows = {false};
+    struct rows rows = {.folder = run->folder};
     if (!state || !path)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep"));
+    RMAP_TRY(rmap_folder_make(run->folder, err));
+    RMAP_TRY(rmap_folder_lock_take(run->folder, "sweep", &run->lock, err));
+    RMAP_TRY(await_rows(&rows, err));
     if (run->is_forced)
         RMAP_TRY(clear(run->folder, err));
     RMAP_TRY(rmap_path_look(path, &info, err));
-    if (info.st_mode != 0 && !run->is_resumed)
-        RMAP_TRY(rmap_directory_visit(run->folder, look_for_rows, &rows, err));
-    if (rows.any)
+    if (info.st_mode != 0 && !run->is_resumed && rows.any)
         RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
                                 "%s holds a sweep already: --resume goes on with it, --force "
                                 "begins anew, or give another -o",
@@ -134,9 +157,6 @@ enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run, str
         RMAP_TRY(check_same(run->folder, before, state, err));
         goto out;
     }
-    if (mkdir(run->folder, 0777) != 0 && errno != EEXIST)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "%s cannot be made: %s", run->folder,
-                                strerror(errno)));
     st = rmap_whole_file_put_bytes(path, state, strlen(state), err);
 out:
     rmap_free(before);
@@ -192,7 +212,9 @@ enum rmap_status rmap_sweep_journal_open(const struct rmap_sweep_run *run, int n
     if (journal->file < 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "%s cannot be written to: %s", run->folder,
                             strerror(errno));
-    else if (lseek(journal->file, 0, SEEK_END) > 0) /* behind a line that was cut off */
+    else
+        rmap_file_lock(journal->file);
+    if (st == RMAP_OK && lseek(journal->file, 0, SEEK_END) > 0) /* behind a line that was cut off */
         (void)!write(journal->file, "\n", 1);
     rmap_free(path);
     return st;

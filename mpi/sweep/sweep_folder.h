@@ -8,8 +8,9 @@
 
 #include "mpi/sweep/sweep_run.h"
 
-/* On one rank. Makes the folder, or sees that it holds the same sweep. RMAP_USAGE, RMAP_INPUT. */
-enum rmap_status rmap_sweep_folder_prepare(const struct rmap_sweep_run *run,
+/* On one rank. Makes the folder, or sees that it holds the same sweep, and locks it. RMAP_USAGE,
+ * RMAP_INPUT. */
+enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
 /* Rows of all journals, into the table. */

@@ -46,7 +46,7 @@ static enum rmap_status begin(struct rmap_sweep_run *run, struct group *group,
         st = rmap_sweep_folder_prepare(run, err);
     if (context->rank == 0 && st == RMAP_OK)
         st = rmap_sweep_folder_rows(run, err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
     RMAP_TRY(RMAP_MPI(
         MPI_Bcast(run->table.is_known, (int)run->sweep->n_variant, MPI_C_BOOL, 0, context->comm)));
     group->context = *context;

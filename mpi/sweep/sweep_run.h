@@ -7,6 +7,7 @@
 #define RMAP_SWEEP_RUN_H
 
 #include "analysis/sweep/sweep_table.h"
+#include "io/map/map_lock.h"
 #include "mpi/command/command.h"
 
 /* What took how many seconds by the clock. */
@@ -21,12 +22,14 @@ struct rmap_sweep_run {
     const char *scene_path;     /* to read it again where variants cannot share files */
     const char *folder;         /* of the results */
     bool is_resumed, is_forced;
+    struct rmap_map_lock lock;     /* rank 0: of the folder; whoever began the run releases it */
     struct rmap_sweep_table table; /* complete on rank 0 after the run */
     struct rmap_sweep_times times; /* of this rank's group */
     uint64_t n_reused;             /* rays that were taken over from the variant before */
 };
 
-/* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_STOPPED after
+/* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_USAGE where
+ * another command writes to it; RMAP_STOPPED after
  * a signal. rmap_sweep_table_fini of the table whatever happened. */
 enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *err) RMAP_MUST_USE;
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A sweep that is killed in the midst of it, twice, goes on with --resume and ends with the table of an undisturbed one;
-RAYMAP_TEST_SCALE=10: one of 200 variants."""
+"""A sweep that is killed in the midst of it, twice, goes on with --resume and ends with the table of an undisturbed one, and nobody else
+writes to its folder while one of its ranks lives; RAYMAP_TEST_SCALE=10: one of 200 variants."""
 import os
 import pathlib
 import shutil
@@ -15,7 +15,7 @@ sys.path.insert(0, os.path.join(os.environ["SOURCE_DIR"], "tests", "cli"))
 from asking import SOURCE, check, finish, run  # noqa: E402
 
 SCALE = int(os.environ.get("RAYMAP_TEST_SCALE", "1"))
-for old in ("killed", "whole"):
+for old in ("killed", "whole", "shared-1", "shared-2"):
     shutil.rmtree(old, ignore_errors=True)
 pathlib.Path("s.yaml").write_text(f"""scene: {SOURCE / "examples/double-gauss/scene.yaml"}
 simulation: star_only
@@ -41,4 +41,31 @@ run("sweep", "s.yaml", "-o", "killed", "--resume", "--quiet")
 run("sweep", "s.yaml", "-o", "whole", "--quiet")
 tables = [pathlib.Path(folder, "table.csv").read_text(encoding="utf-8") for folder in ("killed", "whole")]
 check(tables[0] == tables[1] and tables[0].count("\n") > 20 * SCALE + 1, "the same table")
+
+# Of two at a time the second is refused: also where rank 0 is dead, and rank 1 is not yet.
+for ranks in (1, 2):
+    folder = f"shared-{ranks}"
+    last, lock = pathlib.Path(folder, f"rows-0000{ranks - 1}.jsonl"), pathlib.Path(folder, ".map.h5.writer.part")
+    before = ["mpirun", "-np", "2"] if ranks == 2 else []
+    begun = subprocess.Popen([*before, os.environ["RAYMAP"], "sweep", "s.yaml", "-o", folder, "--quiet"])
+    while begun.poll() is None and not (last.exists() and last.stat().st_size > 0):
+        time.sleep(0.005)
+    owner = lock.read_text(encoding="utf-8").strip()
+    pid = int(owner.split()[3])
+    os.kill(begun.pid, signal.SIGSTOP)
+    children = pathlib.Path(f"/proc/{begun.pid}/task/{begun.pid}/children").read_text(encoding="utf-8").split()
+    pids = [int(child) for child in children] if ranks == 2 else [begun.pid]
+    check(pid in pids and len(pids) == ranks, f"{pid} of {pids}")
+    for one in pids:
+        os.kill(one, signal.SIGSTOP)
+    if ranks == 2:
+        os.kill(pid, signal.SIGKILL)
+    error = run("sweep", "s.yaml", "-o", folder, ("--force", "--resume")[ranks - 1], ranks=ranks, status=2)
+    told = f"raymap ({owner})" if ranks == 1 else "ranks of another raymap"
+    check(f"{folder} is being written to by " in error and told in error, error)
+    for one in [begun.pid, *pids]:
+        os.kill(one, signal.SIGKILL)
+    run("sweep", "s.yaml", "-o", folder, "--resume", "--quiet", ranks=3 - ranks)
+    check(pathlib.Path(folder, "table.csv").read_text(encoding="utf-8") == tables[1], f"{ranks} ranks, then {3 - ranks}: the same table")
+    check(not lock.exists(), "the lock is gone")
 finish()
