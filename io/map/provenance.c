@@ -17,28 +17,27 @@
 #include "trace/tracer_revision.h"
 #include "version.h"
 
-enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
-                                 size_t *nbytes_ret, struct rmap_error *err)
+static struct rmap_bundle without_folder(const struct rmap_bundle *bundle)
 {
     struct rmap_bundle portable = *bundle;
     const char *slash = bundle->path ? strrchr(bundle->path, '/') : NULL;
     if (slash)
         portable.path += slash + 1 - bundle->path;
+    return portable;
+}
+
+enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                 size_t *nbytes_ret, struct rmap_error *err)
+{
+    const struct rmap_bundle portable = without_folder(bundle);
     return rmap_bundle_pack(&portable, blob_ret, nbytes_ret, err);
 }
 
 static enum rmap_status digest_bundle(const struct rmap_bundle *bundle, char text[33],
                                       struct rmap_error *err)
 {
-    uint8_t *blob = NULL;
-    size_t nbytes = 0;
-    enum rmap_status st = rmap_scene_pack(bundle, &blob, &nbytes, err);
-    if (st != RMAP_OK)
-        return st;
-    XXH128_hash_t hash = XXH3_128bits(blob, nbytes);
-    rmap_digest_text((struct rmap_digest){hash.low64, hash.high64}, text);
-    rmap_free(blob);
-    return RMAP_OK;
+    const struct rmap_bundle portable = without_folder(bundle);
+    return rmap_bundle_digest(&portable, text, err);
 }
 
 static bool begins_with(const char *text, const char *begin)

@@ -4,10 +4,12 @@
  */
 #include <stdbool.h>
 #include <string.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/mesh/bundle_format.h"
 #include "io/mesh/bundle_pack.h"
+#include "portion/portion.h"
 
 /* nbytes only counts while `to` is NULL. */
 struct sink {
@@ -245,5 +247,19 @@ enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **bl
     put_bundle(&sink, bundle);
     *blob_ret = sink.to;
     *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_digest(const struct rmap_bundle *bundle, char text[33],
+                                    struct rmap_error *err)
+{
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    if (st != RMAP_OK)
+        return st;
+    const XXH128_hash_t hash = XXH3_128bits(blob, nbytes);
+    rmap_digest_text((struct rmap_digest){hash.low64, hash.high64}, text);
+    rmap_free(blob);
     return RMAP_OK;
 }

@@ -13,6 +13,9 @@
  * a blob is checked: RMAP_FORMAT when it is not one. */
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
                                   size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+/* XXH3-128 of these bytes. RMAP_SYSTEM. */
+enum rmap_status rmap_bundle_digest(const struct rmap_bundle *bundle, char text[33],
+                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
                                     struct rmap_bundle **bundle_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;

@@ -16,17 +16,42 @@
 #include "io/file/text_file.h"
 #include "io/file/whole_file.h"
 #include "io/map/map_directory.h"
+#include "io/mesh/bundle_pack.h"
 #include "mpi/parallel/progress.h"
+#include "trace/tracer_revision.h"
 
 static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
                                                  (size_t)1 << 26};
 static const double sync_s =
     5.0; /* what a crash of the machine loses; a killed program loses none */
 
-/* The first line in which two texts differ. */
+/* What a state begins with, but not of earlier programs. */
+#define FILES_MARK "--- files "
+
+static const char *behind_line(const char *text)
+{
+    text += strcspn(text, "\n");
+    return text + (*text == '\n');
+}
+
+/* The first line in which two states differ. */
 static enum rmap_status check_same(const char *folder, const char *before, const char *now,
                                    struct rmap_error *err)
 {
+    const size_t n_digest = strlen(FILES_MARK) + 32, n_head = (size_t)(behind_line(now) - now);
+    const bool has_head = strncmp(before, FILES_MARK, strlen(FILES_MARK)) == 0;
+    if (has_head && strncmp(before, now, n_digest) != 0)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s holds another sweep: meshes or other files that the scene reads "
+                              "have changed; give another -o, or bring them back",
+                              folder);
+    if (has_head && strncmp(before, now, n_head) != 0)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s holds rays of another revision of the tracer, which do not go "
+                              "with those of this one: give another -o",
+                              folder);
+    before = has_head ? behind_line(before) : before;
+    now = behind_line(now);
     for (int line = 1; *before || *now; line++) {
         const size_t a = strcspn(before, "\n"), b = strcspn(now, "\n");
         if (a != b || memcmp(before, now, a) != 0)
@@ -41,21 +66,32 @@ static enum rmap_status check_same(const char *folder, const char *before, const
     return RMAP_OK;
 }
 
-/* What must be the same for rows to be of one sweep: its file, and the scene. */
-static char *state_of(const struct rmap_sweep_run *run)
+/* What must be the same for rows to be of one sweep: its file, the scene, and what that reads. */
+static enum rmap_status make_state(const struct rmap_sweep_run *run, char **text_ret,
+                                   struct rmap_error *err)
 {
     const struct rmap_bundle *bundle = run->bundle;
-    size_t n = strlen(run->sweep->text) + bundle->text_nbytes + 64;
+    struct rmap_bundle files = *bundle;
+    char digest[33];
+    size_t n = strlen(run->sweep->text) + bundle->text_nbytes + 128;
+    files.path = files.text = NULL;
+    files.text_nbytes = 0;
+    files.options = (struct rmap_scene_options){.set = NULL};
+    enum rmap_status st = rmap_bundle_digest(&files, digest, err);
+    if (st != RMAP_OK)
+        return st;
     for (size_t i = 0; i < bundle->options.n_set; i++)
         n += strlen(bundle->options.set[i]) + 8;
     char *text = rmap_alloc(n, 1);
-    size_t used = 0;
     if (!text)
-        return NULL;
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep");
+    size_t used =
+        (size_t)snprintf(text, n, FILES_MARK "%s tracer %d\n", digest, RMAP_TRACER_REVISION);
     for (size_t i = 0; i < bundle->options.n_set; i++)
         used += (size_t)snprintf(text + used, n - used, "--set %s\n", bundle->options.set[i]);
     (void)snprintf(text + used, n - used, "%s\n--- scene\n%s", run->sweep->text, bundle->text);
-    return text;
+    *text_ret = text;
+    return RMAP_OK;
 }
 
 struct cleared {
@@ -134,13 +170,13 @@ static enum rmap_status await_rows(struct rows *rows, struct rmap_error *err)
 enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char *state = state_of(run), *path = rmap_path_format("%s/sweep.txt", run->folder);
-    char *before = NULL;
+    char *state = NULL, *before = NULL, *path = rmap_path_format("%s/sweep.txt", run->folder);
     size_t nbytes = 0;
     struct stat info;
     struct rows rows = {.folder = run->folder};
-    if (!state || !path)
+    if (!path)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a sweep"));
+    RMAP_TRY(make_state(run, &state, err));
     RMAP_TRY(rmap_folder_make(run->folder, err));
     RMAP_TRY(rmap_folder_lock_take(run->folder, "sweep", &run->lock, err));
     RMAP_TRY(await_rows(&rows, err));

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+import pathlib
 import shutil
 import statistics
 import sys
@@ -195,4 +196,28 @@ run("sweep", "s.yaml", "-o", "mended", "--quiet")
 write("s.yaml", SWEEP.replace("0.25", "0.26"))
 error = run("sweep", "s.yaml", "-o", "one", "--resume", status=3)
 check("line 6" in error, f"another sweep: {error}")
+
+# Rows of one scene: neither its files nor the tracer may have changed. Earlier programs did not say which they were.
+PLATE = "v 0 0 {0}\nv 1 0 {0}\nv 0 1 {0}\nf 1 2 3\n"
+write("plate.obj", PLATE.format(1))
+write("plate.yaml", """raymap: 1
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {plate: {type: mesh, file: plate.obj}}
+objects: [{name: plate, geometry: plate, surface: black, front: air, at: [0, 0, 0]}]
+sources: [{name: lamp, type: point, direction: [0, 0, 1], distribution: {cone: 60}, flux: 1 W, medium: air}]
+""")
+write("files.yaml", "scene: plate.yaml\nrays: 500\nparameters: {x: {key: objects.plate.at.1, values: [0.1, 0.2]}}\nanswers: {n: {rays: hit(plate)}}\n")
+run("sweep", "files.yaml", "-o", "files", "--quiet", "--force")
+state = pathlib.Path("files/sweep.txt").read_text(encoding="utf-8")
+write("plate.obj", PLATE.format(2))
+error = run("sweep", "files.yaml", "-o", "files", "--resume", status=3)
+check("files holds another sweep: meshes or other files" in error, error)
+write("plate.obj", PLATE.format(1))
+write("files/sweep.txt", state.replace(" tracer ", " tracer 9"))
+error = run("sweep", "files.yaml", "-o", "files", "--resume", status=3)
+check("another revision of the tracer" in error, error)
+for text in (state, state.split("\n", 1)[1]):
+    write("files/sweep.txt", text)
+    run("sweep", "files.yaml", "-o", "files", "--resume", "--quiet", ranks=2)
 finish()
