@@ -33,6 +33,7 @@ struct rmap_sweep_nominal {
     bool is_number;
     double value;
     const char *unit; /* written behind it, "" mostly; lives as long as `sweep->scene` */
+    const struct rmap_yaml_node *node; /* of `sweep->scene`; NULL: the key is new */
 };
 
 struct rmap_sweep_parameter {

@@ -55,6 +55,7 @@ static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *para
     struct rmap_sweep_nominal *nominal = &parameter->nominal[k];
     const bool changes = parameter->change != RMAP_SWEEP_REPLACE;
     nominal->unit = "";
+    nominal->node = rest[0] ? NULL : found;
     if (rest[0] &&
         (changes || found->kind != RMAP_YAML_MAP || strchr(rest, '.') || found == sweep->scene)) {
         complain(parameter, key, found, rest, diagnostics);
@@ -70,6 +71,24 @@ static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *para
                              key);
 }
 
+/* Of two values for one key the later would stand, and the table would tell both. Something may
+ * have two keys, by its name and by its number. */
+static void find_again(const struct rmap_sweep *sweep, size_t parameter, size_t k,
+                       struct rmap_diagnostics *diagnostics)
+{
+    const struct rmap_sweep_parameter *p = &sweep->parameter[parameter];
+    for (size_t i = 0; i <= parameter; i++) {
+        const struct rmap_sweep_parameter *other = &sweep->parameter[i];
+        for (size_t m = 0; m < (i < parameter ? other->n_key : k); m++)
+            if (strcmp(p->key[k], other->key[m]) == 0 ||
+                (p->nominal[k].node && p->nominal[k].node == other->nominal[m].node))
+                rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, p->node->line,
+                                     p->node->column,
+                                     "'%.100s' has values of '%.60s' already (line %d): leave one",
+                                     p->key[k], other->name, other->node->line);
+    }
+}
+
 enum rmap_status rmap_sweep_find_nominal(struct rmap_sweep *sweep, const struct rmap_bundle *bundle,
                                          struct rmap_diagnostics *diagnostics,
                                          struct rmap_error *err)
@@ -81,11 +100,13 @@ enum rmap_status rmap_sweep_find_nominal(struct rmap_sweep *sweep, const struct 
     for (size_t i = 0; i < bundle->options.n_set; i++)
         RMAP_TRY(rmap_yaml_edit(sweep->scene, bundle->options.set[i], -(int)(i + 1), &told, err));
     for (size_t i = 0; i < sweep->n_parameter; i++)
-        for (size_t k = 0; k < sweep->parameter[i].n_key; k++)
+        for (size_t k = 0; k < sweep->parameter[i].n_key; k++) {
             if (sweep->parameter[i].of_simulation)
                 find_simulations(sweep, &sweep->parameter[i], diagnostics);
             else
                 find_one(sweep, &sweep->parameter[i], k, diagnostics);
+            find_again(sweep, i, k, diagnostics);
+        }
     if (diagnostics->n_error > 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s in %s",
                             rmap_counted(diagnostics->n_error, "mistake").text, sweep->path);

@@ -182,6 +182,8 @@ check(told["yield"]["value"] == 1 and told["yield"]["of"] == 1500, f"yield {told
 for old, new, words in (("objects.sensor_surface.at.3", "objects.sensor_surfce.at.3", ("s.yaml:6:", "did you mean 'sensor_surface'")),
                         ("rays: 3000", "rais: 3000", ("s.yaml:3:", "did you mean 'rays'")),
                         ("of: peak", "of: peek", ("s.yaml:11:", "peek")),
+                        ("key: surfaces.black.reflectance", "key: detectors.sensor.at.3", ("s.yaml:7:10:", "'detectors.sensor.at.3' has values of 'defocus' already (line 6)")),
+                        ("[objects.sensor_surface.at.3, d", "[detectors.1.at.3, d", ("s.yaml:6:12:", "'detectors.sensor.at.3' has values of 'defocus' already")),
                         ("values: [-0.3, 0.25]", "values: [x]", ("s.yaml:6:", "no number"))):
     write("s.yaml", SWEEP.replace(old, new))
     error = run("sweep", "s.yaml", "-o", "bad", status=3)
