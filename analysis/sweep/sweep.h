@@ -33,6 +33,7 @@ struct rmap_sweep_nominal {
     bool is_number;
     double value;
     const char *unit; /* written behind it, "" mostly; lives as long as `sweep->scene` */
+    bool in_unit;     /* was brought to the parameter's unit, in which its values are */
     const struct rmap_yaml_node *node; /* of `sweep->scene`; NULL: the key is new */
 };
 

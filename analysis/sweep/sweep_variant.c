@@ -11,6 +11,7 @@
 #include "base/grouped.h"
 #include "base/portable.h"
 #include "base/rng.h"
+#include "base/unit.h"
 #include "io/scene/scene_values.h"
 
 /* Where the scene has no such key, the nearest that it has. */
@@ -46,6 +47,20 @@ static void find_simulations(const struct rmap_sweep *sweep,
     }
 }
 
+/* The scene's number has a unit that the parameter's is one of, too. */
+static void bring_to_unit(const struct rmap_sweep_parameter *parameter,
+                          struct rmap_sweep_nominal *nominal)
+{
+    const struct rmap_written_unit *own = rmap_unit_named(nominal->unit, strlen(nominal->unit));
+    const struct rmap_written_unit *told =
+        own ? rmap_unit_of_scene(parameter->unit, own->dimension) : NULL;
+    if (!told || told->flux != own->flux)
+        return;
+    nominal->value = rmap_unit_convert(nominal->value, own->size, told->size);
+    nominal->unit = told->name;
+    nominal->in_unit = true;
+}
+
 /* A key of a mapping that is there may be new; whatever is changed must have been there. */
 static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *parameter, size_t k,
                      struct rmap_diagnostics *diagnostics)
@@ -63,7 +78,9 @@ static void find_one(struct rmap_sweep *sweep, struct rmap_sweep_parameter *para
     }
     nominal->is_number = !rest[0] && found->kind == RMAP_YAML_SCALAR && !found->quoted &&
                          rmap_reader_parse_quantity(found->text, &nominal->value, &nominal->unit);
-    if (!nominal->is_number && changes)
+    if (nominal->is_number)
+        bring_to_unit(parameter, nominal);
+    else if (changes)
         rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, parameter->node->line,
                              parameter->node->column,
                              "'%.100s' is no number in the scene: 'plus' and 'times' change one; "
@@ -160,11 +177,15 @@ double rmap_sweep_value(const struct rmap_sweep *sweep, uint64_t variant, size_t
     *text_ret = NULL;
     if (variant == 0 && p->of_simulation)
         *text_ret = sweep->simulation ? sweep->simulation : "";
+    const struct rmap_sweep_nominal *nominal = &p->nominal[0];
+    const bool has_own_unit = nominal->is_number && nominal->unit[0] && !nominal->in_unit;
+    if (variant == 0 && p->change == RMAP_SWEEP_REPLACE && has_own_unit)
+        *text_ret = nominal->node->text;
     if (variant == 0)
-        return p->change == RMAP_SWEEP_PLUS    ? 0.0
-               : p->change == RMAP_SWEEP_TIMES ? 1.0
-               : p->nominal[0].is_number       ? p->nominal[0].value
-                                               : (double)NAN;
+        return p->change == RMAP_SWEEP_PLUS       ? 0.0
+               : p->change == RMAP_SWEEP_TIMES    ? 1.0
+               : nominal->is_number && !*text_ret ? nominal->value
+                                                  : (double)NAN;
     switch (p->spread) {
     case RMAP_SWEEP_NORMAL:
         return draw_normal(sweep, variant, parameter);
@@ -206,7 +227,7 @@ static char *setting(const struct rmap_sweep_parameter *p, size_t k, double valu
         value = nominal->value + value;
     if (p->change == RMAP_SWEEP_TIMES)
         value = nominal->value * value;
-    const bool has_unit = p->change != RMAP_SWEEP_REPLACE && nominal->unit[0];
+    const bool has_unit = nominal->in_unit || (p->change != RMAP_SWEEP_REPLACE && nominal->unit[0]);
     (void)snprintf(set, nbytes, "%s=%.17g%s%s", p->key[k], value, has_unit ? " " : "",
                    has_unit ? nominal->unit : "");
     return set;

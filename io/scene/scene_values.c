@@ -99,15 +99,6 @@ static double scene_unit(const struct rmap_reader *reader, enum rmap_dimension d
     return dimension == RMAP_DIMENSION_WAVELENGTH || dimension == RMAP_DIMENSION_TIME ? 1e-9 : 1;
 }
 
-/* Divides by what is above 1, so that 5 mm are the double nearest to 0.005 m. */
-static double convert(double value, double from, double to)
-{
-    double times = from >= to ? from / to : to / from, whole = round(times);
-    if (fabs(times - whole) < 1e-12 * whole)
-        times = whole;
-    return from >= to ? value * times : value / times;
-}
-
 static enum rmap_dimension dimension_of_units(enum rmap_dimension dimension)
 {
     return dimension == RMAP_DIMENSION_WAVELENGTH ? RMAP_DIMENSION_LENGTH : dimension;
@@ -132,7 +123,7 @@ bool rmap_reader_parse_wavelength(const char *text, double *nm_ret)
     const struct rmap_written_unit *of =
         rmap_unit_of_scene(unit[0] ? unit : "nm", RMAP_DIMENSION_LENGTH);
     if (of)
-        *nm_ret = convert(*nm_ret, of->size, 1e-9);
+        *nm_ret = rmap_unit_convert(*nm_ret, of->size, 1e-9);
     return of && *nm_ret > 0;
 }
 
@@ -171,7 +162,7 @@ static bool read_scalar(struct rmap_reader *reader, const struct rmap_yaml_node 
         wrong_unit(reader, node, what, unit, dimension);
         return false;
     }
-    *value = convert(*value, of->size, scene_unit(reader, dimension));
+    *value = rmap_unit_convert(*value, of->size, scene_unit(reader, dimension));
     return true;
 }
 

@@ -4,6 +4,7 @@
  */
 #include "base/unit.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/vec.h"
@@ -73,6 +74,15 @@ const struct rmap_written_unit *rmap_unit_of_scene(const char *name, enum rmap_d
 {
     const struct rmap_written_unit *unit = rmap_unit_named(name, strlen(name));
     return unit && unit->in_scene && unit->dimension == dimension ? unit : NULL;
+}
+
+/* Divides by what is above 1, so that 5 mm are the double nearest to 0.005 m. */
+double rmap_unit_convert(double value, double from, double to)
+{
+    double times = from >= to ? from / to : to / from, whole = round(times);
+    if (fabs(times - whole) < 1e-12 * whole)
+        times = whole;
+    return from >= to ? value * times : value / times;
 }
 
 size_t rmap_unit_words(enum rmap_dimension dimension, const char *word[RMAP_UNITS_MAX])

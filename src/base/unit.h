@@ -53,6 +53,9 @@ const struct rmap_written_unit *rmap_unit_named(const char *name, size_t len);
 /* The same of one of this dimension that a scene file may have. */
 const struct rmap_written_unit *rmap_unit_of_scene(const char *name, enum rmap_dimension dimension);
 
+/* From one unit's size to another's. */
+double rmap_unit_convert(double value, double from, double to);
+
 #define RMAP_UNITS_MAX 32 /* of one dimension */
 /* Their names in scene files, into word; how many there are. */
 size_t rmap_unit_words(enum rmap_dimension dimension, const char *word[RMAP_UNITS_MAX]);

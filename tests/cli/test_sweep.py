@@ -199,6 +199,21 @@ write("s.yaml", SWEEP.replace("0.25", "0.26"))
 error = run("sweep", "s.yaml", "-o", "one", "--resume", status=3)
 check("line 6" in error, f"another sweep: {error}")
 
+# A number of the scene that has a unit: row 0 and the values are in the parameter's unit, or row 0 has it as it stands.
+def places(more, unit=", unit: mm"):
+    write("units.yaml", f"""scene: {SCENE}
+rays: 500
+parameters: {{z: {{key: objects.sensor_surface.at.3, {more}{unit}}}}}
+answers: {{spot: {{detector: sensor, of: rms_radius}}, light: {{rays: hit(sensor_surface)}}}}
+""")
+    run("sweep", "units.yaml", "-o", "units", "--quiet", "--force", "--set", "objects.sensor_surface.at.3=13.9 cm")
+    return rows("units")
+
+
+plain, added, own = places("values: [138, 139]"), places("plus: true, values: [-1, 0]"), places("values: [138, 139]", "")
+check([row["z"] for row in plain] == ["139", "138", "139"] and [row["z"] for row in own] == ["13.9 cm", "138", "139"], f"{plain}\n{own}")
+check([row["z"] for row in added] == ["0", "-1", "0"] and [(row["spot"], row["light"]) for row in added] == [(row["spot"], row["light"]) for row in plain], f"{plain}\n{added}")
+
 # Rows of one scene: neither its files nor the tracer may have changed. Earlier programs did not say which they were.
 PLATE = "v 0 0 {0}\nv 1 0 {0}\nv 0 1 {0}\nf 1 2 3\n"
 write("plate.obj", PLATE.format(1))
