@@ -152,7 +152,10 @@ static enum rmap_status print_effects(const struct rmap_sweep_table *table, size
         rmap_text_table_add(&text, "  %s", table->sweep->parameter[effect[i].parameter].name);
         rmap_text_table_add(&text, "%.1f %%", 100.0 * effect[i].share);
         rmap_text_table_add(&text, "%.4g", effect[i].slope);
-        rmap_text_table_add(&text, "%.2g", effect[i].slope_error);
+        if (isfinite(effect[i].slope_error))
+            rmap_text_table_add(&text, "%.2g", effect[i].slope_error);
+        else
+            rmap_text_table_add(&text, "%s", "");
     }
     st = rmap_text_table_print(&text, "lrrr", out, err);
     rmap_text_table_fini(&text);
@@ -170,7 +173,8 @@ enum rmap_status rmap_sweep_table_print(const struct rmap_sweep_table *table, FI
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the effects of parameters");
     fprintf(out, "%-14s %llu and the scene as it is", "variants", (unsigned long long)yield.n);
     if (rmap_sweep_n_failed(table))
-        fprintf(out, "; %llu have no answers", (unsigned long long)rmap_sweep_n_failed(table));
+        fprintf(out, "; %llu %s no answers", (unsigned long long)rmap_sweep_n_failed(table),
+                rmap_sweep_n_failed(table) == 1 ? "has" : "have");
     fputc('\n', out);
     for (size_t i = 0; i < sweep->n_answer; i++) {
         const struct rmap_sweep_result *nominal = &rmap_sweep_table_row(table, 0)[i];

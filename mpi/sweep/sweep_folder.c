@@ -17,6 +17,7 @@
 #include "io/file/whole_file.h"
 #include "io/map/map_directory.h"
 #include "io/mesh/bundle_pack.h"
+#include "io/scene/scene_include.h"
 #include "mpi/parallel/progress.h"
 #include "trace/tracer_revision.h"
 
@@ -27,6 +28,7 @@ static const double sync_s =
 
 /* What a state begins with, but not of earlier programs. */
 #define FILES_MARK "--- files "
+#define SCENE_MARK "--- scene"
 
 static const char *behind_line(const char *text)
 {
@@ -34,35 +36,71 @@ static const char *behind_line(const char *text)
     return text + (*text == '\n');
 }
 
-/* The first line in which two states differ. */
-static enum rmap_status check_same(const char *folder, const char *before, const char *now,
-                                   struct rmap_error *err)
+/* Bytes of a line about the first that differs, whole characters; a line between parts is none. */
+static void cut_out(const char *line, size_t n, size_t differs, char text[80])
+{
+    size_t from = differs > 24 ? differs - 24 : 0, end = from + 64;
+    n = strncmp(line, "--- ", 4) == 0 ? 0 : n;
+    while (from > 0 && from < n && ((unsigned char)line[from] & 0xC0U) == 0x80U)
+        from--;
+    while (end > from && end < n && ((unsigned char)line[end] & 0xC0U) == 0x80U)
+        end--;
+    from = from < n ? from : n;
+    end = end < n ? end : n;
+    (void)snprintf(text, 80, "%s%.*s%s", from > 0 ? "..." : "", (int)(end - from), line + from,
+                   end < n ? "..." : "");
+}
+
+/* The first line in which two texts differ, as a line of the file that it is of. */
+static enum rmap_status check_lines(const struct rmap_sweep_run *run, const char *before,
+                                    const char *now, struct rmap_error *err)
+{
+    const char *file = run->sweep->path;
+    char was[80], is[80];
+    size_t n_mark = strlen(RMAP_INCLUDE_MARK), differs = 0;
+    int line = 0;
+    for (; *before || *now; before = behind_line(before), now = behind_line(now)) {
+        const size_t a = strcspn(before, "\n"), b = strcspn(now, "\n");
+        const bool is_set = strncmp(before, "--set ", 6) == 0 || strncmp(now, "--set ", 6) == 0;
+        line++;
+        if (a != b || memcmp(before, now, a) != 0) {
+            file = is_set ? "--set" : file;
+            while (differs < a && before[differs] == now[differs])
+                differs++;
+            cut_out(before, is_set && before[0] != '-' ? 0 : a, differs, was);
+            cut_out(now, is_set && now[0] != '-' ? 0 : b, differs, is);
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "%s holds another sweep: line %d of %.*s was '%s' and is '%s'; "
+                                  "give another -o, or bring the line back",
+                                  run->folder, line, (int)strcspn(file, "\n"), file, was, is);
+        }
+        const bool is_scene = b == strlen(SCENE_MARK) && strncmp(now, SCENE_MARK, b) == 0;
+        const bool is_include = strncmp(now, RMAP_INCLUDE_MARK, n_mark) == 0;
+        file = is_scene ? run->scene_path : is_include ? now + n_mark : file;
+        line = is_scene || is_include || is_set ? 0 : line;
+    }
+    return RMAP_OK;
+}
+
+static enum rmap_status check_same(const struct rmap_sweep_run *run, const char *before,
+                                   const char *now, struct rmap_error *err)
 {
     const size_t n_digest = strlen(FILES_MARK) + 32, n_head = (size_t)(behind_line(now) - now);
     const bool has_head = strncmp(before, FILES_MARK, strlen(FILES_MARK)) == 0;
+    const enum rmap_status st =
+        check_lines(run, has_head ? behind_line(before) : before, behind_line(now), err);
+    if (st != RMAP_OK) /* a text that names other files says more than their digest */
+        return st;
     if (has_head && strncmp(before, now, n_digest) != 0)
         return rmap_error_set(err, RMAP_INPUT,
                               "%s holds another sweep: meshes or other files that the scene reads "
                               "have changed; give another -o, or bring them back",
-                              folder);
+                              run->folder);
     if (has_head && strncmp(before, now, n_head) != 0)
         return rmap_error_set(err, RMAP_INPUT,
                               "%s holds rays of another revision of the tracer, which do not go "
                               "with those of this one: give another -o",
-                              folder);
-    before = has_head ? behind_line(before) : before;
-    now = behind_line(now);
-    for (int line = 1; *before || *now; line++) {
-        const size_t a = strcspn(before, "\n"), b = strcspn(now, "\n");
-        if (a != b || memcmp(before, now, a) != 0)
-            return rmap_error_set(err, RMAP_INPUT,
-                                  "%s holds another sweep: line %d was '%.*s' and is '%.*s'; give "
-                                  "another -o, or bring the line back",
-                                  folder, line, (int)(a < 80 ? a : 80), before,
-                                  (int)(b < 80 ? b : 80), now);
-        before += a + (before[a] == '\n');
-        now += b + (now[b] == '\n');
-    }
+                              run->folder);
     return RMAP_OK;
 }
 
@@ -89,7 +127,7 @@ static enum rmap_status make_state(const struct rmap_sweep_run *run, char **text
         (size_t)snprintf(text, n, FILES_MARK "%s tracer %d\n", digest, RMAP_TRACER_REVISION);
     for (size_t i = 0; i < bundle->options.n_set; i++)
         used += (size_t)snprintf(text + used, n - used, "--set %s\n", bundle->options.set[i]);
-    (void)snprintf(text + used, n - used, "%s\n--- scene\n%s", run->sweep->text, bundle->text);
+    (void)snprintf(text + used, n - used, "%s\n" SCENE_MARK "\n%s", run->sweep->text, bundle->text);
     *text_ret = text;
     return RMAP_OK;
 }
@@ -190,7 +228,7 @@ enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run, struct rm
                                 run->folder));
     if (info.st_mode != 0 && run->is_resumed) {
         RMAP_TRY(rmap_text_file_read(path, &sweep_copy, &before, &nbytes, err));
-        RMAP_TRY(check_same(run->folder, before, state, err));
+        RMAP_TRY(check_same(run, before, state, err));
         goto out;
     }
     st = rmap_whole_file_put_bytes(path, state, strlen(state), err);

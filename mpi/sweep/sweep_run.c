@@ -283,9 +283,10 @@ static enum rmap_status run_variant(struct group *group, uint64_t variant, struc
     keep_last(group, &map, &own);
     st = rmap_agree(&group->context, st, err);
 out:
+    if (st != RMAP_OK && n_set > 0 && strncmp(err->text, "--set ", 6) != 0)
+        rmap_error_context(err, "--set %s", set[0]);
     if (st != RMAP_OK)
-        rmap_error_context(err, "variant %llu%s%s", (unsigned long long)variant,
-                           n_set ? ", --set " : "", n_set ? set[0] : "");
+        rmap_error_context(err, "variant %llu", (unsigned long long)variant);
     rmap_map_close(map);
     rmap_scene_destroy(held.scene);
     rmap_bundle_destroy(own);

@@ -145,8 +145,10 @@ for ranks, more in ((1, ()), (2, ("--force",)), (1, ("--resume",))):
     table_of = rows("failing")
     check([row["all"] != "" for row in table_of] == [True, True, False, True] and "must be between" in table_of[2]["mistake"], f"{table_of}")
     check([("mistake" in row, row["met"]) for row in told["rows"]] == [(False, True), (False, True), (True, False), (False, True)], f"{told['rows']}")
+    check(table_of[2]["mistake"].count("--set") == 1, f"{table_of[2]}")
     check(told["yield"]["met"] == 2 and told["yield"]["of"] == 3, f"{told['yield']}")
 
+check("; 1 has no answers" in run("sweep", "failing.yaml", "-o", "failing", "--resume", "--quiet"), "one of three fails")
 write("failing.yaml", open("failing.yaml", encoding="utf-8").read().replace("[0.1, -3, 0.7]", "[-1, -3, 7]"))
 for ranks, more in ((1, ()), (2, ()), (1, ("--resume",))):
     error = run("sweep", "failing.yaml", "-o", "failing", "--quiet", *(more or ("--force",)), ranks=ranks, status=3)
@@ -197,7 +199,7 @@ write("s.yaml", SWEEP)
 run("sweep", "s.yaml", "-o", "mended", "--quiet")
 write("s.yaml", SWEEP.replace("0.25", "0.26"))
 error = run("sweep", "s.yaml", "-o", "one", "--resume", status=3)
-check("line 6" in error, f"another sweep: {error}")
+check("line 6 of s.yaml was '..." in error and " 0.25]}'" in error and " 0.26]}'" in error, f"another sweep: {error}")
 
 # A number of the scene that has a unit: row 0 and the values are in the parameter's unit, or row 0 has it as it stands.
 def places(more, unit=", unit: mm"):
@@ -222,10 +224,12 @@ media: {air: {index: 1}}
 surfaces: {black: {type: absorber}}
 geometries: {plate: {type: mesh, file: plate.obj}}
 objects: [{name: plate, geometry: plate, surface: black, front: air, at: [0, 0, 0]}]
-sources: [{name: lamp, type: point, direction: [0, 0, 1], distribution: {cone: 60}, flux: 1 W, medium: air}]
+include: [lamp.yaml]
 """)
-write("files.yaml", "scene: plate.yaml\nrays: 500\nparameters: {x: {key: objects.plate.at.1, values: [0.1, 0.2]}}\nanswers: {n: {rays: hit(plate)}}\n")
-run("sweep", "files.yaml", "-o", "files", "--quiet", "--force")
+write("lamp.yaml", "# A lamp\nsources: [{name: lamp, type: point, direction: [0, 0, 1], distribution: {cone: 60}, flux: 1 W, medium: air}]\n")
+write("files.yaml", "scene: plate.yaml\nrays: 500\nparameters: {x: {key: objects.plate.at.1, values: [0.1, 0.2, 0.3]}}\nanswers: {n: {rays: hit(plate)}}\n")
+told = run("sweep", "files.yaml", "-o", "files", "--quiet", "--force")
+check("slope" in told and "nan" not in told, f"three values leave no error of a slope: {told}")
 state = pathlib.Path("files/sweep.txt").read_text(encoding="utf-8")
 write("plate.obj", PLATE.format(2))
 error = run("sweep", "files.yaml", "-o", "files", "--resume", status=3)
@@ -234,6 +238,11 @@ write("plate.obj", PLATE.format(1))
 write("files/sweep.txt", state.replace(" tracer ", " tracer 9"))
 error = run("sweep", "files.yaml", "-o", "files", "--resume", status=3)
 check("another revision of the tracer" in error, error)
+write("files/sweep.txt", state.replace("cone: 60", "cone: 61").replace(" tracer ", " tracer 9"))
+error = run("sweep", "files.yaml", "-o", "files", "--resume", status=3)
+check("line 2 of lamp.yaml was '..." in error and "cone: 61" in error and "cone: 60" in error, error)
+error = run("sweep", "files.yaml", "-o", "files", "--resume", "--set", "limits.steps=9", status=3)
+check("line 1 of --set was '' and is '--set limits.steps=9'" in error, error)
 for text in (state, state.split("\n", 1)[1]):
     write("files/sweep.txt", text)
     run("sweep", "files.yaml", "-o", "files", "--resume", "--quiet", ranks=2)
