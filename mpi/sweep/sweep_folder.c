@@ -136,12 +136,13 @@ struct cleared {
     const char *folder;
 };
 
-/* What a sweep wrote there, and nothing else. */
+/* What a sweep wrote there, and nothing else; but sweep.txt, which says whose rows stand there
+ * until they are gone. */
 static enum rmap_status remove_result(void *context, int directory, const char *name,
                                       struct rmap_error *err)
 {
     const char *folder = ((const struct cleared *)context)->folder;
-    static const char *const file[] = {"sweep.txt", "table.csv", "table.h5", "plot.svg"};
+    static const char *const file[] = {"table.csv", "table.h5", "plot.svg"};
     enum rmap_status st = RMAP_OK;
     bool goes = rmap_directory_number(name, "rows-", ".jsonl") >= 0;
     for (size_t i = 0; i < sizeof file / sizeof *file; i++)
@@ -221,7 +222,7 @@ enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run, struct rm
     if (run->is_forced)
         RMAP_TRY(clear(run->folder, err));
     RMAP_TRY(rmap_path_look(path, &info, err));
-    if (info.st_mode != 0 && !run->is_resumed && rows.any)
+    if (info.st_mode != 0 && !run->is_resumed && !run->is_forced && rows.any)
         RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
                                 "%s holds a sweep already: --resume goes on with it, --force "
                                 "begins anew, or give another -o",

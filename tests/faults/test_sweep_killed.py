@@ -42,6 +42,13 @@ run("sweep", "s.yaml", "-o", "whole", "--quiet")
 tables = [pathlib.Path(folder, "table.csv").read_text(encoding="utf-8") for folder in ("killed", "whole")]
 check(tables[0] == tables[1] and tables[0].count("\n") > 20 * SCALE + 1, "the same table")
 
+# One that begins anew and is killed leaves no rows of which nobody knows whose they are.
+env = {**os.environ, "LD_PRELOAD": os.environ["FAULTS"], "FAULTS_DIR": os.getcwd(), "FAULTS_CALLS": "unlink", "FAULTS_PATH": "*/whole/*", "FAULTS_AT": "2",
+       "FAULTS_ACTION": "kill"}
+for _ in range(4):
+    done = subprocess.run([os.environ["RAYMAP"], "sweep", "s.yaml", "-o", "whole", "--force", "--quiet"], env=env, check=False, capture_output=True)
+    check(done.returncode in (0, -signal.SIGKILL) and pathlib.Path("whole/sweep.txt").exists(), f"killed while it removes: {done}, {os.listdir('whole')}")
+
 # Of two at a time the second is refused: also where rank 0 is dead, and rank 1 is not yet.
 for ranks in (1, 2):
     folder = f"shared-{ranks}"
