@@ -88,14 +88,16 @@ enum rmap_status rmap_message_view(const struct rmap_message *message, struct rm
     if (fits)
         memcpy(&header, message->bytes, sizeof header);
     fits = fits && header.n_channel >= 1 && header.n_channel <= UINT16_MAX;
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
-        fits = fits && header.n_row[t] <= message->nbytes;
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         view->n_row[t] = (size_t)header.n_row[t];
-    }
     view->first_ray = header.first_ray;
     view->n_channel = fits ? (int)header.n_channel : 1;
     view->timed = header.timed != 0;
     fits = fits && !(header.columns & ~rmap_columns_of_run(view->timed));
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        fits =
+            fits && (!(header.columns >> c & 1) ||
+                     view->n_row[rmap_column_info((enum rmap_column)c)->table] <= message->nbytes);
     if (!fits || message_nbytes(view, header.columns) != message->nbytes)
         return rmap_error_set(err, RMAP_INTERNAL, "a block from another rank is torn");
     size_t at = sizeof header;

@@ -90,6 +90,8 @@ told = explained("--columns", "registration/time")
 check("/registration/optical_path" in told["columns"] and told["compact"]["traced_again"] > 0, f"--explain of times: {told}")
 check("/segment/position" in explained()["columns"], "--explain of all columns")
 
+fibre = trace("wls-fibre", "fibre.raymap", 400)  # a thousand steps and more a ray
+check(raymap.table(fibre, "ray", "id")["id"].tolist() == list(range(400)), "few columns of rays with many steps")
 few = raymap.table(lens, "registration", "detector_name", "time", "x", where="registered(sensor)", sample=100, seed=3)
 check(list(few) == ["detector_name", "time", "x"] and set(few["detector_name"]) == {"sensor"}, "columns by name")
 check(len(few["x"]) >= 100 and np.isfinite(few["time"]).all(), "a sample")
