@@ -43,6 +43,9 @@ bool rmap_criterion_of_phase_time(const struct rmap_criterion *criterion);
     "'time' is the optical path (of the phase) / c here: times of arrival, by group index and "    \
     "with delays, need a map traced with 'time: on' (raymap trace --time on)"
 
+/* Whether it compares ids of rays, or asks for rays that the map keeps. */
+bool rmap_criterion_of_ids(const struct rmap_criterion *criterion);
+
 /* False when a portion with this summary cannot hold a match. */
 bool rmap_criterion_may_match(const struct rmap_criterion *criterion,
                               const struct rmap_portion_summary *summary);

@@ -350,7 +350,8 @@ static enum rmap_status run_detector(const struct rmap_context *context,
         st = select(context, given, &request, &ask, &selected, err);
     const struct rmap_choice choice = {selected.criterion, selected.which};
     if (st == RMAP_OK)
-        st = rmap_until_begin(&request.until, map, err);
+        st = rmap_until_begin(&request.until, map,
+                              selected.criterion && rmap_criterion_of_ids(selected.criterion), err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(find_image(context, &request, map, &ask, &choice, &answer, err));
     if (answer.image) {

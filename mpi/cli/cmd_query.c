@@ -207,8 +207,10 @@ static enum rmap_status count_rays(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
     const bool of_part = request->until.part.relative > 0.0;
-    bool is_exact = false;
-    RMAP_TRY(rmap_agree(context, rmap_until_begin(&request->until, search->map, err), err));
+    bool is_exact = false, of_ids = false;
+    for (size_t c = 0; c < request->asked.n; c++)
+        of_ids |= rmap_criterion_of_ids(search->criterion[c]);
+    RMAP_TRY(rmap_agree(context, rmap_until_begin(&request->until, search->map, of_ids, err), err));
     if (!of_part)
         RMAP_TRY(count_registered(context, request, search, err));
     if (search->overlay)

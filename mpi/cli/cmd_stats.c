@@ -257,6 +257,12 @@ static bool is_exact_enough(const struct rmap_until *until, const struct rmap_st
     return suffices;
 }
 
+/* But to draw what a detector detects. */
+static bool reads_ids(const struct rmap_quantities *quantities)
+{
+    return !quantities->weighs && quantities->columns & RMAP_COLUMN_BIT(RMAP_RAY_id);
+}
+
 static enum rmap_status run_stats(const struct rmap_context *context,
                                   const struct rmap_arguments *arguments, struct rmap_error *err)
 {
@@ -291,7 +297,8 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     if (st == RMAP_OK)
         st = choose(context, arguments, &asked, quantities, criterion, &criteria, &which, err);
     if (st == RMAP_OK)
-        st = rmap_until_begin(&until, map, err);
+        st = rmap_until_begin(&until, map, rmap_criterion_of_ids(each.any) || reads_ids(quantities),
+                              err);
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
     request.which = which;

@@ -39,12 +39,13 @@ static void take_portions(struct rmap_until *until, size_t n)
     rmap_map_cut_to(&until->cut, until->n_portion);
 }
 
-enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map,
+enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map, bool of_ids,
                                   struct rmap_error *err)
 {
     if (!(until->part.relative > 0.0))
         return RMAP_OK;
     enum rmap_status st = rmap_map_cut_init(&until->cut, map, err);
+    until->cut.is_in_order |= of_ids;
     if (st == RMAP_OK)
         take_portions(until, FIRST_PORTIONS);
     else

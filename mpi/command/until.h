@@ -25,9 +25,9 @@ struct rmap_until {
 enum rmap_status rmap_until_read(const struct rmap_arguments *given, struct rmap_until *until,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* Where it is asked for, the map is the first part of itself from begin to fini. To be called alike
- * on all ranks. */
-enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map,
+/* Where it is asked for, the map is the first part of itself from begin to fini; all of it where
+ * the answer is of_ids, for which the first rays are no sample. To be called alike on all ranks. */
+enum rmap_status rmap_until_begin(struct rmap_until *until, struct rmap_map *map, bool of_ids,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_until_fini(struct rmap_until *until);
 

@@ -69,6 +69,15 @@ with open("until.svg", encoding="utf-8") as file:
     check("3 % reached, by the first" in file.read(), "in the picture")
 check("--tally is of all rays" in run("detector", "lens.raymap", "sensor", "--until", "3%", "--tally", status=2), "--tally")
 
+run("select", "lens.raymap", "late", "ray > 100000")
+for question in ("ray > 100000", "not ray <= 100000 and flux > 0", "2 * ray - segments > 200000", "@late"):
+    told = ask("lens.raymap", question, "--until", "20%")
+    check(told["until"]["rays"] == 300000 and told["rays"]["matched"] > 199000, f"{question}: {told['until']}, {told['rays']}")
+for words in (("stats", "lens.raymap", "--of", "flux", "--where", "@late"),
+              ("stats", "lens.raymap", "--of", "2 * ray"), ("detector", "lens.raymap", "sensor", "--where", "ray > 9")):
+    until = served.ask(*words, "--until", "20%")["until"]
+    check(until["rays"] == 300000, f"{words}: {until}")
+
 trace("scintillator", "events.raymap", 70000, "--set", "sources.muon.count=counted")
 trace("room", "colours.raymap", 70000)
 run("trace", SOURCE / "examples" / "room" / "scene.yaml", "-o", "colours.raymap", "-n", 1000, "--append", "--color", "rgb", "--quiet")
