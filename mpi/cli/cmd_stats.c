@@ -234,14 +234,15 @@ out:
     return st;
 }
 
-/* Of every group that has values: its flux, and the means of its numbers as against themselves or
- * the spread about them. */
-static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats)
+/* Of every group that has values, and of every criterion: its flux, and the means of its numbers as
+ * against themselves or the spread about them. */
+static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats,
+                            enum rmap_stats_by by)
 {
-    bool suffices = true;
+    bool suffices = stats->known.n_reading > 0;
     for (size_t g = 0; g < stats->n_group; g++) {
         const struct rmap_stats_group *group = &stats->group[g];
-        if (group->n_reading == 0)
+        if (group->n_reading == 0 && by != RMAP_STATS_BY_CRITERION)
             continue;
         suffices =
             suffices && rmap_until_suffices(until, group->flux.value, group->flux.standard_error);
@@ -309,7 +310,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     do {
         rmap_stats_answer_fini(&answer);
         RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
-        is_exact = context->rank == 0 && is_exact_enough(&until, answer.stats);
+        is_exact = context->rank == 0 && is_exact_enough(&until, answer.stats, given.by);
         RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_exact, 1, MPI_INT, 0, context->comm)));
     } while (rmap_until_goes_on(&until, is_exact));
     if (context->rank == 0) {
