@@ -199,9 +199,8 @@ static double reflectance_on(const struct rmap_scene *scene, const struct rmap_r
     if ((fresnel && isnan(n1 + n2)) ||
         !(fresnel || surface->type == RMAP_SURFACE_MIXTURE || surface->type == RMAP_SURFACE_MIRROR))
         return (double)NAN;
-    return rmap_surface_shares(scene, (struct rmap_surface_side){object, front}, channel, n1, n2,
-                               cosine)
-        .reflect_specular;
+    return rmap_surface_reflectance(scene, (struct rmap_surface_side){object, front}, channel, n1,
+                                    n2, cosine);
 }
 
 static void find_incidence(struct rmap_ray_report *report)

@@ -214,18 +214,22 @@ static const double *shape_of(const struct rmap_scattering *at, int k)
     return &at->scatter->shape[k][at->channel];
 }
 
+static double spike_of(const struct rmap_scattering *at)
+{
+    return at->scatter->model == RMAP_SCATTER_UNIFIED ? *shape_of(at, RMAP_SHAPE_SPIKE) : 0.0;
+}
+
 static struct rmap_surface_shares facet_shares(const struct rmap_scatter_side *side,
                                                struct rmap_vec3 in)
 {
     struct rmap_surface_shares its = {.reflect_specular = 0.0};
     const struct rmap_scattering at = local(side, false, in);
     const struct rmap_coat_shares smooth = rmap_smooth_shares(side, -in.z);
-    double total[3], spike = 0.0, lobe = 1.0;
+    const double spike = spike_of(&at);
+    const double lobe =
+        at.scatter->model == RMAP_SCATTER_UNIFIED ? *shape_of(&at, RMAP_SHAPE_LOBE) : 1.0;
+    double total[3];
     rmap_facet_total(&at, shares_at_facet, side, total);
-    if (at.scatter->model == RMAP_SCATTER_UNIFIED) {
-        spike = *shape_of(&at, RMAP_SHAPE_SPIKE);
-        lobe = *shape_of(&at, RMAP_SHAPE_LOBE);
-    }
     const double other = 1.0 - spike - lobe; /* back and Lambert */
     its.reflect_specular = spike * smooth.reflected;
     its.transmit_specular = spike * smooth.passed;
@@ -297,6 +301,14 @@ struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *s
                                                struct rmap_vec3 in)
 {
     return is_of_facets(side) ? facet_shares(side, in) : lobe_shares(side, in);
+}
+
+double rmap_scatter_reflectance(const struct rmap_scatter_side *side, struct rmap_vec3 in)
+{
+    if (!is_of_facets(side))
+        return lobe_shares(side, in).reflect_specular;
+    const struct rmap_scattering at = local(side, false, in);
+    return spike_of(&at) * rmap_smooth_shares(side, -in.z).reflected;
 }
 
 bool rmap_scatter_by_facet(const struct rmap_scatter_side *side)

@@ -34,6 +34,9 @@ struct rmap_coat_shares rmap_smooth_shares(const struct rmap_scatter_side *side,
 struct rmap_surface_shares rmap_scatter_shares(const struct rmap_scatter_side *side,
                                                struct rmap_vec3 in);
 
+/* reflect_specular of these, without a quadrature. */
+double rmap_scatter_reflectance(const struct rmap_scatter_side *side, struct rmap_vec3 in);
+
 /* The numbers of what is reflected, or passes, are the same bits on every machine and follow from
  * the angle of incidence, at a facet where it is of facets: no table, no particles beyond a
  * boundary; bare metals and facets of a boundary only of a portable side, since the tracer asks

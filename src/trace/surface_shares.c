@@ -25,6 +25,19 @@ static struct rmap_scatter_side side_of(const struct rmap_scene *scene,
         .n2 = n2};
 }
 
+static struct rmap_vec3 towards(double cos_i)
+{
+    return rmap_vec3(sqrt((1.0 - cos_i) * (1.0 + cos_i)), 0.0, -cos_i);
+}
+
+double rmap_surface_reflectance(const struct rmap_scene *scene, struct rmap_surface_side side,
+                                int channel, double n1, double n2, double cos_i)
+{
+    const struct rmap_scatter_side its = side_of(scene, side, channel, n1, n2);
+    return rmap_surface_scatters(its.surface) ? rmap_scatter_reflectance(&its, towards(cos_i))
+                                              : rmap_smooth_shares(&its, cos_i).reflected;
+}
+
 struct rmap_surface_shares rmap_surface_shares(const struct rmap_scene *scene,
                                                struct rmap_surface_side side, int channel,
                                                double n1, double n2, double cos_i)
@@ -33,8 +46,7 @@ struct rmap_surface_shares rmap_surface_shares(const struct rmap_scene *scene,
     const struct rmap_surface *surface = its.surface;
     struct rmap_surface_shares shares;
     if (rmap_surface_scatters(surface)) {
-        shares =
-            rmap_scatter_shares(&its, rmap_vec3(sqrt((1.0 - cos_i) * (1.0 + cos_i)), 0.0, -cos_i));
+        shares = rmap_scatter_shares(&its, towards(cos_i));
     } else {
         const struct rmap_coat_shares smooth = rmap_smooth_shares(&its, cos_i);
         shares =

@@ -29,6 +29,10 @@ struct rmap_surface_shares rmap_surface_shares(const struct rmap_scene *scene,
                                                struct rmap_surface_side side, int channel,
                                                double n1, double n2, double cos_i);
 
+/* reflect_specular of these, sooner. */
+double rmap_surface_reflectance(const struct rmap_scene *scene, struct rmap_surface_side side,
+                                int channel, double n1, double n2, double cos_i);
+
 /* Of a surface with a scatter model, 1/sr: between the media of the object, in the plane of
  * incidence, to an angle from the normal, positive on the side of the specular direction. passes:
  * of transmitted light. */

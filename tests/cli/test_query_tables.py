@@ -5,6 +5,7 @@ map, byte for byte for any number of ranks; --columns chooses; what there is not
 import filecmp
 import json
 import os
+import resource
 import sys
 
 import h5py
@@ -103,6 +104,24 @@ for words, answer in (((), b"all"), (("--sample", 9, "--seed", 4), b"sample 9 se
     run("query", lens, "all", *words, "--columns", "ray/id", "-o", "few.h5", "--force", "--quiet")
     with h5py.File("few.h5") as file:
         check(file.attrs["answer"] == answer, f"of which rays: {file.attrs['answer']}")
+
+with open("shiny.yaml", "w", encoding="utf-8") as file:
+    file.write("""raymap: 1
+surfaces: {satin: {type: mirror, reflectance: 0.9, scatter: {model: unified, sigma_alpha: 5, spike: 0.3, lobe: 0.5}}}
+geometries: {ball: {type: sphere, radius: 10}}
+objects: [{name: ball, geometry: ball, surface: satin}]
+sources: [{name: lamp, type: point, flux: 1 W}]
+limits: {steps: 30}
+""")
+run("trace", "shiny.yaml", "-o", "shiny.raymap", "-n", 100, "--quiet")
+seconds = []
+for column in ("segment/object", "segment/reflectance"):
+    begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run("query", "shiny.raymap", "all", "-o", "few.h5", "--columns", column, "--force", "--quiet")
+    seconds.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begun)
+with h5py.File("few.h5") as file:
+    check(np.allclose(file["segment/reflectance"][:], 0.27, rtol=1e-12), "of a spike")
+check(seconds[1] < 5 * seconds[0] + 0.5, f"no quadrature: {seconds} s")
 
 for words, status, told in ((("--columns", "registration/tme", "-o", "no.h5"), 3, "did you mean 'registration/time'?"),
                             (("--columns", " , ", "-o", "no.h5"), 3, "names no column"),
