@@ -60,7 +60,7 @@ static enum rmap_status find_rays(struct rmap_parser *parser, const struct rmap_
                                 "'%s' is defined in %.64s, and rays of the map are named so: give "
                                 "one another name",
                                 name, parser->criteria->label);
-    if (st == RMAP_SYSTEM)
+    if (st == RMAP_SYSTEM || st == RMAP_FORMAT)
         return rmap_error_set(parser->err, st, "%s", why.text);
     return st == RMAP_OK ? RMAP_OK : RMAP_PARSER_FAIL(parser, token, "%s", why.text);
 }

@@ -96,7 +96,7 @@ path = pathlib.Path(name) / "selection-sun.h5"
 whole = path.read_bytes()
 for at in (9, len(whole) - 4):
     path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1:])
-    check("selection-sun.h5" in run("query", name, "@sun", status=3), f"byte {at} is used")
+    check("selection-sun.h5" in run("query", name, "@sun", status=4), f"byte {at} is used")
     check(selections(name)["sun"]["state"] == "damaged", f"info, byte {at}")
     check("damaged" in run("info", name), "info as text")
     check("damaged" in run("verify", name, status=4), f"verify, byte {at}")
@@ -110,7 +110,7 @@ check(path.read_bytes() != whole[:100] and answers(name, "@sun")[0] > 0, "select
 def forge(what, change):
     run("select", name, "sun", "@ghosts and source(sun)", "--force", "--quiet")
     edit(str(path), change)
-    error = run("query", name, "@sun", status=3)
+    error = run("query", name, "@sun", status=4)
     check("selection-sun.h5" in error, f"{what}: {error}")
     check("damaged" in run("verify", name, status=4), f"verify: {what}")
 
