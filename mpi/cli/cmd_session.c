@@ -97,7 +97,7 @@ static enum rmap_status converse(struct rmap_session *session, struct rmap_sessi
         char *line = NULL;
         rmap_interrupt_forget();
         st = next_line(context, input, &line, &mistake);
-        bool at_end = st == RMAP_OK && !line;
+        const bool is_asked = line, at_end = st == RMAP_OK && !line;
         if (line)
             st = rmap_session_answer(session, line, &mistake);
         rmap_free(line);
@@ -107,6 +107,8 @@ static enum rmap_status converse(struct rmap_session *session, struct rmap_sessi
             st = rmap_agree(context, st, err);
         } else if (st != RMAP_OK) {
             *err = mistake;
+            if (is_asked && context->rank == 0 && context->json) /* the last line, for its reader */
+                (void)tell_mistake(context, n, &mistake, &mistake);
         }
         if (context->rank == 0)
             fflush(stdout);

@@ -162,6 +162,12 @@ static enum rmap_status read_list(const char *rest, uint64_t *limit_ret, const c
     return st == RMAP_OK || st == RMAP_SYSTEM ? st : RMAP_INPUT;
 }
 
+/* A damaged selection is no end of the session. */
+static enum rmap_status of_line(enum rmap_status st, struct rmap_error *err)
+{
+    return st == RMAP_FORMAT ? (err->status = RMAP_INPUT) : st;
+}
+
 /* Collective. */
 static enum rmap_status answer_criterion(struct rmap_session *session, const char *text,
                                          uint64_t limit, struct rmap_error *err)
@@ -169,7 +175,7 @@ static enum rmap_status answer_criterion(struct rmap_session *session, const cha
     struct rmap_criterion *criterion = NULL;
     enum rmap_status st = rmap_criterion_compile_with(
         text, session->criteria, rmap_map_scene(session->map), &criterion, err);
-    RMAP_TRY(rmap_agree(session->context, st, err));
+    RMAP_TRY(rmap_agree(session->context, of_line(st, err), err));
     st = limit == 0 ? count_rays(session, criterion, err)
                     : list_rays(session, criterion, limit, err);
 out:
@@ -184,7 +190,7 @@ static enum rmap_status define(struct rmap_session *session, const char *line,
     const struct rmap_context *context = session->context;
     enum rmap_status st =
         rmap_session_define(&session->criteria, line, rmap_map_scene(session->map), err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_agree(context, of_line(st, err), err));
     rmap_session_memo_clear(&session->memo);
     if (context->rank == 0 && context->json)
         st = rmap_json_line(json_pack("{s:s}", "defined", line), stdout, err);

@@ -161,6 +161,19 @@ def test_mistakes():
     assert code == 3 and len(out.splitlines()) == 3, out
 
 
+def test_trouble():
+    """A damaged selection is a line that cannot be answered; a map that goes is told where the answer would stand, too."""
+    shutil.rmtree("gone.raymap", ignore_errors=True)
+    assert run("trace", SCENE, "-o", "gone.raymap", "-n", "3000", "--quiet")[0] == 0
+    assert run("select", "gone.raymap", "few", "ray < 9")[0] == 0
+    os.truncate("gone.raymap/selection-few.h5", 100)
+    got = lines("gone.raymap", text="@few\nlet g = @few\nall\n", status=3)
+    assert "seal" in got[0]["error"] and "seal" in got[1]["error"] and got[2]["criterion"] == "all", got
+    shutil.rmtree("gone.raymap/shard-00000")
+    session = subprocess.run([RAYMAP, "session", "gone.raymap"], input="all\n", capture_output=True, text=True, timeout=300)
+    assert session.returncode == 4 and json.loads(session.stdout)["line"] == 1 and "missing" in session.stdout, session
+
+
 def read_until(terminal, pattern, seconds=60):
     seen = ""
     end = time.monotonic() + seconds
@@ -260,7 +273,7 @@ def main():
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
     for test in (test_pipe, test_second_reads_nothing, test_budgets,
-                 test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal,
+                 test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_trouble, test_terminal,
                  test_terminal_keeps_letters, test_interrupts):
         test()
         print(test.__name__, "passed")
