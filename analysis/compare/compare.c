@@ -192,7 +192,7 @@ static enum rmap_status check_maps(const struct rmap_comparison *self, struct rm
     if (self->overlap.rays > 0 && self->overlap.same_scene && (picked || other))
         return rmap_error_set(err, RMAP_INPUT,
                               "both maps hold rays of one and the same trace (seed and scene are "
-                              "equal), picked by different criteria: compare these in the map that "
+                              "equal) that criteria picked: compare these in the map that "
                               "was traced, compare MAP --where A --where B");
     return RMAP_OK;
 }
