@@ -281,8 +281,9 @@ static void warn_incomplete(const struct rmap_context *context, const char *path
     rmap_map_summarise(map, &summary);
     const struct rmap_counted held = rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray");
     if (rmap_rays_asked(map, &n_asked))
-        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s of %s\n", path,
-                held.text, rmap_grouped(n_asked, asked));
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s of %s%s\n",
+                path, held.text, rmap_grouped(n_asked, asked),
+                n_asked == summary.n_row[RMAP_TABLE_RAY] ? ", and its trace has not ended" : "");
     else
         fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s\n", path,
                 held.text);

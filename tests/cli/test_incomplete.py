@@ -4,6 +4,12 @@
 import json
 import os
 import subprocess
+import sys
+
+import numpy as np
+
+sys.dont_write_bytecode = True
+from sealed_map import edit  # noqa: E402
 
 PROGRAM, SOURCE = os.environ["RAYMAP"], os.environ["SOURCE_DIR"]
 GAUSS = os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml")
@@ -53,6 +59,8 @@ call("trace", GAUSS, "-o", "next.raymap", "-n", 1000, "--first-ray", 10**9, "--f
 merged = json.loads(call("merge", "part.raymap", "next.raymap", "-o", "both.raymap", "--force", "--json").stdout)
 assert (merged["complete"], merged["rays_asked"], merged["rays_traced"]) == (False, 10**9 + 1000, held + 1000), merged
 assert "asked for: 1,000,000,000 rays" in call("info", "part.raymap").stdout
+edit("whole.raymap/map.h5", lambda file: file.attrs.__setitem__("complete", np.int32(0)))  # as before a trace's end
+assert "holds 3,000 rays of 3,000, and its trace has not ended" in call("query", "whole.raymap", "all").stderr
 call("query", "part.raymap", "ray < 100", "-o", "picked.raymap", "--force", "--quiet")
 picked = json.loads(call("query", "picked.raymap", "all", "--json").stdout)
 assert (picked["complete"], picked["rays_asked"], picked["rays_traced"]) == (False, None, 100), picked
