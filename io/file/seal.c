@@ -145,8 +145,7 @@ enum rmap_status rmap_seal_write(const char *path, struct rmap_range *range, siz
 static enum rmap_status no_seal(const char *path, struct rmap_error *err)
 {
     return rmap_error_set(err, RMAP_FORMAT,
-                          "%s does not end with a seal: it is no file of a ray map, or it was cut "
-                          "off",
+                          "%s: no seal at its end: it is no file of a ray map, or it was cut off",
                           path);
 }
 

@@ -72,7 +72,8 @@ check(explained["portions"]["read"] == 2 and explained["portions"]["skipped"] ==
 for words, status, told in ((("ghosts", "all"), 2, "--force"), (("2nd", "all"), 2, "letters, digits"), (("a/b", "all"), 2, "cannot name"),
                             (("new",), 2, "one criterion"), (("ghosts", "all", "--remove"), 2, "--remove"),
                             (("nobody", "--remove"), 3, "no rays are named 'nobody'"), (("new", "htt(lens.1)"), 3, "did you mean"),
-                            (("new", "@gost"), 3, "raymap select")):
+                            (("new", "@gost"), 3, "raymap select"), (("new", "@gohsts"), 3, "(did you mean 'ghosts'?)"),
+                            (("new", "@gohsts", "--criteria", "more.txt"), 3, "more.txt (did you mean 'ghosts'?)")):
     error = run("select", name, *words, status=status)
     check(told in error, f"{words}: {error}")
 error = run("query", name, "@ghosts >= 2", status=3)
@@ -103,6 +104,7 @@ for at in (9, len(whole) - 4):
 check("selection-sun.h5: removed" in run("repair", name), "repair")
 check(set(selections(name)) == {"ghosts", "twice"}, "repair leaves the good one")
 path.write_bytes(whole[:100])
+check(f"({path}: no seal at its end" in run("info", name), "its name once, then what is wrong")
 run("select", name, "sun", "@ghosts and source(sun)", "--force")
 check(path.read_bytes() != whole[:100] and answers(name, "@sun")[0] > 0, "selected again in place of a damaged one")
 
