@@ -4,6 +4,7 @@
  * tree like any others. Definitions may use each other in any order, but not themselves. A name
  * that has no definition may be that of rays which the map keeps.
  */
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/criterion/criterion_file_internal.h"
@@ -26,24 +27,30 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser,
                                      const struct rmap_token *token, const char *name)
 {
     const struct rmap_criteria *criteria = parser->criteria;
+    const struct rmap_ray_names *names = parser->criterion->scene->ray_names;
     char shown[RMAP_SHOWN_NBYTES];
     rmap_criterion_shorten(name, shown);
+    const size_t n = criteria ? criteria->n : 0;
+    const char **known = rmap_alloc(n + 1, sizeof *known);
+    for (size_t i = 0; known && i < n; i++)
+        known[i] = criteria->let[i].name;
+    const char *near = known ? rmap_nearest_word(name, known, n) : NULL;
+    char *kept = names && !near ? names->near(names->context, name) : NULL;
+    near = near ? near : kept;
+    char hint[RMAP_SHOWN_NBYTES + 32] = "";
+    if (near)
+        (void)snprintf(hint, sizeof hint, " (did you mean '%s'?)", near);
+    rmap_free(known);
+    rmap_free(kept);
     if (!criteria)
         return RMAP_PARSER_FAIL(parser, token,
-                                "no criterion is named '%s': --criteria FILE defines names, as "
+                                "no criterion is named '%s'%s: --criteria FILE defines names, as "
                                 "let %s = ..., and raymap select keeps rays in the map by name",
-                                shown, shown);
-    const char **known = rmap_alloc(criteria->n, sizeof *known);
-    for (size_t i = 0; known && i < criteria->n; i++)
-        known[i] = criteria->let[i].name;
-    const char *near = known ? rmap_nearest_word(name, known, criteria->n) : NULL;
-    const char *hint[3] = {near ? " (did you mean '" : "", near ? near : "", near ? "'?)" : ""};
-    rmap_free(known);
+                                shown, hint, shown);
     if (strcmp(criteria->label, RMAP_CRITERION_LABEL) == 0) /* lines, not a file */
-        return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' so far%s%s%s", shown,
-                                hint[0], hint[1], hint[2]);
-    return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' in %.64s%s%s%s", shown,
-                            criteria->label, hint[0], hint[1], hint[2]);
+        return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' so far%s", shown, hint);
+    return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' in %.64s%s", shown,
+                            criteria->label, hint);
 }
 
 /* Rays of the map that have the name; *rays NULL: none. */

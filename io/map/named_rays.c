@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "io/file/diagnostics.h"
 #include "io/file/directory.h"
 #include "io/file/publish.h"
 #include "io/file/shell_word.h"
@@ -396,13 +397,33 @@ static const char *words(void *context, const char *name)
     return found;
 }
 
+static char *near(void *context, const char *name)
+{
+    struct rmap_kept_rays *self = context;
+    struct rmap_named_rays_list list;
+    struct rmap_error ignored = {0};
+    (void)pthread_mutex_lock(&self->map->hdf5_lock);
+    const enum rmap_status st = rmap_named_rays_list(self->map, &list, &ignored);
+    (void)pthread_mutex_unlock(&self->map->hdf5_lock);
+    if (st != RMAP_OK)
+        return NULL;
+    const char **known = rmap_alloc(list.n + 1, sizeof *known);
+    for (size_t i = 0; known && i < list.n; i++)
+        known[i] = list.row[i].name;
+    const char *found = known ? rmap_nearest_word(name, known, list.n) : NULL;
+    char *own = found ? rmap_strdup(found) : NULL;
+    rmap_free(known);
+    rmap_named_rays_list_fini(&list);
+    return own;
+}
+
 enum rmap_status rmap_map_offer_named_rays(struct rmap_map *map, struct rmap_error *err)
 {
     struct rmap_kept_rays *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a map");
     self->map = map;
-    self->names = (struct rmap_ray_names){self, find, words};
+    self->names = (struct rmap_ray_names){self, find, words, near};
     map->kept_rays = self;
     for (size_t i = 0; i < map->spaces.n; i++) {
         map->scene[i]->ray_names = &self->names;

@@ -16,6 +16,8 @@ struct rmap_ray_names {
                              struct rmap_error *err);
     /* The criterion that they matched, borrowed; NULL where find has not found the name. */
     const char *(*words)(void *context, const char *name);
+    /* The nearest name that the map keeps, rmap_free; NULL: none is near. */
+    char *(*near)(void *context, const char *name);
 };
 
 #endif
