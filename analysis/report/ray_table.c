@@ -278,6 +278,12 @@ static enum rmap_status unknown(const struct catalogue *all, const char *word, s
     char given[64];
     const char *near = NULL;
     (void)snprintf(given, sizeof given, "%.*s", (int)(n < 60 ? n : 60), word);
+    /* Of a table that there is, the column's own name is looked for. */
+    const size_t slash = strcspn(given, "/");
+    size_t skip = 0, n_candidate = 0;
+    for (size_t t = 0; given[slash] && t < n_table; t++)
+        if (strlen(table_word[t]) == slash && memcmp(given, table_word[t], slash) == 0)
+            skip = slash + 1;
     for (size_t i = 0; name && candidate && i < all->n + n_table; i++) {
         if (i < n_table)
             (void)snprintf(name[i], sizeof name[i], "%s", table_word[i]);
@@ -285,10 +291,12 @@ static enum rmap_status unknown(const struct catalogue *all, const char *word, s
             (void)snprintf(name[i], sizeof name[i], "%s/%s",
                            table_word[all->column[i - n_table].table],
                            all->column[i - n_table].name);
-        candidate[i] = name[i];
+        if (strncmp(name[i], given, skip) == 0)
+            candidate[n_candidate++] = name[i] + skip;
     }
-    if (name && candidate)
-        near = rmap_nearest_word(given, candidate, all->n + n_table);
+    if (n_candidate > 0)
+        near = rmap_nearest_word(given + skip, candidate, n_candidate);
+    near = near ? near - skip : NULL;
     enum rmap_status st =
         rmap_error_set(err, RMAP_INPUT,
                        "no column '%s'%s%s%s: there are ray, segment and registration, and columns "
@@ -304,8 +312,13 @@ static enum rmap_status unknown(const struct catalogue *all, const char *word, s
 static enum rmap_status choose(const struct catalogue *all, const char *names, bool *wanted,
                                struct rmap_error *err)
 {
+    bool is_due = true; /* behind a comma, and at first */
     for (const char *at = names; *at;) {
         const size_t n = strcspn(at, ", \t\n");
+        is_due = is_due && n == 0;
+        if (at[n] == ',' && is_due)
+            break;
+        is_due = is_due || at[n] == ',';
         bool found = n == 0;
         for (size_t i = 0; n > 0 && i < all->n; i++)
             if (is_named(&all->column[i], at, n))
@@ -314,7 +327,9 @@ static enum rmap_status choose(const struct catalogue *all, const char *names, b
             return unknown(all, at, n, err);
         at += n + (at[n] != '\0');
     }
-    return RMAP_OK;
+    return is_due ? rmap_error_set(err, RMAP_INPUT,
+                                   "a place in the list of columns names no column: '%.80s'", names)
+                  : RMAP_OK;
 }
 
 static rmap_column_set columns_of(const struct rmap_scene *scene,
@@ -360,8 +375,6 @@ enum rmap_status rmap_ray_table_create(const struct rmap_map *map, const char *n
             all.column[self->n++] = all.column[i];
         }
     self->is_reported = self->columns == REPORTED;
-    if (self->n == 0)
-        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "the list of columns names no column"));
     self->column = all.column;
     all.column = NULL;
     *table_ret = self;

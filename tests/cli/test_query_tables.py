@@ -113,7 +113,7 @@ objects: [{name: ball, geometry: ball, surface: satin}]
 sources: [{name: lamp, type: point, flux: 1 W}]
 limits: {steps: 30}
 """)
-run("trace", "shiny.yaml", "-o", "shiny.raymap", "-n", 100, "--quiet")
+run("trace", "shiny.yaml", "-o", "shiny.raymap", "-n", 100, "--quiet", "--force")
 seconds = []
 for column in ("segment/object", "segment/reflectance"):
     begun = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
@@ -124,7 +124,9 @@ with h5py.File("few.h5") as file:
 check(seconds[1] < 5 * seconds[0] + 0.5, f"no quadrature: {seconds} s")
 
 for words, status, told in ((("--columns", "registration/tme", "-o", "no.h5"), 3, "did you mean 'registration/time'?"),
-                            (("--columns", " , ", "-o", "no.h5"), 3, "names no column"),
+                            (("--columns", "ray/foo", "-o", "no.h5"), 3, "no column 'ray/foo': there are"),
+                            (("--columns", "ray,,segment", "-o", "no.h5"), 3, "names no column: 'ray,,segment'"),
+                            (("--columns", "ray, ", "-o", "no.h5"), 3, "names no column"), (("--columns", " , ", "-o", "no.h5"), 3, "names no column"),
                             (("--columns", "ray", "-o", "no.csv"), 2, "-o OUT.h5"), (("--columns", "ray"), 2, "-o OUT.h5"),
                             (("-o", "few.h5"), 2, "--force"), (("-o", "nowhere/no.h5"), 3, "nowhere")):
     error = run("query", lens, "all", *words, status=status)
