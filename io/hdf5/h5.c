@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/count.h"
 #include "io/codec/codec.h"
 #include "io/file/seal.h"
 #include "io/hdf5/h5_inside.h"
@@ -132,6 +133,24 @@ out:
     return st;
 }
 
+/* HDF5 refuses a file that others in the process, such as h5py, have open to be closed in another
+ * way: theirs is tried, HDF5's own first. */
+static hid_t open_as_others(const char *path, hid_t access)
+{
+    static const H5F_close_degree_t degree[] = {H5F_CLOSE_WEAK, H5F_CLOSE_STRONG, H5F_CLOSE_SEMI};
+    hid_t file = H5I_INVALID_HID;
+    struct innermost why = {"close degree", false};
+    for (size_t k = 0; file < 0 && strstr(why.text, "close degree") && k < RMAP_COUNT(degree);
+         k++) {
+        why.text[0] = '\0';
+        if (access >= 0 && H5Pset_fclose_degree(access, degree[k]) >= 0)
+            file = H5Fopen(path, H5F_ACC_RDONLY, access);
+        if (file < 0)
+            (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &why);
+    }
+    return file;
+}
+
 enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -141,8 +160,8 @@ enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_
     RMAP_TRY(set_path(h5, path, RMAP_FORMAT, err));
     RMAP_TRY(rmap_seal_check(path, err));
     access = H5Pcreate(H5P_FILE_ACCESS);
-    if (access < 0 || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
-        (h5->file = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0)
+    h5->file = open_as_others(path, access);
+    if (h5->file < 0)
         st = rmap_h5_fail(h5, "opening it as an HDF5 file", err);
     RMAP_TRY(st);
     inside = rmap_h5_links_inside(h5->file);
@@ -172,10 +191,24 @@ out:
     return st;
 }
 
+/* What a failure left open would keep the file open. */
+static void close_left(hid_t file)
+{
+    hid_t left[16];
+    ssize_t n = 1;
+    for (int tries = 0; n > 0 && tries < 1000; tries++) {
+        n = H5Fget_obj_ids(file, H5F_OBJ_LOCAL | (H5F_OBJ_ALL & ~H5F_OBJ_FILE), RMAP_COUNT(left),
+                           left);
+        for (ssize_t k = 0; k < n; k++)
+            (void)H5Idec_ref(left[k]);
+    }
+}
+
 void rmap_h5_drop(struct rmap_h5 *h5)
 {
     if (h5->path && h5->file >= 0 && !h5->failed) {
         begin();
+        close_left(h5->file);
         (void)H5Fclose(h5->file);
     }
     rmap_free(h5->path);

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
 
 import h5py
@@ -149,6 +150,28 @@ def leaves_hdf5_alone(lens):
     hdf5.H5Eset_auto2(ctypes.c_int64(0), ctypes.c_void_p(before), None)
 
 
+def beside_h5py(lens):
+    """Others of the process have files of the map open, in any of HDF5's ways to close them, or open them meanwhile."""
+    access, counted = h5py.h5p.create(h5py.h5p.FILE_ACCESS), []
+    for degree in (h5py.h5f.CLOSE_DEFAULT, h5py.h5f.CLOSE_WEAK, h5py.h5f.CLOSE_SEMI, h5py.h5f.CLOSE_STRONG):
+        access.set_fclose_degree(degree)
+        file = h5py.h5f.open(os.path.join(lens, "map.h5").encode(), h5py.h5f.ACC_RDONLY, access)
+        check(library.Handle(lens).rows("ray") == 9000, f"a map that is open otherwise: {degree}")
+        file.close()
+
+    def reads():
+        for _ in range(5):
+            with raymap.open(lens) as own:
+                counted.append(len(raymap.records(own, "ray", "id")["id"]))
+
+    threads = [threading.Thread(target=reads) for _ in range(4)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    check(counted == [9000] * 20, f"in threads: {counted}")
+
+
 def many_blocks():
     trace("double-gauss", "part.raymap", 100000)
     whole = raymap.open("part.raymap")
@@ -197,6 +220,7 @@ missing_piece()
 shows_what_it_promises()
 example_of_the_page()
 leaves_hdf5_alone(LENS)
+beside_h5py(LENS)
 many_blocks()
 killed_run()
 finish()
