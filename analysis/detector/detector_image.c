@@ -440,7 +440,7 @@ enum rmap_status rmap_detector_image_print_sources(const struct rmap_detector_im
         rmap_text_table_add(&table, "%s", image->scene->source[s].name);
         rmap_text_table_add(&table, "%" PRIu64, rmap_weight_whole(of->registrations));
         rmap_text_table_add(&table, "%.6g %s", of->flux, image->flux_unit);
-        rmap_text_table_add(&table, "%.2g", of->flux_error);
+        rmap_text_table_add(&table, isfinite(of->flux_error) ? "%.2g" : "-", of->flux_error);
         rmap_text_table_add(&table, "%.4g %%",
                             image->flux > 0.0 ? 100.0 * of->flux / image->flux : 0.0);
     }

@@ -329,13 +329,13 @@ void rmap_spot_print(const struct rmap_spot *spot, FILE *out)
         (void)snprintf(name, sizeof name, "%.0f %% within", 100.0 * spot->fraction[i]);
         print_line(name, spot->radius[i], spot->unit, out);
     }
-    for (size_t d = 0; d < 2 && spot->n_frequency; d++) {
+    for (size_t d = 0; d < 2 && spot->n_frequency && isfinite(spot->rms_radius.value); d++) {
         const struct rmap_estimate half = spot->half[d];
         const char *name = d == 0 ? "MTF 50 % tan." : "MTF 50 % sag.";
         char unit[64];
         (void)snprintf(unit, sizeof unit, "cycles/%s", spot->unit);
         print_line(name, half, unit, out);
-        if (!isfinite(half.value) && isfinite(spot->rms_radius.value))
+        if (!isfinite(half.value))
             fprintf(out, "%-14s beyond %.6g %s: --frequency F goes further\n", name,
                     spot->frequency_step * (double)(spot->n_frequency - 1), unit);
     }

@@ -51,8 +51,11 @@ static void add_row(struct rmap_text_table *table, const struct rmap_path_report
     rmap_text_table_add(table, "%" PRIu64, row->rays);
     rmap_text_table_add(table, "%.4g", (double)row->segments / (double)row->rays);
     rmap_text_table_add(table, "%" PRIu64, row->registrations);
-    if (row->peak.detector >= 0)
+    if (row->peak.detector >= 0 && isfinite(row->peak.standard_error))
         rmap_text_table_add(table, "%.3g +- %.1g %s", row->peak.value, row->peak.standard_error,
+                            peak_unit(scene, row->peak.detector));
+    else if (row->peak.detector >= 0)
+        rmap_text_table_add(table, "%.3g %s", row->peak.value,
                             peak_unit(scene, row->peak.detector));
     else
         rmap_text_table_add(table, "-");

@@ -309,7 +309,7 @@ enum rmap_status rmap_detector_request_ask(const struct rmap_context *context,
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
     RMAP_TRY(ask_weighed(&scene->detector[ask->detector], request, ask, err));
     RMAP_TRY(ask_xyz(rmap_map_scene(map), &scene->detector[ask->detector], request, ask, err));
-    if ((request->grid || request->table) && ask->bins.directions)
+    if ((request->grid || request->table) && (ask->bins.directions || ask->bins.camera))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s: of directions; a table of values is of the area of a plane",
                               request->table ? "--table" : "--cells en12464");
