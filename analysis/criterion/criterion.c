@@ -113,10 +113,8 @@ bool rmap_criterion_of_ids(const struct rmap_criterion *criterion)
     for (size_t i = 0; i < criterion->n_node; i++) {
         const struct rmap_criterion_node *node = &criterion->node[i];
         of |= node->kind == RMAP_CRITERION_RAYS ||
-              (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_ID);
-        for (size_t k = 0; node->kind == RMAP_CRITERION_SUM && k < node->sum.n; k++)
-            of |= !node->sum.term[k].of_registration &&
-                  node->sum.term[k].ray_number == RMAP_RAY_NUMBER_ID;
+              (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_ID) ||
+              (node->kind == RMAP_CRITERION_SUM && rmap_sum_of_ids(&node->sum));
     }
     return of;
 }

@@ -202,6 +202,15 @@ static inline bool rmap_sum_of_phase_time(const struct rmap_sum *sum)
     return of;
 }
 
+/* Whether the ids of rays are among them. */
+static inline bool rmap_sum_of_ids(const struct rmap_sum *sum)
+{
+    bool of = false;
+    for (size_t k = 0; k < sum->n; k++)
+        of |= !sum->term[k].of_registration && sum->term[k].ray_number == RMAP_RAY_NUMBER_ID;
+    return of;
+}
+
 struct rmap_criterion_node {
     enum rmap_criterion_kind kind;
     int32_t first, next;     /* first child, next sibling; -1: none */

@@ -400,6 +400,18 @@ bool rmap_quantities_of_phase_time(const struct rmap_quantities *self)
     return of;
 }
 
+bool rmap_quantities_of_ids(const struct rmap_quantities *self)
+{
+    bool of = false;
+    for (size_t i = 0; i < self->n; i++) {
+        const struct rmap_quantity *one = &self->of[i];
+        of |= (one->kind == RMAP_QUANTITY_RAY_NUMBER && one->ray_number == RMAP_RAY_NUMBER_ID) ||
+              (one->kind == RMAP_QUANTITY_SUM && rmap_sum_of_ids(&one->sum)) ||
+              (one->kind == RMAP_QUANTITY_COUNT && rmap_criterion_of_ids(one->counted));
+    }
+    return of;
+}
+
 void rmap_quantities_destroy(struct rmap_quantities *self)
 {
     if (!self)

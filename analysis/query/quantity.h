@@ -86,8 +86,9 @@ enum rmap_status rmap_quantities_create_over(const struct rmap_map *map,
                                              const char *detector,
                                              struct rmap_quantities **quantities_ret,
                                              struct rmap_error *err) RMAP_MUST_USE;
-/* As rmap_criterion_of_phase_time, of any of them. */
+/* As rmap_criterion_of_phase_time and rmap_criterion_of_ids, of any of them. */
 bool rmap_quantities_of_phase_time(const struct rmap_quantities *self);
+bool rmap_quantities_of_ids(const struct rmap_quantities *self);
 
 enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *const *text,
                                         size_t n, const char *detector,

@@ -234,15 +234,19 @@ out:
     return st;
 }
 
-/* Of every group that has values, and of every criterion: its flux, and the means of its numbers as
- * against themselves or the spread about them. */
-static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats,
-                            enum rmap_stats_by by)
+/* Of every group that has values, of which each criterion has one: its flux, and the means of its
+ * numbers as against themselves or the spread about them. */
+static bool is_exact_enough(const struct rmap_until *until, const struct rmap_stats *stats)
 {
-    bool suffices = stats->known.n_reading > 0;
+    const size_t n_part = stats->setup->criteria ? stats->setup->criteria->n : 1;
+    const size_t n_own = stats->n_group / n_part;
+    uint64_t n_reading = 0;
+    bool suffices = true;
     for (size_t g = 0; g < stats->n_group; g++) {
         const struct rmap_stats_group *group = &stats->group[g];
-        if (group->n_reading == 0 && by != RMAP_STATS_BY_CRITERION)
+        n_reading = g % n_own == 0 ? group->n_reading : n_reading + group->n_reading;
+        suffices = suffices && (n_reading > 0 || (g + 1) % n_own > 0);
+        if (group->n_reading == 0)
             continue;
         suffices =
             suffices && rmap_until_suffices(until, group->flux.value, group->flux.standard_error);
@@ -256,12 +260,6 @@ static bool is_exact_enough(const struct rmap_until *until, const struct rmap_st
         }
     }
     return suffices;
-}
-
-/* But to draw what a detector detects. */
-static bool reads_ids(const struct rmap_quantities *quantities)
-{
-    return !quantities->weighs && quantities->columns & RMAP_COLUMN_BIT(RMAP_RAY_id);
 }
 
 static enum rmap_status run_stats(const struct rmap_context *context,
@@ -298,7 +296,8 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     if (st == RMAP_OK)
         st = choose(context, arguments, &asked, quantities, criterion, &criteria, &which, err);
     if (st == RMAP_OK)
-        st = rmap_until_begin(&until, map, rmap_criterion_of_ids(each.any) || reads_ids(quantities),
+        st = rmap_until_begin(&until, map,
+                              rmap_criterion_of_ids(each.any) || rmap_quantities_of_ids(quantities),
                               err);
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
@@ -310,7 +309,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     do {
         rmap_stats_answer_fini(&answer);
         RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
-        is_exact = context->rank == 0 && is_exact_enough(&until, answer.stats, given.by);
+        is_exact = context->rank == 0 && is_exact_enough(&until, answer.stats);
         RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_exact, 1, MPI_INT, 0, context->comm)));
     } while (rmap_until_goes_on(&until, is_exact));
     if (context->rank == 0) {

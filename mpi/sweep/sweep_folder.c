@@ -222,7 +222,12 @@ enum rmap_status rmap_sweep_folder_prepare(struct rmap_sweep_run *run, struct rm
     if (run->is_forced)
         RMAP_TRY(clear(run->folder, err));
     RMAP_TRY(rmap_path_look(path, &info, err));
-    if (info.st_mode != 0 && !run->is_resumed && !run->is_forced && rows.any)
+    if (info.st_mode == 0 && !run->is_forced && rows.any)
+        RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
+                                "%s holds rows of a sweep, and no sweep.txt that says of which: "
+                                "--force begins anew, or give another -o",
+                                run->folder));
+    if (!run->is_resumed && !run->is_forced && rows.any)
         RMAP_TRY(rmap_error_set(err, RMAP_USAGE,
                                 "%s holds a sweep already: --resume goes on with it, --force "
                                 "begins anew, or give another -o",

@@ -53,8 +53,9 @@ for words in (("--of", "path_length"), ("--of", "angle(sensor)", "--by", "source
             one.pop(key, None)
     check(until["reached"] and until["rays"] < 300000 and told == alone, f"stats {words}: {until}")
 for words, reached in ((("bounces > 500",), False), (("all", "bounces > 500"), False), (("all", "source(star)"), True)):
-    until = json.loads(run("stats", "lens.raymap", "--of", "path_length", *(w for one in words for w in ("--where", one)), "--until", "8%", "--json"))["until"]
-    check(until["reached"] == reached and (until["rays"] == 300000) == (not reached), f"stats of {words}: {until}")
+    for by in ((), ("--by", "source")):
+        until = json.loads(run("stats", "lens.raymap", "--of", "path_length", *(w for one in words for w in ("--where", one)), *by, "--until", "8%", "--json"))["until"]
+        check(until["reached"] == reached and (until["rays"] == 300000) == (not reached), f"stats of {words} {by}: {until}")
 run("stats", "lens.raymap", "--of", "path_length", "--until", "2%", "-o", "until.csv", "--force")
 with open("until.csv", encoding="utf-8") as file:
     check("# until: 2 % reached, by the first 65,536 of 300,000 rays" in file.read(), "in the file")

@@ -54,9 +54,12 @@ for ranks in (1, 2):
     folder = f"shared-{ranks}"
     last, lock = pathlib.Path(folder, f"rows-0000{ranks - 1}.jsonl"), pathlib.Path(folder, ".map.h5.writer.part")
     before = ["mpirun", "-np", "2"] if ranks == 2 else []
-    begun = subprocess.Popen([*before, os.environ["RAYMAP"], "sweep", "s.yaml", "-o", folder, "--quiet"])
-    while begun.poll() is None and not (last.exists() and last.stat().st_size > 0):
-        time.sleep(0.005)
+    for _ in range(20):  # where it has ended before it was seen, another
+        begun = subprocess.Popen([*before, os.environ["RAYMAP"], "sweep", "s.yaml", "-o", folder, "--quiet", "--force"])
+        while begun.poll() is None and not (last.exists() and last.stat().st_size > 0):
+            time.sleep(0.005)
+        if lock.exists():
+            break
     owner = lock.read_text(encoding="utf-8").strip()
     pid = int(owner.split()[3])
     os.kill(begun.pid, signal.SIGSTOP)
