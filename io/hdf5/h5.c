@@ -139,14 +139,14 @@ static hid_t open_as_others(const char *path, hid_t access)
 {
     static const H5F_close_degree_t degree[] = {H5F_CLOSE_WEAK, H5F_CLOSE_STRONG, H5F_CLOSE_SEMI};
     hid_t file = H5I_INVALID_HID;
-    struct innermost why = {"close degree", false};
-    for (size_t k = 0; file < 0 && strstr(why.text, "close degree") && k < RMAP_COUNT(degree);
-         k++) {
-        why.text[0] = '\0';
-        if (access >= 0 && H5Pset_fclose_degree(access, degree[k]) >= 0)
+    for (size_t k = 0; access >= 0 && file < 0 && k < RMAP_COUNT(degree); k++) {
+        struct innermost why = {"", false};
+        if (H5Pset_fclose_degree(access, degree[k]) >= 0)
             file = H5Fopen(path, H5F_ACC_RDONLY, access);
         if (file < 0)
             (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &why);
+        if (!strstr(why.text, "close degree"))
+            break;
     }
     return file;
 }

@@ -29,8 +29,8 @@ struct rmap_sweep_run {
 };
 
 /* Collective. RMAP_INPUT where the folder to be gone on with is another sweep's; RMAP_USAGE where
- * another command writes to it; RMAP_STOPPED after
- * a signal. rmap_sweep_table_fini of the table whatever happened. */
+ * another command writes to it; RMAP_STOPPED after a signal. rmap_sweep_table_fini of the table
+ * whatever happened. */
 enum rmap_status rmap_sweep_run(struct rmap_sweep_run *run, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -16,7 +16,7 @@ struct rmap_trace_from {
     struct rmap_reuse reuse;
     bool in_use;      /* rays are taken over */
     char all[256];    /* else why all are traced anew; "": not known yet */
-    uint64_t n_other; /* rays of it in other colour spaces than the scene's */
+    uint64_t n_other; /* rays of it in other colour spaces than those taken over */
 };
 
 /* Collective. Opens the map that the request names, if it names one; seed, rays and encoding that
