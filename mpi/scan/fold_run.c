@@ -72,6 +72,7 @@ static enum rmap_status add_share(struct run *run, struct rmap_error *err)
     const struct rmap_fold *fold = run->fold;
     struct rmap_parts parts = {.last = rmap_deal_n_part(&run->deal, run->rank),
                                .step = 1,
+                               .order = RMAP_PARTS_NEAR, /* parts share chunks */
                                .context = run,
                                .work = add_parts,
                                .meanwhile = run->quiet ? NULL : show_progress};

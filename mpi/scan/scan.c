@@ -127,6 +127,7 @@ static enum rmap_status scan_share(struct scan *scan, struct rmap_count *count,
     scan->parts.context = scan;
     scan->parts.last = rmap_deal_n_part(&scan->deal, scan->context->rank);
     scan->parts.step = 1;
+    scan->parts.order = RMAP_PARTS_NEAR; /* parts share chunks */
     scan->parts.work = scan_parts;
     RMAP_TRY(rmap_parts_run(&scan->parts, n_thread, err));
     for (int i = 0; i < n_thread; i++)
