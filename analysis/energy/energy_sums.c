@@ -126,7 +126,7 @@ struct alike {
     const struct rmap_portion *portion;
     const uint8_t *counts; /* [registrations of the portion] */
     size_t ray;
-    double weight, times;
+    double weight, squared, times; /* squared: rmap_weight_squared(weight) */
 };
 
 /* Registrations [first, first + n) of a ray. Several in one detector are one contribution of the
@@ -137,10 +137,9 @@ static inline void add_registrations(struct rmap_energy_sums *sums, const struct
     const struct rmap_registration_columns *rows = &rays->portion->registration;
     const size_t base = (size_t)rays->portion->ray.source[rays->ray] * sums->n_detector;
     if (n == 1) { /* as most have: nothing to sum up */
-        const double q = rays->counts[first] ? rays->weight : 0.0;
-        sums->caught[base + (size_t)rows->detector[first]] += rays->times * q;
-        sums->caught_squared[base + (size_t)rows->detector[first]] +=
-            rays->times * rmap_weight_squared(q);
+        const double times = rays->counts[first] ? rays->times : 0.0;
+        sums->caught[base + (size_t)rows->detector[first]] += times * rays->weight;
+        sums->caught_squared[base + (size_t)rows->detector[first]] += times * rays->squared;
         return;
     }
     for (size_t i = first; i < first + n; i++)
@@ -163,7 +162,7 @@ static void add_end(struct rmap_energy_sums *sums, const struct alike *rays, siz
         source * sums->n_end + end_of(sums->scope->scene, rays->portion, rays->ray, last);
     sums->rays[source] += rays->times;
     sums->ended[at] += rays->times * rays->weight;
-    sums->ended_squared[at] += rays->times * rmap_weight_squared(rays->weight);
+    sums->ended_squared[at] += rays->times * rays->squared;
 }
 
 static inline void add_count(struct rmap_energy_sums *sums, const struct alike *rays)
@@ -172,7 +171,7 @@ static inline void add_count(struct rmap_energy_sums *sums, const struct alike *
     sums->rays[source] += rays->times;
     sums->segments[source] += rays->times * rays->portion->ray.segment_count[rays->ray];
     sums->weight[source] += rays->times * rays->weight;
-    sums->weight_squared[source] += rays->times * rmap_weight_squared(rays->weight);
+    sums->weight_squared[source] += rays->times * rays->squared;
 }
 
 /* Light that was absorbed by no object: its medium tells where. */
@@ -202,6 +201,7 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
     if (sums->scope->ends && needs_media(rays))
         RMAP_TRY(rmap_fold_fetch(rays, media, err));
     counted = rmap_registrations_counted(rays);
+    struct alike one = {.portion = portion, .counts = counted, .times = 1.0};
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const size_t first = registration;
@@ -210,7 +210,11 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
             segment += portion->ray.segment_count[i];
         if (rays->match && !rays->match[i])
             continue;
-        const struct alike one = {portion, counted, i, portion->ray.weight[i], 1.0};
+        one.ray = i;
+        if (one.weight != portion->ray.weight[i]) { /* most rays weigh what the one before did */
+            one.weight = portion->ray.weight[i];
+            one.squared = rmap_weight_squared(one.weight);
+        }
         if (sums->scope->ends)
             add_end(sums, &one, segment);
         if (sums->scope->counts)
@@ -234,8 +238,12 @@ static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rm
     for (size_t k = 0; k < sums->shares->n; k++) {
         const size_t row = sums->shares->row[k];
         const size_t n = summary->paths->ray.registration_count[row];
-        const struct alike some = {summary->paths, summary->paths->registration.registered, row,
-                                   1.0, (double)sums->shares->n_ray[k]};
+        const struct alike some = {summary->paths,
+                                   summary->paths->registration.registered,
+                                   row,
+                                   1.0,
+                                   1.0,
+                                   (double)sums->shares->n_ray[k]};
         if (sums->scope->ends)
             add_end(sums, &some,
                     summary->first_segment[row] + summary->paths->ray.segment_count[row]);
