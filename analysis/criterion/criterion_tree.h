@@ -101,10 +101,11 @@ static inline enum rmap_registration_number rmap_time_in(const struct rmap_scene
 }
 
 /* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.
- */
+ * And the quarters of a degree (compact/angles.h) that lie in it whole, and those that touch it. */
 struct rmap_angle_ends {
     bool is_set;
     double low[2], high[2];
+    uint16_t first_inside, n_inside, first_near, n_near;
 };
 
 /* Part of an object. Ranges are closed. */

@@ -109,6 +109,13 @@ static bool asks_for_angle(const struct rmap_criterion_node *node)
     return node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE;
 }
 
+/* Whether only the quarters of a degree are there. */
+static bool is_by_quarter(const struct rmap_criterion_node *node, rmap_column_set columns,
+                          const struct rmap_portion *portion)
+{
+    return asks_for_angle(node) && (node->columns & ~columns) && portion->knows_angles;
+}
+
 /* A test whose columns are there. */
 static bool test_holds(struct seen *seen, int32_t index)
 {
@@ -153,8 +160,8 @@ static uint8_t where_outcome(struct seen *seen, int32_t index)
     }
     if (!(node->columns & ~seen->columns))
         return test_holds(seen, index) ? RMAP_OUTCOME_YES : RMAP_OUTCOME_NO;
-    return asks_for_angle(node) && seen->portion->knows_angles
-               ? rmap_angle_outcome(seen->portion->angle[seen->row], &node->interval)
+    return is_by_quarter(node, seen->columns, seen->portion)
+               ? rmap_angle_outcome(seen->portion->angle[seen->row], &node->interval, &node->angle)
                : RMAP_OUTCOME_OPEN;
 }
 
@@ -168,6 +175,25 @@ bool rmap_where_tells(const struct rmap_criterion *criterion, int32_t where,
     return any;
 }
 
+/* rmap_where_keep of an angle alone: what most ask. */
+static void keep_quarters(const struct rmap_criterion_node *node, const uint16_t *quarter,
+                          size_t n_row, uint64_t *bits, uint64_t *sure)
+{
+    for (size_t first = 0; first < n_row; first += 64) {
+        const size_t n = n_row - first < 64 ? n_row - first : 64;
+        uint64_t may = 0, surely = 0;
+        for (size_t i = 0; i < n; i++) {
+            const uint8_t its =
+                rmap_angle_outcome(quarter[first + i], &node->interval, &node->angle);
+            may |= (uint64_t)(its != RMAP_OUTCOME_NO) << i;
+            surely |= (uint64_t)(its == RMAP_OUTCOME_YES) << i;
+        }
+        bits[first / 64] &= may;
+        if (sure)
+            sure[first / 64] = bits[first / 64] & surely;
+    }
+}
+
 void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap_column_set columns,
                      const struct rmap_portion *portion, size_t n_row, uint64_t *bits,
                      uint64_t *sure)
@@ -175,6 +201,10 @@ void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where, rmap
     const bool of_steps =
         (criterion->node[where].columns & columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
     struct seen seen = {.criterion = criterion, .portion = portion, .columns = columns};
+    if (is_by_quarter(&criterion->node[where], columns, portion)) {
+        keep_quarters(&criterion->node[where], portion->angle, n_row, bits, sure);
+        return;
+    }
     for (size_t first = 0; first < n_row; first += 64) {
         uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
         uint64_t surely = 0;

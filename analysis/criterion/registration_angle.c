@@ -7,7 +7,6 @@
 
 #include <math.h>
 
-#include "compact/angles.h"
 #include "scene/incidence.h"
 
 /* atan2 keeps its digits near 0 and 180. */
@@ -27,11 +26,32 @@ static void set_end(double end[2], double deg)
     end[1] = sin(deg * (RMAP_PI / 180.0));
 }
 
+/* Those inside, and those near, follow each other. */
+static void set_quarters(struct rmap_angle_ends *ends, const struct rmap_interval *interval)
+{
+    const struct rmap_interval within = {.low = interval->low, .high = interval->high};
+    ends->first_inside = ends->n_inside = ends->first_near = ends->n_near = 0;
+    for (uint16_t quarter = RMAP_ANGLE_MAX + 1; quarter-- > 0;) {
+        double bound[2];
+        (void)rmap_angle_bounds(quarter, bound);
+        const uint8_t outcome = rmap_bounds_outcome(&within, bound[0], bound[1]);
+        if (outcome == RMAP_OUTCOME_NO)
+            continue;
+        ends->first_near = quarter;
+        ends->n_near++;
+        if (outcome == RMAP_OUTCOME_OPEN)
+            continue;
+        ends->first_inside = quarter;
+        ends->n_inside++;
+    }
+}
+
 void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interval *interval)
 {
     ends->is_set = interval->low <= 180.0 && interval->high >= 0.0;
     set_end(ends->low, fmax(interval->low, 0.0));
     set_end(ends->high, fmin(interval->high, 180.0));
+    set_quarters(ends, interval);
 }
 
 /* 1 beyond an end, -1 before it, by the sine of the angle between them; 0: as near as rounding, or
@@ -52,11 +72,4 @@ bool rmap_angle_holds(const struct rmap_detector *detector, const float *directi
     if (low == 0 || high == 0)
         return rmap_interval_holds(interval, degrees(tilt));
     return (low > 0 && high < 0) != interval->outside;
-}
-
-uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval)
-{
-    double bound[2];
-    return rmap_angle_bounds(quarter, bound) ? rmap_bounds_outcome(interval, bound[0], bound[1])
-                                             : RMAP_OUTCOME_OPEN;
 }

@@ -7,6 +7,7 @@
 #define RMAP_REGISTRATION_ANGLE_H
 
 #include "analysis/criterion/criterion_evaluate.h"
+#include "compact/angles.h"
 
 /* Degrees between the axis and the reversed ray, or, on an intensity grid, the ray itself. */
 double rmap_registration_angle(const struct rmap_detector *detector, const float *direction);
@@ -18,8 +19,16 @@ void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interva
 bool rmap_angle_holds(const struct rmap_detector *detector, const float *direction,
                       const struct rmap_interval *interval, const struct rmap_angle_ends *ends);
 
-/* What is known of that where only the quarter of a degree is (src/compact/angles.h): enum
- * rmap_outcome. */
-uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval);
+/* What is known of that where only the quarter of a degree is: enum rmap_outcome. */
+static inline uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval,
+                                         const struct rmap_angle_ends *ends)
+{
+    const uint8_t inside = interval->outside ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
+    if (quarter > RMAP_ANGLE_MAX || ((uint16_t)(quarter - ends->first_near) < ends->n_near &&
+                                     (uint16_t)(quarter - ends->first_inside) >= ends->n_inside))
+        return RMAP_OUTCOME_OPEN;
+    return (uint16_t)(quarter - ends->first_near) < ends->n_near ? inside
+                                                                 : rmap_outcome_not(inside);
+}
 
 #endif

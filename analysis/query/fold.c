@@ -381,11 +381,14 @@ static enum rmap_status mark_unsure(struct rmap_fold_scanner *self, const struct
     RMAP_TRY(RMAP_RESERVE(self->unsure, self->unsure_cap, n + 1, err));
     memset(self->unsure, 0, n);
     *n_ret = 0;
-    for (size_t s = 0, at = 0; s < portion->n_row[RMAP_TABLE_RAY]; s++) {
-        uint8_t any = 0;
-        for (const size_t end = at + portion->ray.registration_count[s]; at < end; at++)
-            any |= self->open[at];
-        any &= rays->match ? rays->match[s] : 1;
+    const uint8_t *const last = self->open + portion->n_row[RMAP_TABLE_REGISTRATION];
+    const uint8_t *next = self->open;
+    for (size_t s = 0, end = 0; (next = memchr(next, 1, (size_t)(last - next))); s++) {
+        while (end + portion->ray.registration_count[s] <= (size_t)(next - self->open))
+            end += portion->ray.registration_count[s++];
+        end += portion->ray.registration_count[s];
+        next = self->open + end;
+        const uint8_t any = rays->match ? rays->match[s] : 1;
         self->unsure[self->row ? self->row[s] : s] = any;
         *n_ret += any;
     }
