@@ -101,12 +101,14 @@ static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap
         double total[RMAP_MOMENTS] = {0.0}, covariance[RMAP_MOMENTS][RMAP_MOMENTS] = {{0.0}};
         for (size_t s = 0; s < setup->n_source; s++) {
             double q[RMAP_MOMENTS], product[RMAP_MOMENTS][RMAP_MOMENTS];
-            size_t class = g * setup->n_source + s;
+            const size_t class = g * setup->n_source + s;
+            const size_t source = rmap_stats_setup_source(setup, g, s);
             rmap_stats_moments_value(&sums->moments[class * setup->quantities->n + i], q, product);
             for (size_t j = 0; j < RMAP_MOMENTS; j++) {
-                total[j] += j == 0 ? rmap_map_flux(map, s, q[0]) : flux_per_weight[s] * q[j];
+                total[j] +=
+                    j == 0 ? rmap_map_flux(map, source, q[0]) : flux_per_weight[source] * q[j];
                 for (size_t k = 0; k < RMAP_MOMENTS; k++)
-                    covariance[j][k] += spread(map, s, q[j], q[k], product[j][k]);
+                    covariance[j][k] += spread(map, source, q[j], q[k], product[j][k]);
             }
         }
         rmap_stats_estimate_moments(total, covariance, stats->plan->centre[i],
@@ -124,10 +126,11 @@ static void estimate_cells(struct rmap_stats *stats, size_t g, const struct rmap
     for (size_t c = 0; c < n; c++) {
         double flux = 0.0, variance = 0.0, rays = 0.0;
         for (size_t s = 0; s < setup->n_source; s++) {
-            size_t at = (g * setup->n_source + s) * n + c;
+            const size_t at = (g * setup->n_source + s) * n + c;
+            const size_t source = rmap_stats_setup_source(setup, g, s);
             const struct rmap_stats_cell *cell = &sums->cell[at];
-            flux += rmap_map_flux_per_weight(map)[s] * cell->weight;
-            variance += spread(map, s, cell->weight, cell->weight, cell->squared);
+            flux += rmap_map_flux_per_weight(map)[source] * cell->weight;
+            variance += spread(map, source, cell->weight, cell->weight, cell->squared);
             rays += cell->rays;
         }
         stats->group[g].cell[c] = (struct rmap_stats_estimate){
@@ -249,13 +252,17 @@ enum rmap_status rmap_stats_check_bins(const struct rmap_stats_setup *setup,
     double n_cell = 1.0;
     for (size_t i = 0; i < setup->quantities->n; i++)
         n_cell *= bins_asked(&axis[i]);
-    double nbytes = rmap_stats_sums_nbytes(setup, n_cell, (double)n_fine(setup, false));
+    const double fine = (double)n_fine(setup, false);
+    const double nbytes = rmap_stats_sums_nbytes(setup, n_cell, fine);
     if (nbytes <= RMAP_STATS_NBYTES_MAX)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_USAGE,
                           "%.0f bins in %zu groups and sources would take %.1f GiB per thread; "
-                          "statistics use 1 GiB at most: ask for fewer --bins",
-                          n_cell, setup->n_class, nbytes / RMAP_STATS_NBYTES_MAX);
+                          "statistics use 1 GiB at most: ask for fewer %s",
+                          n_cell, setup->n_class, nbytes / RMAP_STATS_NBYTES_MAX,
+                          rmap_stats_sums_nbytes(setup, 1.0, fine) > RMAP_STATS_NBYTES_MAX
+                              ? "groups (--by, --where)"
+                              : "--bins");
 }
 
 /* Over all groups. */

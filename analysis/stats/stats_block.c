@@ -16,10 +16,11 @@ static void set_groups(struct rmap_stats_setup *setup, size_t n_group)
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes)
 {
-    *setup = (struct rmap_stats_setup){.quantities = quantities,
-                                       .by = by,
-                                       .n_source = quantities->scene->n_source,
-                                       .budget_nbytes = budget_nbytes};
+    *setup = (struct rmap_stats_setup){
+        .quantities = quantities,
+        .by = by,
+        .n_source = by == RMAP_STATS_BY_SOURCE ? 1 : quantities->scene->n_source,
+        .budget_nbytes = budget_nbytes};
     set_groups(setup, rmap_stats_group_count(by, quantities));
 }
 
@@ -104,7 +105,7 @@ static uint32_t class_of(const struct rmap_stats_setup *setup, const uint32_t *g
                          const struct rmap_readings *readings, size_t source, size_t k)
 {
     const size_t own = group ? group[its ? readings->place[k] : readings->ray[k]] : 0;
-    return (uint32_t)(own * setup->n_source + source);
+    return (uint32_t)(own * setup->n_source + (setup->n_source > 1 ? source : 0));
 }
 
 /* Of the readings [first, end) of one ray, whose classes are known: where clusters begin. */

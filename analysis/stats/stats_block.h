@@ -17,7 +17,8 @@ struct rmap_stats_setup {
     enum rmap_stats_by by;
     const struct rmap_stats_criteria *criteria; /* borrowed; NULL: not by these */
     const struct rmap_stats_paths *paths;       /* the same */
-    size_t n_group, n_source;
+    size_t n_group;
+    size_t n_source;      /* told apart in a group: those of the scene; BY_SOURCE: 1 */
     size_t n_class;       /* group * n_source + source */
     size_t budget_nbytes; /* for readings in memory */
     bool all_rays;        /* no criterion: portions without readings may be skipped */
@@ -40,6 +41,13 @@ const char *rmap_stats_setup_criterion(const struct rmap_stats_setup *setup, siz
 static inline size_t rmap_stats_setup_own(const struct rmap_stats_setup *setup, size_t group)
 {
     return setup->criteria ? group % (setup->n_group / setup->criteria->n) : group;
+}
+
+/* The scene's source that the s-th of a group is. */
+static inline size_t rmap_stats_setup_source(const struct rmap_stats_setup *setup, size_t group,
+                                             size_t s)
+{
+    return setup->by == RMAP_STATS_BY_SOURCE ? rmap_stats_setup_own(setup, group) : s;
 }
 
 /* Readings of a portion. Borrowed arrays. */

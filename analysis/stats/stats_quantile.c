@@ -36,9 +36,10 @@ struct search {
     size_t first_cap;
 };
 
-static const double *flux_per_weight(const struct search *search)
+/* Of a group's sources. */
+static const double *flux_per_weight(const struct rmap_stats_setup *setup, size_t g)
 {
-    return rmap_map_flux_per_weight(search->stats->setup->quantities->map);
+    return rmap_map_flux_per_weight(setup->quantities->map) + rmap_stats_setup_source(setup, g, 0);
 }
 
 static bool bins_are_whole(const struct search *search)
@@ -57,10 +58,10 @@ static double weight_below(const struct search *search, size_t class, size_t k)
 /* Flux of a group in the fine bins before k. */
 static double flux_below(const struct search *search, size_t g, size_t k)
 {
-    const size_t n_source = search->stats->setup->n_source;
+    const struct rmap_stats_setup *setup = search->stats->setup;
     double flux = 0.0;
-    for (size_t s = 0; s < n_source; s++)
-        flux += flux_per_weight(search)[s] * weight_below(search, g * n_source + s, k);
+    for (size_t s = 0; s < setup->n_source; s++)
+        flux += flux_per_weight(setup, g)[s] * weight_below(search, g * setup->n_source + s, k);
     return flux;
 }
 
@@ -206,12 +207,13 @@ static const struct item *items_of(const struct search *search, size_t g, size_t
     return search->item + search->first[list];
 }
 
-/* The first value of the items at which the flux, `below` before them, reaches the target.
+/* The first value of a group's items at which the flux, `below` before them, reaches the target.
  * weight: [n_source] scratch. */
-static double value_in(const struct search *search, const struct item *item, size_t n, double below,
-                       double target, double *weight)
+static double value_in(const struct search *search, size_t g, const struct item *item, size_t n,
+                       double below, double target, double *weight)
 {
     const size_t n_source = search->stats->setup->n_source;
+    const double *per_weight = flux_per_weight(search->stats->setup, g);
     for (size_t s = 0; s < n_source; s++)
         weight[s] = 0.0;
     for (size_t k = 0; k < n; k++) {
@@ -220,7 +222,7 @@ static double value_in(const struct search *search, const struct item *item, siz
         if (k + 1 < n && item[k + 1].value == item[k].value)
             continue;
         for (size_t s = 0; s < n_source; s++)
-            flux += flux_per_weight(search)[s] * weight[s];
+            flux += per_weight[s] * weight[s];
         if (flux >= target)
             return item[k].value;
     }
@@ -241,7 +243,7 @@ static double value_at(const struct search *search, size_t g, double p, double *
     const double below = flux_below(search, g, k);
     const struct item *item = items_of(search, g, k, &n);
     if (n > 0)
-        return value_in(search, item, n, below, target, weight);
+        return value_in(search, g, item, n, below, target, weight);
     if (bins_are_whole(search))
         return plan->fine_low[i] + 0.5 + (double)k;
     if (plan->fine_per[i] == 0.0)
@@ -302,12 +304,13 @@ static void below_from_counts(const struct search *search, const double *quantil
         }
 }
 
-/* Standard error of the share of flux at or below a quantile, from its classes' sums. */
-static double share_error(const struct rmap_stats_setup *setup, const struct below_sums *sums,
-                          size_t n)
+/* Standard error of the share of a group's flux at or below a quantile, from its classes' sums. */
+static double share_error(const struct rmap_stats_setup *setup, size_t g,
+                          const struct below_sums *sums, size_t n)
 {
-    const double *per_weight = rmap_map_flux_per_weight(setup->quantities->map);
-    const double *emitted = rmap_map_emitted(setup->quantities->map);
+    const double *per_weight = flux_per_weight(setup, g);
+    const double *emitted =
+        rmap_map_emitted(setup->quantities->map) + rmap_stats_setup_source(setup, g, 0);
     double flux = 0.0, below = 0.0, variance = 0.0;
     for (size_t s = 0; s < setup->n_source; s++) {
         flux += per_weight[s] * sums[s * n].a;
@@ -350,7 +353,7 @@ static enum rmap_status find_ends(const struct search *search, const double *qua
     for (size_t k = 0; k < setup->n_group * n; k++) {
         const struct below_sums *own = sums + k / n * setup->n_source * n + k % n;
         const double error =
-            search->in_memory || counted ? share_error(setup, own, n) : (double)NAN;
+            search->in_memory || counted ? share_error(setup, k / n, own, n) : (double)NAN;
         ends[2 * k] = fmax(stats->p[k % n] - error, 0.0) + 0.0 * error;
         ends[2 * k + 1] = fmin(stats->p[k % n] + error, 1.0) + 0.0 * error;
     }

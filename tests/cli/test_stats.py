@@ -590,6 +590,26 @@ def check_beams():
     check((edges[0], edges[-1]) == (-0.5, 19.5), f"all columns of cells: {edges}")
 
 
+def check_many_sources():
+    """Groups of one source each take no more than their own; others say what would help."""
+    with open("lamps.yaml", "w", encoding="utf8") as file:
+        file.write("raymap: 1\nmedia: {air: {index: 1}}\nsurfaces: {white: {type: lambert, reflectance: 0.6}}\n"
+                   "geometries: {b: {type: box, size: [10, 10, 10]}}\nobjects:\n")
+        file.writelines(f"  - {{name: box{k}, geometry: b, at: [{11 * k}, 0, 0], surface: white, outside: air, inside: air}}\n" for k in range(250))
+        file.write("sources:\n")
+        file.writelines(f"  - {{name: s{k}, type: point, at: [{11 * (k % 250)}, 0, 0], medium: air, flux: {1 + k % 3}}}\n" for k in range(500))
+    run("trace", "lamps.yaml", "-o", "lamps.raymap", "-n", 2000, "--force", "--quiet")
+    by = stats("lamps.raymap", "--of", "path_length", "--by", "source")["groups"]
+    check(len(by) == 500, f"{len(by)} sources")
+    for k in (0, 1, 499):
+        near(by[k]["flux"]["value"], 1 + k % 3, f"flux of s{k}")
+        alone = stats("lamps.raymap", "--of", "path_length", "--where", f"source(s{k})")
+        for key in ("value", "standard_error"):
+            near(by[k]["mean"][key], alone["mean"][key], f"{key} of the mean of s{k} alone")
+        check([q["value"] for q in by[k]["quantiles"]] == [q["value"] for q in alone["quantiles"]], f"quantiles of s{k} alone")
+    check("fewer groups (--by, --where)" in run("stats", "lamps.raymap", "--of", "path_length", "--by", "object", status=2).stderr, "groups")
+
+
 def check_memory(path):
     """Values that do not fit into memory: the map is read twice."""
     for of in ("x(sensor)", "segments"):
@@ -705,6 +725,7 @@ def main():
         check_memory("a.raymap")
         check_refusals("a.raymap")
     check_beams()
+    check_many_sources()
     check_seeds()
     sys.exit(f"{failures} failures" if failures else 0)
 
