@@ -51,6 +51,27 @@ void rmap_ray_report_destroy(struct rmap_ray_report *report)
     rmap_free(report);
 }
 
+/* The first registration at this step or behind it. */
+static size_t first_from(const struct rmap_ray_report *report, size_t step)
+{
+    size_t low = 0, high = report->n_registration;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (report->registration[middle].step < step)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+size_t rmap_ray_report_registrations(const struct rmap_ray_report *report, size_t step,
+                                     size_t *first_ret)
+{
+    *first_ret = first_from(report, step);
+    return first_from(report, step + 1);
+}
+
 void rmap_detector_coordinates(const struct rmap_detector *detector, const double relative[2],
                                double *x, double *y)
 {

@@ -97,6 +97,11 @@ enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
                                        struct rmap_ray_report **report_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Registrations of a step: [*first_ret, the number returned). Those of a ray stand in the order of
+ * its steps. */
+size_t rmap_ray_report_registrations(const struct rmap_ray_report *report, size_t step,
+                                     size_t *first_ret);
+
 /* Coordinates of a detector's relative (0..1) position, as in a registration's x and y. */
 void rmap_detector_coordinates(const struct rmap_detector *detector, const double relative[2],
                                double *x, double *y);

@@ -112,9 +112,11 @@ static void add_registration(struct rmap_text_table *table, const struct rmap_ra
 static void add_registrations(struct rmap_text_table *table, const struct rmap_ray_report *report,
                               size_t step, bool after)
 {
-    for (size_t i = 0; i < report->n_registration; i++) {
+    size_t first;
+    const size_t end = rmap_ray_report_registrations(report, step, &first);
+    for (size_t i = first; i < end; i++) {
         const struct rmap_report_registration *r = &report->registration[i];
-        if (r->step == step && after_step(report->scene, r->detector) == after)
+        if (after_step(report->scene, r->detector) == after)
             add_registration(table, report, r);
     }
 }

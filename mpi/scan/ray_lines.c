@@ -49,12 +49,12 @@ static const char *object_name(const struct rmap_scene *scene, int32_t object)
     return object >= 0 && (size_t)object < scene->n_object ? scene->object[object].name : "";
 }
 
-/* The name of the detector of the next registration of a step, from *next on; NULL: no more. */
-static const char *next_detector(const struct rmap_ray_report *report, size_t step, size_t *next)
+/* The name of the detector of the next registration, from *next to before `end`; NULL: no more. */
+static const char *next_detector(const struct rmap_ray_report *report, size_t *next, size_t end)
 {
-    while (*next < report->n_registration) {
+    while (*next < end) {
         const struct rmap_report_registration *registration = &report->registration[(*next)++];
-        if (registration->step == step && registration->registered)
+        if (registration->registered)
             return report->scene->detector[registration->detector].name;
     }
     return NULL;
@@ -63,11 +63,13 @@ static const char *next_detector(const struct rmap_ray_report *report, size_t st
 static void write_detectors(FILE *out, const struct rmap_ray_report *report, size_t step)
 {
     const char *name, *quote = "", *between = "";
-    for (size_t r = 0; (name = next_detector(report, step, &r));)
+    size_t first;
+    const size_t end = rmap_ray_report_registrations(report, step, &first);
+    for (size_t r = first; (name = next_detector(report, &r, end));)
         if (rmap_csv_needs_quotes(name))
             quote = "\"";
     fprintf(out, ",%s", quote);
-    for (size_t r = 0; (name = next_detector(report, step, &r)); between = ";") {
+    for (size_t r = first; (name = next_detector(report, &r, end)); between = ";") {
         fputs(between, out);
         rmap_csv_put_inside(name, out);
     }
@@ -140,11 +142,12 @@ static bool lies_on_object(const struct rmap_detector *detector)
 static void write_registrations(const struct rmap_ray_report *report, size_t step, bool on_object,
                                 FILE *out)
 {
-    for (size_t r = 0; r < report->n_registration; r++) {
+    size_t first;
+    const size_t end = rmap_ray_report_registrations(report, step, &first);
+    for (size_t r = first; r < end; r++) {
         const struct rmap_report_registration *registration = &report->registration[r];
         const struct rmap_detector *detector = &report->scene->detector[registration->detector];
-        if (registration->step == step && registration->registered &&
-            lies_on_object(detector) == on_object)
+        if (registration->registered && lies_on_object(detector) == on_object)
             fprintf(out, " V@%s", detector->name);
     }
 }
