@@ -3,15 +3,18 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "io/file/directory.h"
 #include "io/file/file_lock.h"
+#include "io/file/input_file.h"
 #include "io/file/publish.h"
 #include "io/file/text_file.h"
 #include "io/file/whole_file.h"
@@ -19,6 +22,7 @@
 #include "io/mesh/bundle_pack.h"
 #include "io/scene/scene_include.h"
 #include "mpi/parallel/progress.h"
+#include "portion/portion.h"
 #include "trace/tracer_revision.h"
 
 static const struct rmap_text_kind sweep_copy = {"the sweep that a folder holds", NULL, "",
@@ -104,6 +108,40 @@ static enum rmap_status check_same(const struct rmap_sweep_run *run, const char 
     return RMAP_OK;
 }
 
+/* The file that a value names, as scenes do; NULL: no memory. */
+static char *file_named(const char *scene_path, const char *value)
+{
+    const char *slash = value[0] == '/' ? NULL : strrchr(scene_path, '/');
+    return rmap_path_format("%.*s%s", slash ? (int)(slash + 1 - scene_path) : 0, scene_path, value);
+}
+
+/* Over the digest of the scene's files those that variants have in their place, if any. */
+static enum rmap_status digest_values(const struct rmap_sweep_run *run,
+                                      const struct rmap_sweep_parameter *parameter, char digest[33],
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < parameter->n_value && st == RMAP_OK; i++) {
+        struct stat info;
+        uint8_t *bytes = NULL;
+        size_t nbytes = 0;
+        if (!isnan(parameter->value[i]))
+            continue;
+        char *path = file_named(run->scene_path, parameter->text[i]);
+        if (!path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a path");
+        if (stat(path, &info) == 0 && S_ISREG(info.st_mode)) {
+            st = rmap_input_file_read(path, SIZE_MAX / 2, &bytes, &nbytes, err);
+            const XXH128_hash_t file = XXH3_128bits(bytes, nbytes),
+                                all = XXH3_128bits_withSeed(digest, 32, file.low64 ^ file.high64);
+            rmap_digest_text((struct rmap_digest){all.low64, all.high64}, digest);
+        }
+        rmap_free(bytes);
+        rmap_free(path);
+    }
+    return st;
+}
+
 /* What must be the same for rows to be of one sweep: its file, the scene, and what that reads. */
 static enum rmap_status make_state(const struct rmap_sweep_run *run, char **text_ret,
                                    struct rmap_error *err)
@@ -116,6 +154,8 @@ static enum rmap_status make_state(const struct rmap_sweep_run *run, char **text
     files.text_nbytes = 0;
     files.options = (struct rmap_scene_options){.set = NULL};
     enum rmap_status st = rmap_bundle_digest(&files, digest, err);
+    for (size_t i = 0; i < run->sweep->n_parameter && st == RMAP_OK; i++)
+        st = digest_values(run, &run->sweep->parameter[i], digest, err);
     if (st != RMAP_OK)
         return st;
     for (size_t i = 0; i < bundle->options.n_set; i++)
