@@ -81,13 +81,14 @@ static double spread(const struct rmap_map *map, size_t source, double q, double
     return n < 2.0 ? (double)NAN : f * f * n / (n - 1.0) * (qr - q * r / n);
 }
 
-/* Readings that are all the same are known exactly; sums about another centre leave rounding. */
-static void tell_one_number(struct rmap_stats_summary *of)
+/* Readings that are all the same are known exactly, of more than one ray; sums about another
+ * centre leave rounding. */
+static void tell_one_number(struct rmap_stats_summary *of, uint64_t n_ray)
 {
     const struct rmap_stats_estimate unknown = {(double)NAN, (double)NAN};
     if (!(of->least >= of->greatest))
         return;
-    of->moment.mean = (struct rmap_stats_estimate){of->least, 0.0};
+    of->moment.mean = (struct rmap_stats_estimate){of->least, n_ray > 1 ? 0.0 : (double)NAN};
     of->moment.deviation = (struct rmap_stats_estimate){0.0, (double)NAN};
     of->moment.skewness = of->moment.kurtosis = unknown;
 }
@@ -113,7 +114,7 @@ static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap
         }
         rmap_stats_estimate_moments(total, covariance, stats->plan->centre[i],
                                     stats->plan->scale[i], &stats->group[g].of[i].moment);
-        tell_one_number(&stats->group[g].of[i]);
+        tell_one_number(&stats->group[g].of[i], stats->group[g].n_ray);
     }
     stats->group[g].flux = stats->group[g].of[0].moment.flux;
 }

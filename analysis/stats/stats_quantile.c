@@ -379,7 +379,7 @@ static enum rmap_status find(struct search *search, double *quantile, double *en
     RMAP_TRY(fill(search, err));
     for (size_t k = 0; k < n_group * n; k++) {
         double error = (double)NAN;
-        if (!isnan(ends[2 * k]) && !isnan(quantile[k]))
+        if (stats->group[k / n].n_ray > 1 && !isnan(ends[2 * k]) && !isnan(quantile[k]))
             error = 0.5 * (value_at(search, k / n, ends[2 * k + 1], weight) -
                            value_at(search, k / n, ends[2 * k], weight));
         stats->group[k / n].of[search->quantity].quantile[k % n] =

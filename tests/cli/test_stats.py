@@ -461,7 +461,7 @@ def check_histories(m, path):
                 its = own == group["name"]
                 check(group["values"] == its.sum(), f"values of {by} {group['name']}")
                 if value[its].min() == value[its].max():  # exactly, wherever the others are
-                    check(group["mean"] == {"value": value[its][0], "standard_error": 0.0} and group["standard_deviation"]["value"] == 0 and
+                    check(group["mean"] == {"value": value[its][0], "standard_error": 0.0 if group["values_of_rays"] > 1 else None} and group["standard_deviation"]["value"] == 0 and
                           group["skewness"]["value"] is None, f"one number of {by} {group['name']}: {group['mean']}")
                 elif its.sum() > 500:
                     compare(group, m, ray[its], value[its], np.ones(its.sum()), f"{words} by {by} {group['name']}")
