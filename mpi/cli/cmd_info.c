@@ -242,8 +242,9 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
         return "NOT complete: rays that the query picked are missing; ask again with --force";
     if (rmap_map_n_piece(map) == 0)
         return "NOT complete: it holds no rays yet";
-    return rmap_map_is_live(path) ? "NOT complete: it is being traced"
-                                  : "NOT complete: tracing was stopped early";
+    return rmap_map_is_live(path)
+               ? "NOT complete: it is being traced"
+               : "NOT complete: rays that were asked for are missing (--resume traces them)";
 }
 
 static void print_info(const char *path, const struct rmap_map *map,

@@ -103,7 +103,7 @@ static void print_text(const char *path, const struct rmap_findings *findings,
             !verification->map       ? "; rays were not decoded: the index is unusable"
             : summary.complete       ? ""
             : rmap_map_is_live(path) ? "; not complete: it is being traced"
-                                     : "; not complete: tracing was stopped early");
+                                     : "; not complete: rays that were asked for are missing");
 }
 
 static enum rmap_status tell(const struct rmap_context *context, const char *path,
