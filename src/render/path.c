@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "base/rng.h"
-#include "formula/turn.h"
 #include "optics/spectrum.h"
+#include "render/anywhere.h"
 #include "render/camera_ray.h"
 #include "render/renderer.h"
 #include "trace/scattering.h"
@@ -255,13 +255,6 @@ static double response(const struct path *path, const struct receiver *receiver,
                                     rmap_dot(light, receiver->direction));
 }
 
-static void on_channel(int channel, struct rmap_scatter_side *side)
-{
-    side->channel = channel;
-    side->n1 = side->scene->medium[side->near].n[channel];
-    side->n2 = side->scene->medium[side->far].n[channel];
-}
-
 /* BSDF, or phase function, of live channels from `light` to where the path came from; NULL: nothing
  * on any of them. */
 static const double *towards_path(const struct path *path, struct receiver *receiver,
@@ -275,7 +268,7 @@ static const double *towards_path(const struct path *path, struct receiver *rece
             some = some || bsdf[i] > 0.0;
             continue;
         }
-        on_channel(i, &receiver->side);
+        rmap_walk_side_on_channel(i, &receiver->side);
         bsdf[i] = rmap_scatter_bsdf(&receiver->side, rmap_scale(light, -1.0),
                                     rmap_scale(receiver->direction, -1.0));
         some = some || bsdf[i] > 0.0;
@@ -330,120 +323,6 @@ static double index_square_ratio(const struct path *path, int32_t far)
     return far_n * far_n / (near_n * near_n);
 }
 
-/* The side of the surface of a hit that light from the front, or from the back, meets. */
-static struct rmap_scatter_side side_met(const struct path *path, const struct rmap_hit *hit,
-                                         bool front, struct rmap_vec3 normal)
-{
-    const struct rmap_scene *scene = path->renderer->scene;
-    const struct rmap_object *object = &scene->object[hit->object];
-    int32_t near = front ? object->medium_front : object->medium_back;
-    int32_t far = front ? object->medium_back : object->medium_front;
-    struct rmap_scatter_side side = {
-        .scene = scene,
-        .object = object,
-        .front = front,
-        .position = hit->position,
-        .primitive = hit->primitive,
-        .surface = &scene->surface[front ? object->surface_front : object->surface_back],
-        .near = near == RMAP_MEDIUM_ANY ? path->walk.ray.medium : near,
-        .far = far == RMAP_MEDIUM_ANY ? path->walk.ray.medium : far,
-        .normal = normal};
-    rmap_scatter_frame(&side);
-    return side;
-}
-
-/* Some models send light to where they let none of it back from: measured ones, and unified facets
- * between two media, which are drawn so that light could both reflect and pass. A path that a model
- * draws backwards would miss such ways, so a share of the paths takes any direction (one sample of
- * a mixture: Veach 1997, section 9.2.4). */
-struct anywhere {
-    double share; /* 0: not at this surface */
-    bool may[2];  /* reflected, passing */
-};
-
-static bool is_one_way(const struct rmap_scatter *its, bool between_media)
-{
-    return its &&
-           (rmap_scatter_is_table(its) || (its->model == RMAP_SCATTER_UNIFIED && between_media));
-}
-
-static void find_one_way(const struct path *path, const struct rmap_hit *hit, bool front,
-                         struct anywhere *any)
-{
-    const struct rmap_scene *scene = path->renderer->scene;
-    const struct rmap_object *object = &scene->object[hit->object];
-    const struct rmap_surface *surface =
-        &scene->surface[front ? object->surface_front : object->surface_back];
-    const bool between = surface->type == RMAP_SURFACE_FRESNEL;
-    *any = (struct anywhere){.share = 0.0};
-    if (!rmap_surface_scatters(surface) || object->gradient_front != 0 ||
-        object->gradient_back != 0)
-        return;
-    for (int way = 0; way < 2; way++)
-        any->may[way] = is_one_way(rmap_surface_scatter(scene, surface, way == 1), between);
-    any->share = any->may[0] || any->may[1] ? 0.25 : 0.0;
-}
-
-/* Per steradian and cosine; of the model's own directions there is a share less. */
-static double any_density(const struct anywhere *any, bool passes)
-{
-    return any->may[passes] ? any->share / ((any->may[0] + any->may[1]) * RMAP_PI) : 0.0;
-}
-
-/* True: the path goes anywhere. */
-static bool go_anywhere(const struct path *path, const struct rmap_arrival *arrival, bool front,
-                        const struct anywhere *any, struct rmap_decision *decision)
-{
-    const struct rmap_walk *walk = &path->walk;
-    const struct rmap_object *object = &path->renderer->scene->object[arrival->hit.object];
-    const struct rmap_vec3 normal =
-        front ? arrival->hit.normal : rmap_scale(arrival->hit.normal, -1.0);
-    double u[4];
-    if (!(any->share > 0.0))
-        return false;
-    rmap_rng(walk->draw.seed, walk->draw.ray, walk->draw.step, RMAP_RNG_ANYWHERE, u);
-    if (!(u[0] < any->share))
-        return false;
-    const bool passes = any->may[1] && (!any->may[0] || u[0] < 0.5 * any->share);
-    const int32_t far = front ? object->medium_back : object->medium_front;
-    const struct rmap_scatter_side side = side_met(path, &arrival->hit, front, normal);
-    const struct rmap_scatter *its = rmap_surface_scatter(side.scene, side.surface, passes);
-    decision->events = passes ? RMAP_EVENT_TRANSMIT_DIFFUSE : RMAP_EVENT_REFLECT_DIFFUSE;
-    decision->turned = !passes;
-    decision->medium = passes && far != RMAP_MEDIUM_ANY ? far : walk->ray.medium;
-    decision->gradient = 0;
-    decision->direction = rmap_diffused(passes ? rmap_scale(normal, -1.0) : normal, u[1], u[2]);
-    decision->collapse = -1;
-    decision->predicted = decision->sharp = false;
-    decision->weigh = NULL;
-    if (!rmap_colour_single(&walk->colour) && rmap_scatter_by_channel(&side, its))
-        decision->collapse = rmap_colour_pick(&walk->colour, NULL, u[3]);
-    return true;
-}
-
-/* Paths go from the eye to the light: what a model sends the one way, over what it would send the
- * other, which the path was drawn by. */
-static double way_back(const struct path *path, const struct rmap_hit *hit, struct rmap_vec3 in,
-                       const struct anywhere *any, const struct rmap_decision *decision)
-{
-    const bool front = rmap_dot(in, hit->normal) < 0.0,
-               passes = decision->events & RMAP_EVENT_TRANSMIT_DIFFUSE;
-    const int channel = decision->collapse >= 0 ? decision->collapse : path->walk.colour.begin;
-    const struct rmap_vec3 normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
-    struct rmap_scatter_side here = side_met(path, hit, front, normal), there = here;
-    if (!rmap_surface_scatters(here.surface) || decision->sharp)
-        return 1.0 / (1.0 - any->share);
-    if (passes)
-        there = side_met(path, hit, !front, rmap_scale(normal, -1.0));
-    on_channel(channel, &here);
-    on_channel(channel, &there);
-    const double drawn = (1.0 - any->share) * rmap_scatter_bsdf(&here, in, decision->direction) +
-                         any_density(any, passes);
-    const double back =
-        rmap_scatter_bsdf(&there, rmap_scale(decision->direction, -1.0), rmap_scale(in, -1.0));
-    return drawn > 0.0 ? back / drawn : 0.0;
-}
-
 /* Light that arrives at the surface is looked for whatever becomes of the path: what is expected
  * of its diffuse outcomes has less variance than those of them that happen. */
 static void look_from_surface(struct path *path, const struct rmap_arrival *arrival)
@@ -466,7 +345,7 @@ static void look_from_surface(struct path *path, const struct rmap_arrival *arri
         receiver.p = surface->reflect_diffuse;
         receiver.has_model = rmap_surface_scatters(surface);
         if (receiver.has_model)
-            receiver.side = side_met(path, hit, front, normal);
+            receiver.side = rmap_walk_side_met(&path->walk, hit, front, normal);
         rmap_contact_turn(&receiver.ray.contact, hit);
         look(path, &receiver);
     }
@@ -482,7 +361,7 @@ static void look_from_surface(struct path *path, const struct rmap_arrival *arri
     receiver.p = surface->transmit_diffuse;
     receiver.has_model = rmap_surface_scatters(surface);
     if (receiver.has_model)
-        receiver.side = side_met(path, hit, !front, receiver.normal);
+        receiver.side = rmap_walk_side_met(&path->walk, hit, !front, receiver.normal);
     receiver.factor = index_square_ratio(path, receiver.ray.medium);
     rmap_contact_pass(&receiver.ray.contact, hit);
     look(path, &receiver);
@@ -497,14 +376,14 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
 {
     struct rmap_walk *walk = &path->walk;
     struct rmap_decision decision;
-    struct anywhere any;
+    struct rmap_anywhere any;
     if (rmap_walk_limited(walk)) {
         path->counts->n_limit++;
         return false;
     }
     const bool front = rmap_dot(arrival->segment.direction, arrival->hit.normal) < 0.0;
-    find_one_way(path, &arrival->hit, front, &any);
-    if (!go_anywhere(path, arrival, front, &any, &decision))
+    rmap_anywhere_find(walk, &arrival->hit, front, &any);
+    if (!rmap_anywhere_go(walk, arrival, front, &any, &decision))
         rmap_interact(walk->scene, &walk->ray, &arrival->hit, &walk->colour, &walk->draw,
                       &decision);
     if (decision.events & RMAP_EVENT_ERROR) {
@@ -517,7 +396,8 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
     if (decision.events & RMAP_EVENT_TRANSMIT_DIFFUSE)
         path->scale *= index_square_ratio(path, decision.medium);
     if (decision.events & diffuse)
-        path->scale *= way_back(path, &arrival->hit, arrival->segment.direction, &any, &decision);
+        path->scale *= rmap_anywhere_way_back(walk, &arrival->hit, arrival->segment.direction, &any,
+                                              &decision);
     else
         path->scale /= 1.0 - any.share;
     rmap_walk_depart(walk, arrival, &decision);
