@@ -70,13 +70,13 @@ def files_of(folder):
 def try_one(name, what):
     shutil.rmtree("scene", ignore_errors=True)
     for words, folder in ((["import", name, "-o", "scene", "--quiet"], None), (["update", "kept", name, "--force", "--quiet"], "kept")):
-        before, start = files_of(folder) if folder else None, time.time()
+        before, start = files_of(folder) if folder else None, time.monotonic()
         try:
             done = subprocess.run([os.environ["RAYMAP"], *words], text=True, capture_output=True, check=False, timeout=SECONDS, errors="replace")
         except subprocess.TimeoutExpired:
             check(False, f"{what}: {words[0]} hangs")
             continue
-        spent = time.time() - start
+        spent = time.monotonic() - start
         check(done.returncode in (0, 3) and spent < SECONDS, f"{what}: {words[0]}: {done.returncode} in {spent:.0f} s: {done.stderr}")
         if done.returncode == 0:
             count["scene"] += 1

@@ -38,8 +38,8 @@ def kill(path, ranks):
     """Once each rank has made something safe, all die at a blow."""
     with subprocess.Popen([*launched(ranks), *TRACE, path, "--flush-portions", "1"], stdout=subprocess.DEVNULL,
                           stderr=subprocess.DEVNULL) as job:
-        until = time.time() + 60
-        while len(glob.glob(f"{path}/shard-*/.piece-*.journal")) < ranks and time.time() < until:
+        until = time.monotonic() + 60
+        while len(glob.glob(f"{path}/shard-*/.piece-*.journal")) < ranks and time.monotonic() < until:
             time.sleep(0.05)
         pids = subprocess.run(["ps", "-o", "pid=", "--ppid", str(job.pid)], capture_output=True, text=True,
                               check=True).stdout.split()

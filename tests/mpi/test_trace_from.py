@@ -30,8 +30,8 @@ def killed(name):
     shutil.rmtree(name, ignore_errors=True)
     with subprocess.Popen([os.environ["RAYMAP"], "trace", ROOM, *MOVED, "-o", name, "--from", "old.raymap", "--threads", "1", "--flush-portions", "1",
                            "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as job:
-        until = time.time() + 60
-        while not glob.glob(f"{name}/shard-*/.piece-*.journal") and job.poll() is None and time.time() < until:
+        until = time.monotonic() + 60
+        while not glob.glob(f"{name}/shard-*/.piece-*.journal") and job.poll() is None and time.monotonic() < until:
             time.sleep(0.005)
         job.kill()
         job.wait(timeout=60)

@@ -35,8 +35,8 @@ def run(*words, status=0, env=None):
 
 def held(path):
     """What the holder of a map's lock says of itself, once it does."""
-    until = time.time() + 30
-    while time.time() < until:
+    until = time.monotonic() + 30
+    while time.monotonic() < until:
         try:
             with open(f"{path}/{LOCK}", encoding="utf-8") as file:
                 text = file.read()
