@@ -156,6 +156,11 @@ for ranks, more in ((1, ()), (2, ()), (1, ("--resume",))):
 
 error = run("sweep", "s.yaml", "-o", "one", status=2)
 check("--resume" in error and "--force" in error, f"a folder that holds a sweep: {error}")
+os.rename("one/sweep.txt", "sweep.txt")
+for more in ((), ("--resume",)):
+    error = run("sweep", "s.yaml", "-o", "one", *more, status=2)
+    check("no sweep.txt" in error and os.listdir("one") and not os.path.exists("one/sweep.txt"), f"rows of who knows what: {error}")
+os.rename("sweep.txt", "one/sweep.txt")
 told = json.loads(run("sweep", "s.yaml", "-o", "one", "--force", "--json", "--quiet", "--plot", "p.png", "--force"))
 check(rows("one") == table and 0 < told["seconds"]["tracing"] < told["seconds"]["all"], f"begun anew: {told['seconds']}")
 
