@@ -127,6 +127,7 @@ struct alike {
     const uint8_t *counts; /* [registrations of the portion] */
     size_t ray;
     double weight, squared, times; /* squared: rmap_weight_squared(weight) */
+    double segments;               /* of all of them; 0 where they are not counted */
 };
 
 /* Registrations [first, first + n) of a ray. Several in one detector are one contribution of the
@@ -169,9 +170,24 @@ static inline void add_count(struct rmap_energy_sums *sums, const struct alike *
 {
     const size_t source = (size_t)rays->portion->ray.source[rays->ray];
     sums->rays[source] += rays->times;
-    sums->segments[source] += rays->times * rays->portion->ray.segment_count[rays->ray];
+    sums->segments[source] += rays->segments;
     sums->weight[source] += rays->times * rays->weight;
     sums->weight_squared[source] += rays->times * rays->squared;
+}
+
+/* Adds up rays that are like those before, and adds those before where this one is not. */
+static inline void count_one(struct rmap_energy_sums *sums, const struct alike *one,
+                             struct alike *before)
+{
+    const struct rmap_ray_columns *ray = &one->portion->ray;
+    if (before->weight != one->weight || ray->source[before->ray] != ray->source[one->ray]) {
+        if (before->times > 0.0)
+            add_count(sums, before);
+        *before = *one;
+        before->times = before->segments = 0.0;
+    }
+    before->times += 1.0;
+    before->segments += ray->segment_count[one->ray];
 }
 
 /* Light that was absorbed by no object: its medium tells where. */
@@ -202,6 +218,8 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
         RMAP_TRY(rmap_fold_fetch(rays, media, err));
     counted = rmap_registrations_counted(rays);
     struct alike one = {.portion = portion, .counts = counted, .times = 1.0};
+    struct alike row = one; /* rays in a row that weigh alike and have one source */
+    row.times = 0.0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const size_t first = registration;
@@ -218,10 +236,12 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
         if (sums->scope->ends)
             add_end(sums, &one, segment);
         if (sums->scope->counts)
-            add_count(sums, &one);
+            count_one(sums, &one, &row);
         if (n > 0)
             add_registrations(sums, &one, first, n);
     }
+    if (row.times > 0.0)
+        add_count(sums, &row);
 out:
     return st;
 }
@@ -243,7 +263,9 @@ static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rm
                                    row,
                                    1.0,
                                    1.0,
-                                   (double)sums->shares->n_ray[k]};
+                                   (double)sums->shares->n_ray[k],
+                                   (double)sums->shares->n_ray[k] *
+                                       summary->paths->ray.segment_count[row]};
         if (sums->scope->ends)
             add_end(sums, &some,
                     summary->first_segment[row] + summary->paths->ray.segment_count[row]);

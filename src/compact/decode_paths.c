@@ -219,13 +219,34 @@ static inline void enter_group(const uint32_t *path, size_t n, struct group *gro
             (to)[group.own[m]] = (of_own);                                                         \
     } while (0)
 
-/* Heads and registrations. Most rays have few registrations: two are copied where there is room,
- * into rows that are filled later if they are not the path's. */
+/* The registrations of a group, from row `to` of n_row on; returns the row behind them. Most rays
+ * have few: four are copied where there is room, into rows that are filled later if they are not
+ * the path's. */
+static inline size_t fill_crossings(const struct group *group, const uint32_t *path,
+                                    const struct crossings from[2], rmap_column_set columns,
+                                    const struct rmap_registration_columns *hit, size_t to,
+                                    size_t n_row)
+{
+    enum { FEW = 4 };
+    for (size_t i = 0; i < group->n; to += group->size[i++]) {
+        const struct crossings *c = path[i] > 0 ? &from[1] : &from[0];
+        const size_t row = group->row[i], size = group->size[i];
+        const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
+        if (done > 0)
+            copy_crossings(c, row, FEW, columns, hit, to);
+        if (done < size)
+            copy_crossings(c, row + done, size - done, columns, hit, to + done);
+    }
+    return to;
+}
+
+/* Heads and registrations. */
 RMAP_WIDE
 static void fill_rays(const struct rmap_path_table *table, const struct rmap_own_paths *own,
                       rmap_column_set columns, struct rmap_portion *out)
 {
-    enum { FEW = 2 };
+    const rmap_column_set usual =
+        BIT(RMAP_REGISTRATION_detector) | BIT(RMAP_REGISTRATION_registered);
     const struct crossings from[2] = {
         {own->segment, own->detector, own->registered, own->n_registration},
         {table->segment, table->detector, table->registered, table->n_registration}};
@@ -257,15 +278,9 @@ static void fill_rays(const struct rmap_path_table *table, const struct rmap_own
             group.row[i] = table->first_registration[group.known[i]];
         for (size_t m = 0; m < group.n_own; next += own->registration_count[k + m++])
             group.row[group.own[m]] = next;
-        for (size_t i = 0; i < group.n; to += group.size[i++]) {
-            const struct crossings *c = &from[path[i] > 0];
-            const size_t row = group.row[i], size = group.size[i];
-            const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
-            if (done > 0)
-                copy_crossings(c, row, FEW, columns, &hit, to);
-            if (done < size)
-                copy_crossings(c, row + done, size - done, columns, &hit, to + done);
-        }
+        to = (columns & RMAP_CROSSING_COLUMNS) == usual /* known as it is compiled */
+                 ? fill_crossings(&group, path, from, usual, &hit, to, n_row)
+                 : fill_crossings(&group, path, from, columns, &hit, to, n_row);
     }
 }
 
