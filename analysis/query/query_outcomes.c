@@ -11,6 +11,7 @@
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/count.h"
+#include "base/wide.h"
 #include "io/map/map_cursor.h"
 
 struct rmap_query_outcomes {
@@ -189,6 +190,26 @@ static rmap_column_set rest_columns(const struct rmap_criterion *criterion)
 
 static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direction);
 
+/* Without a branch: which rays are open is random. */
+static inline uint8_t taken(uint8_t was, uint8_t open)
+{
+    const uint8_t mask = (uint8_t) - (was == RMAP_OUTCOME_OPEN);
+    return (uint8_t)((open & mask) | (was & ~mask));
+}
+
+/* What was found of n rays takes the place of OPEN. row: which they are; NULL: all. */
+RMAP_WIDE static void take_open(const uint8_t *restrict open, const uint32_t *row, size_t n,
+                                uint8_t *restrict outcome)
+{
+    if (!row) {
+        for (size_t s = 0; s < n; s++)
+            outcome[s] = taken(outcome[s], open[s]);
+        return;
+    }
+    for (size_t s = 0; s < n; s++)
+        outcome[row[s]] = taken(outcome[row[s]], open[s]);
+}
+
 /* Decides rays that are open by these columns, which some may stay open by: those rays alone are
  * decoded, where they are few. */
 static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
@@ -211,11 +232,7 @@ static enum rmap_status decide_open(struct rmap_query_outcomes *self, size_t c,
                                                .flux_per_weight =
                                                    rmap_map_flux_per_weight(self->map)};
     RMAP_TRY(rmap_criterion_decide(self->criterion[c], &input, &self->evaluator, self->open, err));
-    const size_t n = input.portion->n_row[RMAP_TABLE_RAY];
-    for (size_t s = 0; s < n; s++) {
-        uint8_t *its = &outcome[few ? row[s] : s];
-        *its = *its == RMAP_OUTCOME_OPEN ? self->open[s] : *its;
-    }
+    take_open(self->open, few ? row : NULL, input.portion->n_row[RMAP_TABLE_RAY], outcome);
 out:
     return st;
 }

@@ -229,7 +229,7 @@ static inline size_t fill_crossings(const struct group *group, const uint32_t *p
 {
     enum { FEW = 4 };
     for (size_t i = 0; i < group->n; to += group->size[i++]) {
-        const struct crossings *c = path[i] > 0 ? &from[1] : &from[0];
+        const struct crossings *c = &from[path[i] > 0]; /* no branch: it is random */
         const size_t row = group->row[i], size = group->size[i];
         const size_t done = to + FEW <= n_row && row + FEW <= c->n ? FEW : 0;
         if (done > 0)
