@@ -20,15 +20,17 @@ bool rmap_angle_holds(const struct rmap_detector *detector, const float *directi
                       const struct rmap_interval *interval, const struct rmap_angle_ends *ends);
 
 /* What is known of that where only the quarter of a degree is: enum rmap_outcome. */
+_Static_assert(RMAP_OUTCOME_NO == 0 && RMAP_OUTCOME_OPEN == 1 && RMAP_OUTCOME_YES == 3,
+               "outcomes are bits");
 static inline uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval,
                                          const struct rmap_angle_ends *ends)
 {
-    const uint8_t inside = interval->outside ? RMAP_OUTCOME_NO : RMAP_OUTCOME_YES;
-    if (quarter > RMAP_ANGLE_MAX || ((uint16_t)(quarter - ends->first_near) < ends->n_near &&
-                                     (uint16_t)(quarter - ends->first_inside) >= ends->n_inside))
-        return RMAP_OUTCOME_OPEN;
-    return (uint16_t)(quarter - ends->first_near) < ends->n_near ? inside
-                                                                 : rmap_outcome_not(inside);
+    /* without a branch: angles are random */
+    const unsigned near = (uint16_t)(quarter - ends->first_near) < ends->n_near;
+    const unsigned inside = (uint16_t)(quarter - ends->first_inside) < ends->n_inside;
+    const unsigned within = near + 2 * (near & inside); /* NO, OPEN, YES */
+    const unsigned outcome = interval->outside ? rmap_outcome_not((uint8_t)within) : within;
+    return (uint8_t)(quarter > RMAP_ANGLE_MAX ? RMAP_OUTCOME_OPEN : outcome);
 }
 
 #endif
