@@ -101,7 +101,7 @@ out:
     return st;
 }
 
-/* The colour space of the map that light of the scene is described in; 0: none, or the first. */
+/* The colour space of the map that light of the scene is described in; -1: none. */
 static int32_t space_of(const struct rmap_map *map, const struct rmap_channels *channels)
 {
     for (size_t i = 0; i < rmap_map_n_space(map); i++) {
@@ -111,7 +111,7 @@ static int32_t space_of(const struct rmap_map *map, const struct rmap_channels *
                    (size_t)channels->n * sizeof *channels->wavelength_nm) == 0)
             return (int32_t)i;
     }
-    return 0;
+    return -1;
 }
 
 /* Rank 0. Rays of other spaces are no rays of the new map. */
@@ -157,7 +157,7 @@ enum rmap_status rmap_trace_from_decide(const struct rmap_context *context,
     else if (seed != from->summary.seed)
         (void)snprintf(from->all, sizeof from->all, "they were traced with another seed");
     else
-        st = rmap_reuse_init(&from->reuse, from->map, space, scene, err);
+        st = rmap_reuse_init(&from->reuse, from->map, space < 0 ? 0 : space, scene, err);
     if (st == RMAP_OK && from->reuse.touch.change.all[0])
         (void)snprintf(from->all, sizeof from->all, "%s", from->reuse.touch.change.all);
     RMAP_TRY(rmap_agree(context, st, err));

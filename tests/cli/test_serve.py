@@ -133,6 +133,8 @@ def check_mixed():
         lens.save("mixed.yaml")
         made = run("trace", "mixed.yaml", "-n", "4096", "-o", "made.raymap", "--from", "mixed.raymap", "--json")
         assert made["digest"] == lens.status()["digest"] and made["from"]["other_spaces"] == 2048, made
+        other = run("trace", "mixed.yaml", "-n", "512", "-o", "other.raymap", "--from", "made.raymap", "--color", "rgb", "--json")["from"]
+        assert (other["reused"], other["other_spaces"]) == (0, 4096) and "spectrum" in other["all_anew"], other
 
 
 def check_places(lens, answer):
