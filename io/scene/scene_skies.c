@@ -478,6 +478,7 @@ static void settle(struct rmap_reader *reader, const struct rmap_sky_plan *plan,
     }
     for (size_t i = 0; i < sky->n_row * sky->n_around; i++)
         sky->radiance[i] *= scale;
+    (void)rmap_sky_gather(source); /* by what is kept in maps, to the same bits */
     source->flux = flux * scale;
     if (sky->band)
         rmap_environment_mean(source, reader->scene->channels.n);

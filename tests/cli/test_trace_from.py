@@ -226,6 +226,18 @@ def edits(example, far):
         done += 1
 
 
+def day():
+    """Sky and sun through a window: their tables, made anew of what a map keeps, are the same to the last bit."""
+    office, moved = SOURCE / "examples" / "office" / "scene.yaml", ["--set", "objects.desk_left.at.3=0.73"]
+    traced(office, "-n", 2000, "-o", "day.raymap")
+    whole = traced(office, *moved, "-n", 2000, "-o", "whole.raymap")
+    for words, least in [([], 2000), (moved, 1000)]:
+        new = traced(office, *words, "-o", "new.raymap", "--from", "day.raymap")
+        check(new["from"]["reused"] >= least, f"sky and sun, {words}: {new['from']}")
+    check(new["digest"] == whole["digest"], "sky and sun: other rays")
+
+
+day()
 edits("room", 0.2)
 edits("double-gauss", 3.0)
 check(kept["some"] > kept["none"], f"rays are kept: {kept}")
