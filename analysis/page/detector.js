@@ -198,7 +198,8 @@ function drawFrameAndScale(detector, picture) {
   paint.fillText(figure(picture.least, 2), x + 11, top + height);
   paint.textAlign = "right";
   paint.textBaseline = "top";
-  paint.fillText(written(detector.image.unit), left + width + FRAME.bar + 4, top + height + 4);
+  const beside = FRAME.right + FRAME.bar; // photons/m² are squeezed rather than written over the axis' last number
+  paint.fillText(written(detector.image.unit), left + width + beside, top + height + 4, beside - 5);
 }
 
 /* The image is of the light of all criteria and classes; of some, the rays of the page stand for it. */

@@ -399,6 +399,24 @@ async function dragsObjects(page) {
   await page.keyboard.press("m");
 }
 
+/* A unit as long as scenes in photons have it covers no number of the axis. */
+async function unitHasRoom(page) {
+  const covered = await page.evaluate(() => {
+    const drawn = [], kind = CanvasRenderingContext2D.prototype, { fillText } = kind;
+    kind.fillText = function (text, x, y, most = Infinity) {
+      const long = text.replace(/^W\/.*/, "photons/m\u00b2"), wide = Math.min(this.measureText(long).width, most);
+      const left = x - wide * { left: 0, center: 0.5, right: 1 }[this.textAlign];
+      drawn.push({ long, y, left, right: left + wide });
+    };
+    document.getElementById("log").click();
+    kind.fillText = fillText;
+    document.getElementById("log").click();
+    const unit = drawn.find(({ long }) => /^photons/.test(long));
+    return unit ? drawn.filter((one) => one !== unit && one.y === unit.y && one.right > unit.left).map(({ long }) => long) : ["no unit"];
+  });
+  check(covered.length === 0, `the unit of an image covers: ${covered.join(" ")}`);
+}
+
 async function isKept(page) {
   const bare = await page.evaluate(() => [...document.querySelectorAll("button, input, select, canvas, textarea")].filter((one) =>
     !(one.getAttribute("aria-label") || one.textContent.trim() || one.closest("label") || one.title || one.ariaHidden)).map((one) => one.outerHTML));
@@ -428,7 +446,7 @@ async function main() {
   try {
     const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
-    for (const part of [isGuarded, traces, hasTree, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, isKept])
+    for (const part of [isGuarded, traces, hasTree, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, unitHasRoom, isKept])
       await timed(part, page, browser);
     await page.click("#scheme");
     await settle(page);
