@@ -417,6 +417,19 @@ async function unitHasRoom(page) {
   check(covered.length === 0, `the unit of an image covers: ${covered.join(" ")}`);
 }
 
+/* The button that moves an object stands in its row, however long the name is. */
+async function moversStandInTheirRows(page) {
+  const [above, below] = await page.evaluate(() => {
+    const row = document.querySelector("#objects .mover").parentElement, name = row.querySelector("label");
+    const written = name.innerHTML;
+    name.append(" and so on".repeat(19));
+    const [label, mover] = [name, row.querySelector(".mover")].map((one) => one.getBoundingClientRect());
+    name.innerHTML = written;
+    return [label.top - mover.top, mover.bottom - label.bottom];
+  });
+  check(above < 9 && below < 9, `the button is ${above} px above and ${below} px below its row`);
+}
+
 async function isKept(page) {
   const bare = await page.evaluate(() => [...document.querySelectorAll("button, input, select, canvas, textarea")].filter((one) =>
     !(one.getAttribute("aria-label") || one.textContent.trim() || one.closest("label") || one.title || one.ariaHidden)).map((one) => one.outerHTML));
@@ -446,7 +459,7 @@ async function main() {
   try {
     const page = await open(browser, address, { viewport: process.env.PICTURES ? { width: 1500, height: 950 } : { width: 1140, height: 700 } });
     await page.waitForSelector("html[data-workbench]", { timeout: 30000 });
-    for (const part of [isGuarded, traces, hasTree, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, unitHasRoom, isKept])
+    for (const part of [isGuarded, traces, hasTree, asksCriteria, clicksCriteria, refusesNonsense, cancels, drawsHistograms, edits, isShared, dragsObjects, unitHasRoom, isKept, moversStandInTheirRows])
       await timed(part, page, browser);
     await page.click("#scheme");
     await settle(page);
