@@ -79,7 +79,12 @@ size_t raymap_blocks(const raymap_map *self)
 
 int raymap_find_ray(const raymap_map *self, uint64_t ray, size_t *block_ret)
 {
-    return rmap_map_find_ray(self->map, ray, block_ret);
+    const size_t n_block = raymap_blocks(self);
+    size_t block = *block_ret < n_block ? *block_ret : n_block;
+    const bool found = rmap_map_find_ray(self->map, ray, &block);
+    if (found)
+        *block_ret = block;
+    return found;
 }
 
 int raymap_is_complete(const raymap_map *self)

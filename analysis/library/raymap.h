@@ -93,8 +93,8 @@ RAYMAP_API const char *raymap_name(const raymap_map *map, enum raymap_kind kind,
 RAYMAP_API const double *raymap_wavelengths(const raymap_map *map, size_t space, size_t *n_ret);
 
 /* 1: *block_ret is a block that may hold the ray with this id; 0: there is none left. To be given
- * raymap_blocks first, then the block found last: of rays that a query picked, blocks have gaps and
- * several may be asked. */
+ * raymap_blocks (or more) first, then the block found last: of rays that a query picked, blocks
+ * have gaps and several may be asked. */
 RAYMAP_API int raymap_find_ray(const raymap_map *map, uint64_t ray, size_t *block_ret);
 
 /* What of an unfinished or damaged map cannot be used, a line each; NULL behind the last one. */

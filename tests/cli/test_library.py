@@ -181,6 +181,8 @@ def many_blocks():
     told = raymap.query("part.raymap", "registered(sensor)")
     check(whole.complete and np.isclose(few["flux"].sum(), told["flux"]["matched"], rtol=1e-9), "flux of those that match")
     check([whole.ray(number)["id"] for number in (99999, 0, 50000)] == [99999, 0, 50000], "rays here and there")
+    find, block = library._library().raymap_find_ray, ctypes.c_size_t(2 ** 64 - 1)  # pylint: disable=protected-access
+    check(find(whole.handle.pointer, 50000, block) == 1 and block.value < whole.handle.n_blocks, "from behind the last block")
 
 
 def killed_run():
