@@ -234,6 +234,15 @@ def check_pip():
     check("venv" in done.stdout and "3000" in done.stdout, "installed: " + done.stdout + done.stderr)
 
 
+def check_library():
+    """RAYMAP_LIBRARY that is empty is none, and a library that is another one is told."""
+    code = "import raymap\ntry:\n print(len(raymap.records('lens.raymap')['id']))\nexcept raymap.MapError as error:\n print(error)"
+    for value, told in (("", "3000"), ("libc.so.6", "name it with RAYMAP_LIBRARY ("), ("no.so", "name it with RAYMAP_LIBRARY (")):
+        done = subprocess.run([sys.executable, "-B", "-c", code], text=True, capture_output=True, check=False,
+                              env={**os.environ, "PYTHONPATH": str(PACKAGE), "RAYMAP_LIBRARY": value})
+        check(told in done.stdout and done.returncode == 0, f"RAYMAP_LIBRARY={value}: {done.stdout}{done.stderr}")
+
+
 def check_document(columns, lens):
     """NAME.raymap there has columns, lens.raymap is what `raymap trace` makes."""
     shutil.rmtree("document", ignore_errors=True)
@@ -259,6 +268,7 @@ check_tables()
 check_asking(LENS)
 check_given(LENS)
 check_names_of_links()
+check_library()
 check_scripts(LENS, OTHER, ROOM)
 check_plain(ROOM)
 check_document(LENS, OTHER)

@@ -60,7 +60,7 @@ _FUNCTIONS = {  # result, arguments
 
 
 def _candidates() -> Iterator[str]:
-    if "RAYMAP_LIBRARY" in os.environ:
+    if os.environ.get("RAYMAP_LIBRARY"):
         yield os.environ["RAYMAP_LIBRARY"]
         return
     program = os.environ.get("RAYMAP") or shutil.which("raymap")
@@ -80,16 +80,14 @@ def _library() -> ctypes.CDLL:
             continue
         try:
             library = ctypes.CDLL(path)
-            break
-        except OSError as error:
+            for name, (result, arguments) in _FUNCTIONS.items():
+                function = getattr(library, "raymap_" + name)
+                function.restype, function.argtypes = result, arguments
+            return library
+        except (OSError, AttributeError) as error:  # no library, or another one
             why = f" ({error})"
-    else:
-        raise MapError(f"{_NAME} is not found: it is installed and built with the program raymap; name it with "
-                       f"RAYMAP_LIBRARY{why}")
-    for name, (result, arguments) in _FUNCTIONS.items():
-        function = getattr(library, "raymap_" + name)
-        function.restype, function.argtypes = result, arguments
-    return library
+    raise MapError(f"{_NAME} is not found: it is installed and built with the program raymap; name it with "
+                   f"RAYMAP_LIBRARY{why}")
 
 
 def _check(status: int, error: _Error) -> None:
