@@ -419,6 +419,28 @@ out:
     return st;
 }
 
+/* The whole portion takes the place of rays that were selected: which of its rays match, and room
+ * for its registrations. */
+static enum rmap_status read_whole(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
+    if (self->row) {
+        memset(self->unsure, 0, n);
+        for (size_t s = 0; s < rays->portion->n_row[RMAP_TABLE_RAY]; s++)
+            self->unsure[self->row[s]] = rays->match ? rays->match[s] : 1;
+        rays->match = self->unsure;
+        rays->scanner = self;
+        self->row = NULL;
+    }
+    RMAP_TRY(read_columns(self, columns_of(self->fold), &rays->portion, err));
+    st = RMAP_RESERVE(self->chosen, self->chosen_cap,
+                      rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err);
+out:
+    return st;
+}
+
 /* The registrations that count, of a portion which tells of some of them: the rays of the others
  * are traced again. */
 static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rmap_matched *rays,
@@ -441,8 +463,8 @@ static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rm
     RMAP_TRY(rmap_cursor_select(cursor, self->unsure, 1, all, &traced, &ray, err));
     if (traced) {
         RMAP_TRY(choose_exactly(self, rays->portion, traced, ray, err));
-    } else { /* too many for a selection, so that the portion in hand is none */
-        RMAP_TRY(read_columns(self, all, &rays->portion, err));
+    } else { /* too many for a selection, or read already */
+        RMAP_TRY(read_whole(self, rays, err));
         st = rmap_which_mark(self->which, rays->portion, self->chosen, err);
     }
 out:

@@ -209,6 +209,21 @@ def trace(name, n, encoding, *more):
     return file
 
 
+def check_read_whole():
+    """Times of arrival stay open by paths, so that a block is read whole after its rays were selected by angles.
+    By commands: a session keeps blocks whole."""
+    def told(file, *words):
+        return json.loads(call("query", file, *words, "--json", "--quiet").stdout)
+    plain, compact = (trace("wls-fibre", 1500, encoding, "--time", "on", "--set", "media.core.accounting=energy")
+                      for encoding in ("plain", "compact"))
+    for time in (1e-8, 2e-8, 5e-8):
+        for angle in (145, 170):
+            criterion = f"registered(far where time <= {time} and angle < {angle})"
+            counted = [told(file, criterion, "--count") for file in (plain, compact)]
+            assert counted[0]["rays"]["matched"] > 0, criterion
+            assert counted[0]["rays"] == counted[1]["rays"] and counted[0]["registered"] == counted[1]["registered"], counted
+
+
 def main():
     images = []
     for encoding in ("plain", "compact"):
@@ -230,6 +245,7 @@ def main():
                                       ("room", "floor_map", "hit(*, reflect_diffuse) == 0")):
         check_law(trace(name, 2000, "compact"), detector, [condition], ["all"], 1)
     check_first("room-compact.raymap", "floor_map")
+    check_read_whole()
     check_sessions()
 
 
