@@ -102,7 +102,7 @@ class Dice:
             met = np.flatnonzero(m.is_mesh[m.segment["object"]] & (m.segment["object"] >= 0))
             row = self.random.choice(met) if len(met) else 0
             which = m.names["object"][m.segment["object"][row]]
-            first = int(m.segment["primitive"][row])
+            first = max(0, int(m.segment["primitive"][row]))  # no mesh is met: any
             word = self.one_of("face", "triangle")
             if word == "face" and len(met):
                 first = int(m.faces[m.segment["object"][row]][first])

@@ -126,7 +126,9 @@ class PlainMap:
                            self.detector["axis"][which])
         cosine /= np.linalg.norm(self.registration["direction"].astype(float), axis=1)
         self.angle = np.degrees(np.arccos(np.clip(np.where(far, cosine, -cosine), -1, 1)))
-        self.time = self.registration["optical_path"] * self.length_unit / 299792458.0
+        timed = "group_path" in self.registration  # times of arrival
+        path = self.registration["group_path" if timed else "optical_path"]
+        self.time = path * self.length_unit / 299792458.0 + (1e-9 * self.registration["delay"] if timed else 0)
 
     def _sides(self):
         """surface_met: row of /name/surface on the side that each step came from; -1: none."""

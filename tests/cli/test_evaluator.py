@@ -198,12 +198,12 @@ class Verdicts:
         print(f"{where}: {len(self.texts)} criteria, {bad} disagree", flush=True)
 
 
-def judge_scene_in(name, scene, n_ray, k):
+def judge_scene_in(name, scene, n_ray, k, options):
     """All maps of a scene against the evaluator; what the program does not know yet."""
-    plain = trace(scene, f"{name}.raymap", n_ray, "--encoding", "plain")
+    plain = trace(scene, f"{name}.raymap", n_ray, "--encoding", "plain", *options)
     pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
-                   ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
-    compact = trace(scene, f"{name}-compact.raymap", n_ray, "--encoding", "compact")
+                   ("plain", "compact")[k % 2], *options, ranks=2 + (k + 1) % 2)
+    compact = trace(scene, f"{name}-compact.raymap", n_ray, "--encoding", "compact", *options)
     verdicts = Verdicts(name, plain, N_CRITERION // 3, SEED * 1000 + k)
     check_paths(name, verdicts, N_CRITERION // 10)
     maps = ((plain, 2 + k), (compact, 1), (pieces, 3 - k))
@@ -228,11 +228,13 @@ def main():
     pathlib.Path("box.obj").write_text(evaluator_scene.BOX, encoding="utf-8")
     pathlib.Path("odd.yaml").write_text(evaluator_scene.SCENE, encoding="utf-8")
     examples = SOURCE / "examples"
-    scenes = (("odd", "odd.yaml", 9000), ("lens", examples / "double-gauss/scene.yaml", 5000),
-              ("room", examples / "room/scene.yaml", 4200))
+    scenes = [("odd", "odd.yaml", 9000), ("lens", examples / "double-gauss/scene.yaml", 5000, "--time", "on"),
+              ("room", examples / "room/scene.yaml", 4200)]
+    if EVERYTHING:  # weights that differ
+        scenes.append(("fibre", examples / "wls-fibre/scene.yaml", 3000, "--time", "on", "--set", "media.core.accounting=energy"))
     missing = set()
-    for k, (name, scene, n_ray) in enumerate(scenes):
-        missing |= judge_scene_in(name, scene, TIMES * n_ray, k)
+    for k, (name, scene, n_ray, *options) in enumerate(scenes):
+        missing |= judge_scene_in(name, scene, TIMES * n_ray, k % 3, options)
     for word in sorted(missing):
         print(f"skipped: the program does not know {word} yet")
     print(f"{failures} failures")
