@@ -7,36 +7,14 @@
 
 #include <string.h>
 
-#include "analysis/query/crossing.h"
+#include "analysis/query/fold_internal.h"
 #include "analysis/query/query_marker.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/count.h"
 #include "io/map/map_cursor.h"
 
-struct rmap_fold_scanner {
-    const struct rmap_fold *fold;
-    struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
-    struct rmap_cursor *cursor;       /* NULL: the marker reads */
-    struct rmap_overlay_view *view;   /* NULL: no receivers */
-    uint8_t *match;                   /* [n_match] */
-    size_t n_match;
-    struct rmap_crossing_filter crossing; /* of the only detector */
-    const struct rmap_which *which;       /* NULL: all registrations count */
-    uint8_t *chosen, *open;               /* [registrations of the portion] as rmap_which_bound */
-    size_t chosen_cap, open_cap;
-    /* Columns of the portion in hand that tell of those which choosing reads; 0: it has these. */
-    rmap_column_set bounding;
-    bool narrows;        /* rays that arrive are enough, and their places and paths; */
-    bool is_narrow;      /* the portion in hand is these */
-    const uint32_t *row; /* [rays of the portion] which of its rays they are; NULL: all */
-    uint8_t *unsure;     /* [unsure_cap] rays with open registrations */
-    uint8_t *exact;      /* [exact_cap] of registrations of rays that were traced again: chosen */
-    size_t unsure_cap, exact_cap;
-};
-
-/* Columns that the portion needs, whatever else decides which rays match. */
-static rmap_column_set columns_of(const struct rmap_fold *fold)
+rmap_column_set rmap_fold_columns(const struct rmap_fold *fold)
 {
     return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
 }
@@ -46,7 +24,7 @@ static rmap_column_set columns_of(const struct rmap_fold *fold)
 static bool may_narrow(const struct rmap_fold *fold)
 {
     const rmap_column_set columns =
-        columns_of(fold) | (fold->criterion ? rmap_criterion_columns(fold->criterion) : 0);
+        rmap_fold_columns(fold) | (fold->criterion ? rmap_criterion_columns(fold->criterion) : 0);
     return (fold->only_detector > 0 || fold->registered_alone) &&
            !(columns & ~RMAP_COLUMNS_ARRIVAL);
 }
@@ -56,7 +34,7 @@ static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_err
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold *fold = self->fold;
-    rmap_column_set columns = columns_of(fold);
+    rmap_column_set columns = rmap_fold_columns(fold);
     if (fold->criterion)
         columns |= rmap_criterion_columns(fold->criterion);
     RMAP_TRY(rmap_overlay_view_create(fold->overlay, &self->view, err));
@@ -82,10 +60,10 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
         RMAP_TRY(lay_over(self, err));
     } else {
         if (fold->criterion)
-            st = rmap_query_marker_create(fold->map, fold->criterion, columns_of(fold),
+            st = rmap_query_marker_create(fold->map, fold->criterion, rmap_fold_columns(fold),
                                           &self->marker, err);
         else
-            st = rmap_cursor_create(fold->map, columns_of(fold), &self->cursor, err);
+            st = rmap_cursor_create(fold->map, rmap_fold_columns(fold), &self->cursor, err);
         RMAP_TRY(st);
     }
     *scanner_ret = self;
@@ -150,17 +128,15 @@ static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched
     return st;
 }
 
-/* Columns of the portion in hand. */
-static enum rmap_status read_columns(struct rmap_fold_scanner *self, rmap_column_set columns,
-                                     const struct rmap_portion **portion_ret,
-                                     struct rmap_error *err)
+enum rmap_status rmap_fold_read(struct rmap_fold_scanner *self, rmap_column_set columns,
+                                const struct rmap_portion **portion_ret, struct rmap_error *err)
 {
     return self->marker ? rmap_query_marker_read(self->marker, columns, portion_ret, err)
                         : rmap_cursor_fetch(self->cursor, columns, err);
 }
 
-static enum rmap_status enter_cursor(struct rmap_fold_scanner *self,
-                                     struct rmap_cursor **cursor_ret, struct rmap_error *err)
+enum rmap_status rmap_fold_enter(struct rmap_fold_scanner *self, struct rmap_cursor **cursor_ret,
+                                 struct rmap_error *err)
 {
     *cursor_ret = self->cursor;
     return self->marker ? rmap_query_marker_cursor(self->marker, cursor_ret, err) : RMAP_OK;
@@ -185,7 +161,7 @@ static enum rmap_status keep_fewer(struct rmap_fold_scanner *self, void *state,
     if (narrows)
         RMAP_TRY(self->fold->kind->narrow(state, rays, self->match, err));
     if (self->fold->only_detector > 0) {
-        RMAP_TRY(read_columns(self, 0, &portion, err)); /* the marker's */
+        RMAP_TRY(rmap_fold_read(self, 0, &portion, err)); /* the marker's */
         RMAP_TRY(rmap_crossing_keep(&self->crossing, cursor, portion, (size_t)info->piece,
                                     self->match, err));
     }
@@ -202,7 +178,7 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, void *state,
                                     struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set all = (self->bounding ? self->bounding : columns_of(self->fold)) |
+    const rmap_column_set all = (self->bounding ? self->bounding : rmap_fold_columns(self->fold)) |
                                 RMAP_COLUMN_BIT(RMAP_RAY_weight);
     const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
     struct rmap_cursor *cursor = NULL;
@@ -210,7 +186,7 @@ static enum rmap_status select_rays(struct rmap_fold_scanner *self, void *state,
     if (!rmap_map_selects(self->fold->map, rays->index, columns))
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n + 1, err));
-    RMAP_TRY(enter_cursor(self, &cursor, err));
+    RMAP_TRY(rmap_fold_enter(self, &cursor, err));
     RMAP_TRY(keep_fewer(self, state, cursor, portion, rays, err));
     if (!rays->match || rays->n_match == 0)
         goto out;
@@ -238,13 +214,13 @@ static enum rmap_status bound(struct rmap_fold_scanner *self, size_t portion,
     rmap_column_set traced;
     if (!self->which || self->view || !rmap_which_may_be_bound(self->which))
         return RMAP_OK;
-    RMAP_TRY(enter_cursor(self, &cursor, err));
+    RMAP_TRY(rmap_fold_enter(self, &cursor, err));
     RMAP_TRY(rmap_cursor_traced(cursor, &traced, err));
     const rmap_column_set told = rmap_cursor_tells_of(cursor, self->which->columns & traced);
     if (told && !(self->fold->columns & traced) &&
         rmap_map_selects(self->fold->map, portion,
                          told)) /* else columns are kept, bounds are not */
-        self->bounding = (columns_of(self->fold) & ~traced) | told;
+        self->bounding = (rmap_fold_columns(self->fold) & ~traced) | told;
 out:
     return st;
 }
@@ -276,7 +252,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, void *state,
 {
     enum rmap_status st = RMAP_OK;
     rmap_column_set columns =
-        self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
+        self->which ? rmap_fold_columns(self->fold) : self->fold->columns & ~self->fold->deferred;
     RMAP_TRY(enter_stored(self, rays, err));
     if (rays->n_match == 0)
         goto out;
@@ -289,7 +265,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, void *state,
     if (rays->n_match == 0 || rays->portion)
         goto out;
     rays->portion = portion;
-    st = read_columns(self, columns, &rays->portion, err);
+    st = rmap_fold_read(self, columns, &rays->portion, err);
 out:
     return st;
 }
@@ -300,7 +276,7 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
     const struct rmap_portion *portion;
     if (!rays->scanner || rays->scanner->view)
         return RMAP_OK;
-    return read_columns(rays->scanner, columns, &portion, err);
+    return rmap_fold_read(rays->scanner, columns, &portion, err);
 }
 
 static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,
@@ -336,7 +312,7 @@ enum rmap_status rmap_fold_path_summary(const struct rmap_matched *rays,
     *paths = (struct rmap_path_summary){.paths = NULL};
     if (!rays->scanner || rays->scanner->view || rays->chosen)
         return RMAP_OK;
-    RMAP_TRY(enter_cursor(rays->scanner, &cursor, err));
+    RMAP_TRY(rmap_fold_enter(rays->scanner, &cursor, err));
     st = rmap_cursor_path_summary(cursor, false, paths, err);
 out:
     return st;
@@ -353,7 +329,7 @@ enum rmap_status rmap_fold_path_bounds(const struct rmap_matched *rays,
     RMAP_TRY(rmap_fold_path_summary(rays, paths, err));
     if (!paths->paths)
         goto out;
-    RMAP_TRY(enter_cursor(rays->scanner, &cursor, err));
+    RMAP_TRY(rmap_fold_enter(rays->scanner, &cursor, err));
     RMAP_TRY(rmap_cursor_path_sums(cursor, sum_ret, err));
     st = rmap_cursor_own_lengths(cursor, own_ret, err);
 out:
@@ -364,125 +340,11 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
                                      const struct rmap_portion **own_ret, struct rmap_error *err)
 {
     struct rmap_cursor *cursor;
-    enum rmap_status st = enter_cursor(rays->scanner, &cursor, err);
+    enum rmap_status st = rmap_fold_enter(rays->scanner, &cursor, err);
     return st == RMAP_OK
                ? rmap_cursor_own_paths(cursor, RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_id),
                                        own_ret, err)
                : st;
-}
-
-/* Rays of the portion, all of them, that match and have registrations which are open: *n_ret. */
-static enum rmap_status mark_unsure(struct rmap_fold_scanner *self, const struct rmap_matched *rays,
-                                    size_t *n_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = rays->portion;
-    const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
-    RMAP_TRY(RMAP_RESERVE(self->unsure, self->unsure_cap, n + 1, err));
-    memset(self->unsure, 0, n);
-    *n_ret = 0;
-    const uint8_t *const last = self->open + portion->n_row[RMAP_TABLE_REGISTRATION];
-    const uint8_t *next = self->open;
-    for (size_t s = 0, end = 0; (next = memchr(next, 1, (size_t)(last - next))); s++) {
-        while (end + portion->ray.registration_count[s] <= (size_t)(next - self->open))
-            end += portion->ray.registration_count[s++];
-        end += portion->ray.registration_count[s];
-        next = self->open + end;
-        const uint8_t any = rays->match ? rays->match[s] : 1;
-        self->unsure[self->row ? self->row[s] : s] = any;
-        *n_ret += any;
-    }
-out:
-    return st;
-}
-
-/* What counts of the rays that were traced again: ray [those] their rows. */
-static enum rmap_status choose_exactly(struct rmap_fold_scanner *self,
-                                       const struct rmap_portion *portion,
-                                       const struct rmap_portion *traced, const uint32_t *ray,
-                                       struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(RMAP_RESERVE(self->exact, self->exact_cap, traced->n_row[RMAP_TABLE_REGISTRATION] + 1,
-                          err));
-    RMAP_TRY(rmap_which_mark(self->which, traced, self->exact, err));
-    const size_t n_traced = traced->n_row[RMAP_TABLE_RAY];
-    for (size_t s = 0, k = 0, at = 0, from = 0; s < portion->n_row[RMAP_TABLE_RAY]; s++) {
-        const size_t n = portion->ray.registration_count[s], its = self->row ? self->row[s] : s;
-        while (k < n_traced && ray[k] < its)
-            from += traced->ray.registration_count[k++];
-        if (k < n_traced && ray[k] == its && n > 0)
-            memcpy(self->chosen + at, self->exact + from, n);
-        at += n;
-    }
-out:
-    return st;
-}
-
-/* The whole portion takes the place of rays that were selected: which of its rays match, and room
- * for its registrations. */
-static enum rmap_status read_whole(struct rmap_fold_scanner *self, struct rmap_matched *rays,
-                                   struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const size_t n = (size_t)rmap_map_portion(self->fold->map, rays->index)->n_row[RMAP_TABLE_RAY];
-    if (self->row) {
-        memset(self->unsure, 0, n);
-        for (size_t s = 0; s < rays->portion->n_row[RMAP_TABLE_RAY]; s++)
-            self->unsure[self->row[s]] = rays->match ? rays->match[s] : 1;
-        rays->match = self->unsure;
-        rays->scanner = self;
-        self->row = NULL;
-    }
-    RMAP_TRY(read_columns(self, columns_of(self->fold), &rays->portion, err));
-    st = RMAP_RESERVE(self->chosen, self->chosen_cap,
-                      rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err);
-out:
-    return st;
-}
-
-/* The registrations that count, of a portion which tells of some of them: the rays of the others
- * are traced again. */
-static enum rmap_status choose_bounded(struct rmap_fold_scanner *self, struct rmap_matched *rays,
-                                       struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const rmap_column_set all = columns_of(self->fold);
-    const struct rmap_portion *traced = NULL;
-    struct rmap_cursor *cursor;
-    const uint32_t *ray;
-    size_t n = 0;
-    RMAP_TRY(RMAP_RESERVE(self->open, self->open_cap,
-                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
-    RMAP_TRY(rmap_which_bound(self->which, rays->portion, self->bounding, self->chosen, self->open,
-                              err));
-    RMAP_TRY(mark_unsure(self, rays, &n, err));
-    if (n == 0)
-        goto out;
-    RMAP_TRY(enter_cursor(self, &cursor, err));
-    RMAP_TRY(rmap_cursor_select(cursor, self->unsure, 1, all, &traced, &ray, err));
-    if (traced) {
-        RMAP_TRY(choose_exactly(self, rays->portion, traced, ray, err));
-    } else { /* too many for a selection, or read already */
-        RMAP_TRY(read_whole(self, rays, err));
-        st = rmap_which_mark(self->which, rays->portion, self->chosen, err);
-    }
-out:
-    return st;
-}
-
-/* The registrations of the portion that count. */
-static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_matched *rays,
-                               struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(RMAP_RESERVE(self->chosen, self->chosen_cap,
-                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
-    RMAP_TRY(self->bounding ? choose_bounded(self, rays, err)
-                            : rmap_which_mark(self->which, rays->portion, self->chosen, err));
-    rays->chosen = self->chosen;
-out:
-    return st;
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
@@ -509,7 +371,7 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     RMAP_TRY(fold->overlay ? read_extended(self, &rays, err)
                            : read_stored(self, state, &rays, err));
     if (rays.n_match > 0 && self->which)
-        RMAP_TRY(choose(self, &rays, err));
+        RMAP_TRY(rmap_fold_choose(self, &rays, err));
     if (rays.n_match > 0)
         st = fold->kind->add(state, &rays, err);
 out:
