@@ -19,9 +19,10 @@ void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interva
 bool rmap_angle_holds(const struct rmap_detector *detector, const float *direction,
                       const struct rmap_interval *interval, const struct rmap_angle_ends *ends);
 
-/* What is known of that where only the quarter of a degree is: enum rmap_outcome. */
 _Static_assert(RMAP_OUTCOME_NO == 0 && RMAP_OUTCOME_OPEN == 1 && RMAP_OUTCOME_YES == 3,
                "outcomes are bits");
+
+/* What is known of that where only the quarter of a degree is: enum rmap_outcome. */
 static inline uint8_t rmap_angle_outcome(uint16_t quarter, const struct rmap_interval *interval,
                                          const struct rmap_angle_ends *ends)
 {

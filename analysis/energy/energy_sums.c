@@ -218,8 +218,8 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
         RMAP_TRY(rmap_fold_fetch(rays, media, err));
     counted = rmap_registrations_counted(rays);
     struct alike one = {.portion = portion, .counts = counted, .times = 1.0};
-    struct alike row = one; /* rays in a row that weigh alike and have one source */
-    row.times = 0.0;
+    struct alike before = one; /* rays in a row that weigh alike and have one source */
+    before.times = 0.0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const size_t first = registration;
@@ -236,12 +236,12 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
         if (sums->scope->ends)
             add_end(sums, &one, segment);
         if (sums->scope->counts)
-            count_one(sums, &one, &row);
+            count_one(sums, &one, &before);
         if (n > 0)
             add_registrations(sums, &one, first, n);
     }
-    if (row.times > 0.0)
-        add_count(sums, &row);
+    if (before.times > 0.0)
+        add_count(sums, &before);
 out:
     return st;
 }

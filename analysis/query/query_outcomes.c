@@ -193,7 +193,7 @@ static const rmap_column_set direction = RMAP_COLUMN_BIT(RMAP_REGISTRATION_direc
 /* Without a branch: which rays are open is random. */
 static inline uint8_t taken(uint8_t was, uint8_t open)
 {
-    const uint8_t mask = (uint8_t) - (was == RMAP_OUTCOME_OPEN);
+    const uint8_t mask = (uint8_t)(0u - (was == RMAP_OUTCOME_OPEN));
     return (uint8_t)((open & mask) | (was & ~mask));
 }
 
